@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/core/error.h"
+#include "alidade/io/board_file.h"
+#include "alidade/io/corners_file.h"
+#include "calibration_output.h"
+#include "command.h"
+#include "detection_stage.h"
+#include "interrupt.h"
+#include "settings.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
+
+class CalibrateCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml\n"
+        "Exit code 3: done, but the result is not to be trusted; no camera file is written then.");
+    app.add_option("input", inputs_, "Folders, image files or patterns; or one corners file (.csv)");
+    app.add_option("--board", board_,
+                   "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, inner corners) or YAML file");
+    app.add_option("--model", model_, "Camera model: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
+        ->check(CLI::IsMember(modelIds()))
+        ->capture_default_str();
+    app.add_option("-o,--output", output_,
+                   "Camera file to write (YAML); - for standard output instead of the summary");
+    app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
+                 "Write the camera file even if the result is not to be trusted");
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App& app) override {
+    if (inputs_.empty())
+      throw usageError({.where = "calibrate",
+                        .found = "no input",
+                        .expected = "folders, images or a corners file",
+                        .next_step = "alidade calibrate --help"});
+    const CancelFlag* cancel = catchInterrupts();
+    CalibrationInput input;
+    std::vector<View> views = isCornersFile(inputs_.front()) ? readViews(input) : detectViews(input, cancel);
+    if (views.size() < kMinViews) {
+      throw inputError({.where = inputs_.front() + (inputs_.size() > 1 ? " ..." : ""),
+                        .found = fmt::format("the board in {} of {} images", views.size(), input.num_images),
+                        .expected = fmt::format("at least {} views", kMinViews),
+                        .next_step = input.reasons.empty()
+                                         ? "take more photographs of the board, tilted by 20 to 50 degrees"
+                                         : fmt::format("{}", fmt::join(input.reasons, "\n        "))});
+    }
+    const CalibrationResult result =
+        calibrate(input.board, std::move(views), {.model = model_, .cancel = cancel});
+
+    const bool is_good = result.isTrustworthy();
+    const bool is_kept = is_good || keep_untrustworthy_;
+    const CameraFile file = cameraFileOf(result, input, effectiveSettings(app));
+    const bool to_stdout = output_ == "-";
+    if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
+
+    if (common_.json) {
+      printResult(summaryJson(result, input));
+    } else if (to_stdout) {
+      if (is_kept) printResult(cameraFileText(file));
+      if (!common_.quiet || !is_good) printMessage(summaryText(result, input));
+    } else {
+      printResult(summaryText(result, input));
+    }
+    if (!is_good) {
+      printMessage(std::string("error: the calibration is not to be trusted") +
+                   (is_kept || output_.empty()
+                        ? ""
+                        : "; " + output_ + " was not written (--keep-untrustworthy writes it)"));
+      return kUntrustworthyExit;
+    }
+    if (!common_.quiet && !to_stdout)
+      printMessage(output_.empty() ? "no camera file written (give -o camera.yaml)"
+                                   : "written to " + output_);
+    return 0;
+  }
+
+ private:
+  static bool isCornersFile(const std::string& path) {
+    return path.ends_with(".csv") || path.ends_with(".CSV");
+  }
+
+  std::vector<View> readViews(CalibrationInput& input) const {
+    if (inputs_.size() > 1) {
+      throw usageError({.where = "calibrate",
+                        .found = fmt::format("{} inputs, the first a corners file", inputs_.size()),
+                        .expected = "one corners file, or images",
+                        .next_step = "pieces of one camera concatenate: cat a.csv b.csv > all.csv"});
+    }
+    CornersFile file = readCornersFile(inputs_.front());
+    if (!board_.empty() && !(readBoard(board_) == file.board)) {
+      throw inputError({.where = inputs_.front(),
+                        .found = "board " + specText(file.board),
+                        .expected = specText(readBoard(board_)) + " as --board says",
+                        .next_step = "leave --board out: the corners file knows its board"});
+    }
+    input.board = file.board;
+    input.num_images = input.num_found = file.views.size();
+    return std::move(file.views);
+  }
+
+  std::vector<View> detectViews(CalibrationInput& input, const CancelFlag* cancel) const {
+    if (board_.empty())
+      throw usageError({.where = "calibrate",
+                        .found = "no --board",
+                        .expected = "for example --board checkerboard:9x6:25mm"});
+    DetectionStage stage = runDetection(inputs_, readBoard(board_), common_, cancel);
+    input.board = stage.board;
+    input.num_images = stage.outcomes.size();
+    input.num_found = stage.numFound();
+    input.reasons = reasonLines(stage);
+    input.notes = stage.notes;
+    return std::move(stage.views);
+  }
+
+  std::vector<std::string> inputs_;
+  std::string board_;
+  std::string model_ = "radtan";
+  std::string output_;
+  bool keep_untrustworthy_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeCalibrateCommand() {
+  return std::make_unique<CalibrateCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include "calibration_output.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/calibrate/size_groups.h"
+#include "alidade/camera/self_check.h"
+#include "command.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kNumWorstViews = 3;
+constexpr std::size_t kMaxListed = 12;
+
+double degrees(double rad) {
+  return rad * 180 / std::numbers::pi;
+}
+
+std::vector<const ViewResult*> worstViews(const CalibrationResult& result) {
+  std::vector<const ViewResult*> views;
+  for (const ViewResult& view : result.views) views.push_back(&view);
+  std::stable_sort(views.begin(), views.end(),
+                   [](const auto* a, const auto* b) { return a->rms_px > b->rms_px; });
+  views.resize(std::min(views.size(), kNumWorstViews));
+  return views;
+}
+
+std::string listed(const std::vector<std::string>& lines, const std::string& indent) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(lines.size(), kMaxListed); ++i) text += indent + lines[i] + "\n";
+  if (lines.size() > kMaxListed)
+    text += fmt::format("{}... and {} more\n", indent, lines.size() - kMaxListed);
+  return text;
+}
+
+std::string parameterTable(const CalibrationResult& result) {
+  std::string text = "Parameters (value, one sigma)\n";
+  const auto names = result.camera.parameterNames();
+  const auto values = result.camera.parameters();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double std = result.parameterStd(static_cast<int>(i));
+    // Two digits of the sigma decide how many of the value are worth reading.
+    const bool has_sigma = std::isfinite(std) && std > 0;
+    const int decimals = has_sigma ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 9) : 6;
+    text += fmt::format("  {:<4} {:>14.{}f}", names[i], values[i], decimals);
+    text +=
+        has_sigma ? fmt::format("  +- {:.{}f}{}\n", std, decimals, i < 4 ? " px" : "") : "  sigma unknown\n";
+  }
+  return text;
+}
+
+std::string domainText(const CalibrationResult& result) {
+  const CertifiedCone& cone = result.domain.cone;
+  return fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis{}; {}\n",
+                     degrees(cone.max_angle_rad), cone.is_limited_by_fold ? " (a fold)" : "",
+                     result.domain.full_image ? "every pixel of the image has a ray"
+                                              : "NOT every pixel of the image has a ray");
+}
+
+}  // namespace
+
+CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput& input,
+                        std::vector<Setting> settings) {
+  CameraFile file{.camera = result.camera,
+                  .image_size = result.image_size,
+                  .domain = DomainClaim{.max_angle_rad = result.domain.cone.max_angle_rad,
+                                        .full_image = result.domain.full_image},
+                  .self_check = makeSelfCheck(result.camera, result.image_size),
+                  .calibration = {},
+                  .created_by = programName()};
+  CalibrationRecord record;
+  record.rms_px = result.rms_px;
+  record.num_views = static_cast<int>(result.views.size());
+  record.num_corners = result.num_corners;
+  record.num_outliers = static_cast<int>(result.outliers.size());
+  record.termination = std::string(terminationName(result.solver.termination)) + ": " + result.solver.reason;
+  record.board = specText(input.board);
+  record.settings = std::move(settings);
+  if (result.covariance) {
+    for (Eigen::Index i = 0; i < result.covariance->rows(); ++i) {
+      record.parameter_std.push_back(result.parameterStd(static_cast<int>(i)));
+      for (Eigen::Index j = 0; j <= i; ++j) record.covariance.push_back((*result.covariance)(i, j));
+    }
+  }
+  for (const Finding& finding : result.findings) record.findings.push_back(finding.id);
+  for (const ViewResult& view : result.views) {
+    record.views.push_back({.image = view.image,
+                            .num_corners = view.num_corners,
+                            .rms_px = view.rms_px,
+                            .camera_from_board = view.camera_from_board});
+  }
+  file.calibration = std::move(record);
+  return file;
+}
+
+std::string summaryText(const CalibrationResult& result, const CalibrationInput& input) {
+  std::string text = fmt::format("Camera   {}, {} px, board {}\n", result.camera.modelId(),
+                                 sizeText(result.image_size), specText(input.board));
+  text += fmt::format("Images   {} given, {} with the board, {} used\n", input.num_images, input.num_found,
+                      result.views.size());
+  text += listed(input.reasons, "  ");
+  text += fmt::format(
+      "RMS      {:.4g} px over {} corners (sqrt of the mean of dx^2 + dy^2); sigma {:.3g} px an axis\n",
+      result.rms_px, result.num_corners, result.coordinate_sigma_px);
+  text += parameterTable(result);
+  text += domainText(result);
+  text += "Worst views\n";
+  for (const ViewResult* view : worstViews(result)) {
+    text += fmt::format("  {:<24} RMS {:.3g} px, worst corner {:.3g} px, {} corners\n", view->image,
+                        view->rms_px, view->max_error_px, view->num_corners);
+  }
+  if (!result.outliers.empty()) {
+    std::vector<std::string> lines;
+    for (const Outlier& o : result.outliers) {
+      lines.push_back(fmt::format("{} corner {}: off by ({:.2f}, {:.2f}) px", o.image, o.corner_id,
+                                  o.error_px.x(), o.error_px.y()));
+    }
+    text += fmt::format("Left out {} corners of {}\n", result.outliers.size(),
+                        result.outliers.size() + static_cast<std::size_t>(result.num_corners));
+    text += listed(lines, "  ");
+  }
+  text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(result.solver.termination),
+                      result.solver.num_iterations, result.solver.reason);
+  for (const std::string& note : input.notes) text += "Note     " + note + "\n";
+  for (const Finding& finding : result.findings) {
+    const bool is_failure = finding.severity == Finding::Severity::kFailure;
+    text += fmt::format("{} {} [{}]\n         next: {}\n", is_failure ? "FAILED  " : "Warning ",
+                        finding.message, finding.id, finding.next_step);
+  }
+  return text;
+}
+
+std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input) {
+  using nlohmann::json;
+  json parameters = json::object();
+  json sigmas = json::object();
+  const auto names = result.camera.parameterNames();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string name(names[i]);
+    parameters[name] = result.camera.parameters()[i];
+    const double std = result.parameterStd(static_cast<int>(i));
+    sigmas[name] = std::isfinite(std) ? json(std) : json(nullptr);
+  }
+  json views = json::array();
+  for (const ViewResult& view : result.views) {
+    views.push_back({{"image", view.image},
+                     {"num_corners", view.num_corners},
+                     {"num_outliers", view.num_outliers},
+                     {"rms_px", view.rms_px},
+                     {"max_error_px", view.max_error_px}});
+  }
+  json findings = json::array();
+  for (const Finding& finding : result.findings) {
+    findings.push_back({{"id", finding.id},
+                        {"severity", finding.severity == Finding::Severity::kFailure ? "failure" : "warning"},
+                        {"message", finding.message},
+                        {"next_step", finding.next_step}});
+  }
+  json outliers = json::array();
+  for (const Outlier& o : result.outliers) {
+    outliers.push_back(
+        {{"image", o.image}, {"corner_id", o.corner_id}, {"dx", o.error_px.x()}, {"dy", o.error_px.y()}});
+  }
+  const json document = {
+      {"model", result.camera.modelId()},
+      {"image_size", {{"width", result.image_size.width}, {"height", result.image_size.height}}},
+      {"board", specText(input.board)},
+      {"images",
+       {{"given", input.num_images},
+        {"found", input.num_found},
+        {"used", result.views.size()},
+        {"reasons", input.reasons}}},
+      {"rms_px", result.rms_px},
+      {"num_corners", result.num_corners},
+      {"coordinate_sigma_px", result.coordinate_sigma_px},
+      {"parameters", parameters},
+      {"parameter_std", sigmas},
+      {"domain",
+       {{"max_angle_rad", result.domain.cone.max_angle_rad},
+        {"full_image", result.domain.full_image},
+        {"min_relative_det", result.domain.min_relative_det}}},
+      {"solver",
+       {{"termination", terminationName(result.solver.termination)},
+        {"reason", result.solver.reason},
+        {"num_iterations", result.solver.num_iterations}}},
+      {"trustworthy", result.isTrustworthy()},
+      {"findings", findings},
+      {"outliers", outliers},
+      {"views", views},
+      {"notes", input.notes},
+  };
+  return document.dump(2) + "\n";
+}
+
+}  // namespace alidade

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "alidade/core/cancel.h"
+
+namespace CLI {
+class App;
+}
+
+namespace alidade {
+
+/// What every command can be told.
+struct CommonOptions {
+  bool json = false;
+  bool quiet = false;
+  int jobs = 0;
+  std::string config;
+};
+
+/// One command of the program: its flags, and what it does with them.
+class Command {
+ public:
+  virtual ~Command() = default;
+  /// Adds flags and help to the command's own parser.
+  virtual void setUp(CLI::App& app) = 0;
+  /// Does the work. @returns the exit code
+  virtual int run(const CLI::App& app) = 0;
+
+ protected:
+  CommonOptions common_;
+};
+
+struct CommandEntry {
+  std::string name;
+  std::string summary;
+  std::unique_ptr<Command> command;
+};
+
+/// All commands, in the order of the help text.
+[[nodiscard]] std::vector<CommandEntry> makeCommands();
+
+[[nodiscard]] std::unique_ptr<Command> makeDetectCommand();
+[[nodiscard]] std::unique_ptr<Command> makeCalibrateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeProjectCommand();
+[[nodiscard]] std::unique_ptr<Command> makeUnprojectCommand();
+[[nodiscard]] std::unique_ptr<Command> makeValidateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
+
+/// The flags --json, --quiet, --config, and --jobs where a command has work to share out.
+void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs);
+
+/// "alidade 0.1.0"
+[[nodiscard]] std::string programName();
+
+/// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk
+/// full).
+void printResult(const std::string& text);
+
+/// Writes a line for people to standard error.
+void printMessage(const std::string& text);
+
+}  // namespace alidade

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "alidade/core/cancel.h"
+
+namespace alidade {
+
+/// From now on the first Ctrl-C (or SIGTERM) raises the flag instead of ending the program; a second one ends
+/// it.
+[[nodiscard]] const CancelFlag* catchInterrupts();
+
+/// Ends the program by the signal that was caught, as callers such as shells expect of an interrupted
+/// program.
+[[noreturn]] void endByCaughtSignal();
+
+}  // namespace alidade

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include <CLI/CLI.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "command.h"
+#include "interrupt.h"
+#include "settings.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kUsageExit = static_cast<int>(ErrorCode::kUsage);
+constexpr int kInputExit = static_cast<int>(ErrorCode::kInput);
+
+// What the parser did not understand, with the nearest thing that it does.
+std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App* command,
+                    const std::vector<CommandEntry>& commands, int argc, char** argv) {
+  std::vector<std::string> known;
+  if (command == nullptr) {
+    for (const CommandEntry& entry : commands) known.push_back(entry.name);
+    const char* word = nullptr;
+    for (int i = 1; i < argc && word == nullptr; ++i) {
+      if (argv[i][0] != '-') word = argv[i];
+    }
+    if (word != nullptr) {
+      const auto nearest = nearestName(word, known);
+      return "unknown command '" + std::string(word) + "'; expected one of " + join(known, ", ") +
+             (nearest ? "\n  next: did you mean '" + *nearest + "'?" : "\n  next: alidade --help");
+    }
+    return std::string(error.what()) + "\n  next: alidade --help";
+  }
+  std::string text = command->get_name() + ": " + error.what();
+  for (const CLI::Option* option : command->get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (const std::string& word : app.remaining(true)) {
+    if (!word.starts_with("-")) continue;
+    if (const auto nearest = nearestName(word.substr(0, word.find('=')), known)) {
+      return text + "\n  next: did you mean '" + *nearest + "'?";
+    }
+  }
+  return text + "\n  next: alidade " + command->get_name() + " --help";
+}
+
+int fail(int code, const std::string& message) {
+  printMessage("error: " + message);
+  return code;
+}
+
+int runProgram(int argc, char** argv) {
+  std::vector<CommandEntry> commands = makeCommands();
+  CLI::App app(
+      "Calibrates cameras from photographs of a board, projects points, and says whether a camera file can "
+      "be trusted.\n"
+      "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
+      "alidade");
+  app.set_version_flag("--version", programName());
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  for (CommandEntry& entry : commands) {
+    entry.command->setUp(*app.add_subcommand(entry.name, entry.summary));
+  }
+  if (argc <= 1) {
+    std::fputs(app.help().c_str(), stderr);
+    return kUsageExit;
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    return app.exit(e);  // --help and --version
+  } catch (const CLI::Error& e) {
+    const auto chosen = app.get_subcommands();
+    return fail(kUsageExit, explain(e, app, chosen.empty() ? nullptr : chosen.front(), commands, argc, argv));
+  }
+  CLI::App* chosen = app.get_subcommands().front();
+  const auto entry = std::find_if(commands.begin(), commands.end(),
+                                  [&](const CommandEntry& c) { return c.name == chosen->get_name(); });
+  const CLI::Option* config = chosen->get_option_no_throw("--config");
+  if (config != nullptr && config->count() > 0) applySettingsFile(*chosen, config->as<std::string>());
+  return entry->command->run(*chosen);
+}
+
+}  // namespace
+}  // namespace alidade
+
+int main(int argc, char** argv) {
+  using namespace alidade;
+  try {
+    cv::setNumThreads(1);  // images are shared out over threads; each is worked on by one
+    return runProgram(argc, argv);
+  } catch (const Cancelled&) {
+    printMessage("interrupted; nothing was written");
+    endByCaughtSignal();
+  } catch (const Error& e) {
+    return fail(static_cast<int>(e.code()), e.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kInputExit, "out of memory\n  next: use smaller or fewer images, or fewer --jobs");
+  } catch (const std::exception& e) {
+    return fail(kInputExit,
+                std::string("internal: ") + e.what() +
+                    "\n  next: this is a defect of the program; please report it with the command line");
+  }
+}

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/io/camera_file.h"
+#include "alidade/validate/camera_checks.h"
+#include "command.h"
+
+namespace alidade {
+namespace {
+
+class ValidateCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade validate camera.yaml\n"
+        "Exit code 0: no check failed; 1: a file cannot be read as a camera file; 3: a check failed.");
+    app.add_option("file", files_, "Camera files (YAML)");
+    addCommonOptions(app, common_, false);
+  }
+
+  int run(const CLI::App&) override {
+    if (files_.empty())
+      throw usageError({.where = "validate",
+                        .found = "no file",
+                        .expected = "camera files (YAML)",
+                        .next_step = "alidade validate --help"});
+    nlohmann::json documents = nlohmann::json::array();
+    std::string text;
+    bool has_failed = false;
+    for (const std::string& path : files_) {
+      const CameraFile file = readCameraFile(path);
+      CameraClaims claims{.camera = &file.camera,
+                          .image_size = file.image_size,
+                          .domain = file.domain,
+                          .self_check = file.self_check,
+                          .parameter_std = {},
+                          .covariance = {}};
+      if (file.calibration) {
+        claims.parameter_std = file.calibration->parameter_std;
+        claims.covariance = file.calibration->covariance;
+      }
+      std::vector<Check> checks = checkCamera(claims);
+      checks.insert(checks.begin(), {.id = "schema",
+                                     .status = CheckStatus::kPass,
+                                     .value = std::string(file.camera.modelId()),
+                                     .limit = "camera file, format 1",
+                                     .message = "all keys are known, all numbers are finite"});
+      const auto num_failed = std::count_if(checks.begin(), checks.end(),
+                                            [](const Check& c) { return c.status == CheckStatus::kFail; });
+      has_failed = has_failed || num_failed > 0;
+      text += table(path, checks, static_cast<int>(num_failed));
+      documents.push_back(json(path, checks));
+    }
+    printResult(common_.json ? nlohmann::json{{"files", documents}}.dump(2) + "\n" : text);
+    return has_failed ? static_cast<int>(ErrorCode::kVerdict) : 0;
+  }
+
+ private:
+  static std::string table(const std::string& path, const std::vector<Check>& checks, int num_failed) {
+    std::string text = path + "\n";
+    for (const Check& check : checks) {
+      text += fmt::format("  {}  {:<16} {}\n", checkStatusName(check.status), check.id, check.message);
+      text += fmt::format("        {:<16} found {}; accepted {}\n", "", check.value, check.limit);
+    }
+    return text + (num_failed == 0
+                       ? "  valid\n"
+                       : fmt::format("  NOT valid: {} of {} checks failed\n", num_failed, checks.size()));
+  }
+
+  static nlohmann::json json(const std::string& path, const std::vector<Check>& checks) {
+    nlohmann::json list = nlohmann::json::array();
+    bool is_valid = true;
+    for (const Check& check : checks) {
+      is_valid = is_valid && check.status != CheckStatus::kFail;
+      list.push_back({{"id", check.id},
+                      {"status", checkStatusName(check.status)},
+                      {"value", check.value},
+                      {"limit", check.limit},
+                      {"message", check.message}});
+    }
+    return {{"file", path}, {"valid", is_valid}, {"checks", list}};
+  }
+
+  std::vector<std::string> files_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeValidateCommand() {
+  return std::make_unique<ValidateCommand>();
+}
+
+}  // namespace alidade

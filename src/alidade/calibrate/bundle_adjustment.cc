@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/bundle_adjustment.h"
+
+#include <limits>
+#include <memory>
+
+#include <ceres/ceres.h>
+
+#include "alidade/camera/model_list.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+class CancelCallback final : public ceres::IterationCallback {
+ public:
+  explicit CancelCallback(const CancelFlag* cancel) : cancel_(cancel) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return cancel_ != nullptr && cancel_->load() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const CancelFlag* cancel_;
+};
+
+std::unique_ptr<ceres::CostFunction> makeViewCost(std::string_view model_id,
+                                                  const std::vector<Observation>& view, HuberLoss loss) {
+  std::unique_ptr<ceres::CostFunction> cost;
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    if (M::kId == model_id) cost = std::make_unique<ViewCost<M>>(view, loss);
+  });
+  expect(cost != nullptr, "the model's id is known");
+  return cost;
+}
+
+Termination terminationOf(const ceres::Solver::Summary& summary) {
+  switch (summary.termination_type) {
+    case ceres::CONVERGENCE:
+      return Termination::kConverged;
+    case ceres::NO_CONVERGENCE:
+      return Termination::kIterationLimit;
+    default:
+      return Termination::kFailed;
+  }
+}
+
+}  // namespace
+
+std::string_view terminationName(Termination termination) {
+  switch (termination) {
+    case Termination::kConverged:
+      return "converged";
+    case Termination::kIterationLimit:
+      return "iteration_limit";
+    case Termination::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector<Observation>> views,
+                          BundleState& state, const BundleOptions& options) {
+  expect(views.size() == state.camera_from_board.size(), "one pose a view");
+  std::vector<PoseBlock> poses;
+  poses.reserve(views.size());
+  for (const SE3& pose : state.camera_from_board) poses.push_back(toBlock(pose));
+
+  SE3Manifold manifold;
+  ceres::Problem::Options problem_options;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(problem_options);
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    problem.AddParameterBlock(poses[i].data(), 7, &manifold);
+    problem.AddResidualBlock(makeViewCost(model_id, views[i], options.loss).release(), nullptr,
+                             state.params.data(), poses[i].data());
+    ordering->AddElementToGroup(poses[i].data(), 0);
+  }
+  ordering->AddElementToGroup(state.params.data(), 1);
+
+  CancelCallback cancel(options.cancel);
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.linear_solver_ordering = ordering;
+  solver.num_threads = 1;
+  solver.max_num_iterations = options.max_iterations;
+  // Tight enough that the answer's digits do not depend on where the iteration started.
+  solver.function_tolerance = 1e-14;
+  solver.gradient_tolerance = 1e-10;
+  solver.parameter_tolerance = 1e-12;
+  solver.logging_type = ceres::SILENT;
+  solver.callbacks.push_back(&cancel);
+
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  throwIfCancelled(options.cancel);
+
+  for (std::size_t i = 0; i < views.size(); ++i) state.camera_from_board[i] = fromBlock(poses[i].data());
+  BundleSummary result;
+  result.termination = terminationOf(summary);
+  result.reason = summary.message;
+  result.num_iterations = static_cast<int>(summary.iterations.size());
+  result.cost = summary.final_cost;
+  return result;
+}
+
+std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id, std::span<const double> params,
+                                                const SE3& camera_from_board,
+                                                std::span<const Observation> view) {
+  std::vector<Eigen::Vector2d> errors(view.size(),
+                                      Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  const Eigen::Matrix3d R = camera_from_board.rotation.matrix();
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    if (M::kId != model_id) return;
+    Reprojection<M> corner;
+    for (std::size_t i = 0; i < view.size(); ++i) {
+      if (!reproject<M>(params.data(), R, camera_from_board.translation, view[i].p_board, corner)) continue;
+      errors[i] = corner.pixel - view[i].pixel;
+    }
+  });
+  return errors;
+}
+
+}  // namespace alidade

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/calibrate/view_cost.h"
+#include "alidade/core/cancel.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// What the solver works on and leaves its answer in.
+struct BundleState {
+  std::vector<double> params;          ///< fx fy cx cy, then the lens
+  std::vector<SE3> camera_from_board;  ///< one a view
+};
+
+struct BundleOptions {
+  HuberLoss loss{.threshold_px = 1.0};
+  int max_iterations =
+      500;  ///< a bound against running for ever, not a stopping rule: reaching it is a failure
+  const CancelFlag* cancel = nullptr;
+};
+
+enum class Termination {
+  kConverged,
+  kIterationLimit,
+  kFailed,  ///< the start cannot be evaluated or the linear algebra broke down
+};
+
+/// Stable name for files and JSON.
+[[nodiscard]] std::string_view terminationName(Termination termination);
+
+struct BundleSummary {
+  Termination termination = Termination::kFailed;
+  std::string reason;  ///< the solver's own words
+  int num_iterations = 0;
+  double cost = 0;  ///< half the sum of rho over all corners, px^2
+};
+
+/// Minimises the robust reprojection error over intrinsics and poses with Ceres: one residual block a view,
+/// poses eliminated by the Schur complement, one thread (Ceres' threads sum in varying order, which changes
+/// the last bits).
+/// @param views  the corners of each view; as many as state.camera_from_board
+[[nodiscard]] BundleSummary solveBundle(std::string_view model_id,
+                                        std::span<const std::vector<Observation>> views, BundleState& state,
+                                        const BundleOptions& options);
+
+/// Errors (projected minus observed, px) of all corners of a view; NaN where a corner cannot be projected.
+[[nodiscard]] std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id,
+                                                              std::span<const double> params,
+                                                              const SE3& camera_from_board,
+                                                              std::span<const Observation> view);
+
+}  // namespace alidade

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// A view as the calibration left it.
+struct ViewResult {
+  std::string image;
+  SE3 camera_from_board;
+  int num_corners = 0;  ///< used, outliers left out
+  int num_outliers = 0;
+  double rms_px = 0;  ///< sqrt(mean over used corners of dx^2 + dy^2)
+  double max_error_px = 0;
+};
+
+/// A view that was given but not used.
+struct ExcludedView {
+  std::string image;
+  std::string reason;
+};
+
+/// A corner left out of the estimate because it lies far from where the camera puts it.
+struct Outlier {
+  std::string image;
+  int corner_id = 0;
+  Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
+};
+
+/// Something the user must know before trusting the result.
+struct Finding {
+  enum class Severity { kWarning, kFailure };
+  Severity severity = Severity::kWarning;
+  std::string id;         ///< stable, for scripts: "fronto_parallel"
+  std::string message;    ///< cause and evidence in one sentence
+  std::string next_step;  ///< what to do about it
+};
+
+struct CalibrationResult {
+  explicit CalibrationResult(AnyCamera estimated) : camera(std::move(estimated)) {}
+
+  AnyCamera camera;
+  ImageSize image_size;
+  std::vector<ViewResult> views;  ///< in order of image name
+  std::vector<ExcludedView> excluded_views;
+  std::vector<Outlier> outliers;
+  int num_corners = 0;             ///< used
+  double rms_px = 0;               ///< sqrt(mean over used corners of dx^2 + dy^2)
+  double coordinate_sigma_px = 0;  ///< one standard deviation of a corner's coordinate, from the residuals
+  /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
+  std::optional<Eigen::MatrixXd> covariance;
+  double scaled_condition = 0;  ///< see IntrinsicsInformation
+  DomainCertificate domain;
+  BundleSummary solver;
+  HuberLoss loss{.threshold_px = 0};
+  std::vector<Finding> findings;
+
+  /// One standard deviation of parameter i; NaN without a covariance.
+  [[nodiscard]] double parameterStd(int i) const;
+  /// False if any finding is a failure: the parameters are then not to be used.
+  [[nodiscard]] bool isTrustworthy() const;
+};
+
+/// Looks at everything but `findings` and says what is wrong with the result; pure judgement, no estimation.
+[[nodiscard]] std::vector<Finding> judge(const CalibrationResult& result);
+
+}  // namespace alidade

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/calibrator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/size_groups.h"
+#include "alidade/calibrate/start.h"
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/init/pose_from_homography.h"
+
+namespace alidade {
+namespace {
+
+// Huber's threshold in standard deviations of a coordinate: 1.1 % of clean corners lie beyond it.
+constexpr double kLossSigmas = 3.0;
+// No corner is known better than this; it keeps the loss meaningful on noise-free data.
+constexpr double kMinSigmaPx = 0.003;
+// Beyond this many standard deviations a corner is not noise (chance 1e-14) and is left out by name.
+constexpr double kOutlierSigmas = 8.0;
+constexpr int kMaxRounds = 10;
+constexpr std::size_t kMinCornersPerView = 6;
+
+using Observations = std::vector<std::vector<Observation>>;
+using Errors = std::vector<std::vector<Eigen::Vector2d>>;
+
+void checkView(const Checkerboard& board, const View& view, ImageSize size) {
+  if (view.size != size) {
+    throw inputError({.where = view.image,
+                      .found = "an image of " + sizeText(view.size),
+                      .expected = sizeText(size) + " as in the other views",
+                      .next_step = "calibrate images of one size at a time"});
+  }
+  for (const Corner& corner : view.corners) {
+    if (corner.id < 0 || corner.id >= board.numCorners()) {
+      throw inputError(
+          {.where = view.image,
+           .found = "corner id " + std::to_string(corner.id),
+           .expected = "0 to " + std::to_string(board.numCorners() - 1) + " on " + specText(board)});
+    }
+    if (corner.pixel.allFinite()) continue;
+    throw inputError(
+        {.where = view.image,
+         .found = "corner " + std::to_string(corner.id) + " with a position that is not a number",
+         .expected = "finite pixel coordinates"});
+  }
+}
+
+void prepare(const Checkerboard& board, std::vector<View>& views) {
+  if (views.size() < kMinViews) {
+    throw inputError(
+        {.where = "calibration",
+         .found = std::to_string(views.size()) + " view" + (views.size() == 1 ? "" : "s") + " of the board",
+         .expected = "at least " + std::to_string(kMinViews),
+         .next_step =
+             "take more photographs of the whole board, tilted by 20 to 50 degrees, all over the image"});
+  }
+  std::sort(views.begin(), views.end(),
+            [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+  for (View& view : views) {
+    checkView(board, view, views.front().size);
+    std::sort(view.corners.begin(), view.corners.end(),
+              [](const Corner& a, const Corner& b) { return a.id < b.id; });
+  }
+  const auto twin = std::adjacent_find(views.begin(), views.end(),
+                                       [](const View& a, const View& b) { return a.image == b.image; });
+  if (twin == views.end()) return;
+  throw inputError(
+      {.where = twin->image, .found = "two views with this name", .expected = "one view an image"});
+}
+
+// The whole estimation: state that the steps below hand on.
+class Estimator {
+ public:
+  Estimator(const Checkerboard& board, std::vector<View> views, const CalibratorOptions& options)
+      : board_(board), views_(std::move(views)), options_(options) {}
+
+  CalibrationResult run() {
+    start();
+    solveRobustly();
+    leaveOutOutliers();
+    return result();
+  }
+
+ private:
+  void exclude(std::size_t v, std::string reason) {
+    excluded_.push_back({views_[v].image, std::move(reason)});
+    const auto at = static_cast<std::ptrdiff_t>(v);
+    views_.erase(views_.begin() + at);
+    if (v < observations_.size()) observations_.erase(observations_.begin() + at);
+    if (v < state_.camera_from_board.size())
+      state_.camera_from_board.erase(state_.camera_from_board.begin() + at);
+  }
+
+  void requireViews() const {
+    if (views_.size() >= kMinViews) return;
+    std::vector<std::string> reasons;
+    for (const ExcludedView& view : excluded_) reasons.push_back(view.image + ": " + view.reason);
+    throw inputError({.where = "calibration",
+                      .found = std::to_string(views_.size()) + " usable views (" + join(reasons, "; ") + ")",
+                      .expected = "at least " + std::to_string(kMinViews),
+                      .next_step = "check the board's size and that all images are of the same camera"});
+  }
+
+  void start() {
+    for (std::size_t v = views_.size(); v-- > 0;) {
+      if (views_[v].corners.size() < kMinCornersPerView) {
+        exclude(v, std::to_string(views_[v].corners.size()) + " corners; at least " +
+                       std::to_string(kMinCornersPerView) + " are needed");
+      }
+    }
+    requireViews();
+    const auto params = findStart(options_.model, board_, views_, options_.cancel);
+    if (!params) {
+      throw inputError({.where = "calibration",
+                        .found = "no " + options_.model + " camera that explains these views even roughly",
+                        .expected = "views of one flat board by one camera",
+                        .next_step = "check the board's size; a wide-angle lens may need another model"});
+    }
+    state_.params = *params;
+    const AnyCamera camera = AnyCamera::make(options_.model, state_.params);
+    observations_ = observationsOf(board_, views_);
+    for (std::size_t v = 0; v < views_.size();) {
+      const auto pose = poseFromView(camera, board_, views_[v].corners);
+      if (pose && allProject(*pose, observations_[v])) {
+        state_.camera_from_board.push_back(*pose);
+        ++v;
+      } else {
+        exclude(v, "no pose of the board explains its corners");
+      }
+    }
+    requireViews();
+  }
+
+  bool allProject(const SE3& pose, const std::vector<Observation>& view) const {
+    const auto errors = reprojectionErrors(options_.model, state_.params, pose, view);
+    return std::all_of(errors.begin(), errors.end(), [](const auto& e) { return e.allFinite(); });
+  }
+
+  void solve() {
+    summary_ = solveBundle(options_.model, observations_, state_, {.loss = loss_, .cancel = options_.cancel});
+    errors_.clear();
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      errors_.push_back(
+          reprojectionErrors(options_.model, state_.params, state_.camera_from_board[v], observations_[v]));
+    }
+  }
+
+  // The standard deviation of a coordinate from the median error, which outliers hardly move. The error of a
+  // clean corner follows Rayleigh's distribution, whose median is sqrt(2 ln 2) sigma.
+  [[nodiscard]] double robustSigma() const {
+    std::vector<double> lengths;
+    for (const auto& view : errors_) {
+      for (const auto& error : view) lengths.push_back(error.norm());
+    }
+    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    return std::max(kMinSigmaPx, *middle / std::sqrt(2 * std::log(2.0)));
+  }
+
+  void solveRobustly() {
+    const ImageSize size = views_.front().size;
+    loss_.threshold_px = 0.005 * std::hypot(size.width, size.height);
+    solve();
+    constexpr double kSteady = 0.02;  // a change of the threshold by 2 % moves no parameter visibly
+    for (int round = 0; round < kMaxRounds; ++round) {
+      const double threshold = kLossSigmas * robustSigma();
+      if (std::abs(threshold / loss_.threshold_px - 1) < kSteady) return;
+      loss_.threshold_px = threshold;
+      solve();
+    }
+  }
+
+  // Outliers are judged anew in each round, among all corners, until the same ones come out.
+  void leaveOutOutliers() {
+    const double limit = kOutlierSigmas * loss_.threshold_px / kLossSigmas;
+    for (int round = 0; round < kMaxRounds; ++round) {
+      std::vector<Outlier> outliers;
+      Observations kept;
+      std::vector<std::size_t> foreign;
+      const Observations all = observationsOf(board_, views_);
+      for (std::size_t v = 0; v < views_.size(); ++v) {
+        const auto errors =
+            reprojectionErrors(options_.model, state_.params, state_.camera_from_board[v], all[v]);
+        std::vector<Observation> good;
+        for (std::size_t i = 0; i < errors.size(); ++i) {
+          if (errors[i].norm() <= limit) {
+            good.push_back(all[v][i]);
+          } else {
+            outliers.push_back({views_[v].image, views_[v].corners[i].id, errors[i]});
+          }
+        }
+        if (2 * good.size() < errors.size() || good.size() < kMinCornersPerView) foreign.push_back(v);
+        kept.push_back(std::move(good));
+      }
+      if (!foreign.empty()) {
+        for (auto v = foreign.rbegin(); v != foreign.rend(); ++v) {
+          kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(*v));
+          std::erase_if(outliers, [&](const Outlier& o) { return o.image == views_[*v].image; });
+          exclude(*v, "most of its corners do not fit the camera that the other views agree on");
+        }
+        requireViews();
+      }
+      const bool is_same =
+          foreign.empty() && outliers.size() == outliers_.size() &&
+          std::equal(outliers.begin(), outliers.end(), outliers_.begin(), [](const auto& a, const auto& b) {
+            return a.image == b.image && a.corner_id == b.corner_id;
+          });
+      outliers_ = std::move(outliers);
+      if (is_same) return;
+      observations_ = std::move(kept);
+      solve();
+    }
+  }
+
+  [[nodiscard]] ViewResult viewResult(std::size_t v) const {
+    ViewResult view;
+    view.image = views_[v].image;
+    view.camera_from_board = state_.camera_from_board[v];
+    view.num_corners = static_cast<int>(errors_[v].size());
+    view.num_outliers = static_cast<int>(views_[v].corners.size() - errors_[v].size());
+    double sum = 0;
+    for (const auto& error : errors_[v]) {
+      sum += error.squaredNorm();
+      view.max_error_px = std::max(view.max_error_px, error.norm());
+    }
+    view.rms_px = std::sqrt(sum / view.num_corners);
+    return view;
+  }
+
+  [[nodiscard]] CalibrationResult result() {
+    CalibrationResult result(AnyCamera::make(options_.model, state_.params));
+    result.image_size = views_.front().size;
+    std::vector<Eigen::Vector2d> all_errors;
+    double sum = 0;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      result.views.push_back(viewResult(v));
+      all_errors.insert(all_errors.end(), errors_[v].begin(), errors_[v].end());
+    }
+    for (const auto& error : all_errors) sum += error.squaredNorm();
+    result.num_corners = static_cast<int>(all_errors.size());
+    result.rms_px = std::sqrt(sum / result.num_corners);
+    std::sort(excluded_.begin(), excluded_.end(),
+              [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
+    result.excluded_views = std::move(excluded_);
+    result.outliers = std::move(outliers_);
+
+    const int num_free = static_cast<int>(state_.params.size() + 6 * views_.size());
+    const double variance = coordinateVariance(all_errors, loss_, num_free);
+    result.coordinate_sigma_px = std::sqrt(variance);
+    const IntrinsicsInformation information = intrinsicsInformation(options_.model, observations_, state_);
+    result.scaled_condition = information.scaled_condition;
+    if (information.inverse) result.covariance = variance * *information.inverse;
+
+    result.domain = certifyDomain(result.camera, result.image_size);
+    result.solver = summary_;
+    result.loss = loss_;
+    result.findings = judge(result);
+    return result;
+  }
+
+  const Checkerboard& board_;
+  std::vector<View> views_;
+  const CalibratorOptions& options_;
+  Observations observations_;  // of the corners in use
+  BundleState state_;
+  HuberLoss loss_{.threshold_px = 0};
+  BundleSummary summary_;
+  Errors errors_;  // of the corners in use
+  std::vector<Outlier> outliers_;
+  std::vector<ExcludedView> excluded_;
+};
+
+}  // namespace
+
+CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
+                            const CalibratorOptions& options) {
+  static_cast<void>(parameterNames(options.model));  // throws for an unknown model
+  prepare(board, views);
+  return Estimator(board, std::move(views), options).run();
+}
+
+}  // namespace alidade

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/covariance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "alidade/camera/model_list.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+template <CameraModel M>
+Eigen::MatrixXd schurComplement(std::span<const std::vector<Observation>> views, const BundleState& state) {
+  constexpr int kN = kNumParams<M>;
+  Eigen::Matrix<double, kN, kN> sum = Eigen::Matrix<double, kN, kN>::Zero();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const SE3& pose = state.camera_from_board[v];
+    const Eigen::Matrix3d R = pose.rotation.matrix();
+    Eigen::Matrix<double, 6, 6> pose_pose = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, kN> pose_params = Eigen::Matrix<double, 6, kN>::Zero();
+    Eigen::Matrix<double, kN, kN> params_params = Eigen::Matrix<double, kN, kN>::Zero();
+    Reprojection<M> corner;
+    for (const Observation& observation : views[v]) {
+      if (!reproject<M>(state.params.data(), R, pose.translation, observation.p_board, corner)) continue;
+      pose_pose.noalias() += corner.J_px_pose.transpose() * corner.J_px_pose;
+      pose_params.noalias() += corner.J_px_pose.transpose() * corner.J_px_params;
+      params_params.noalias() += corner.J_px_params.transpose() * corner.J_px_params;
+    }
+    sum += params_params - pose_params.transpose() * pose_pose.ldlt().solve(pose_params);
+  }
+  return 0.5 * (sum + sum.transpose());
+}
+
+}  // namespace
+
+IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
+                                            std::span<const std::vector<Observation>> views,
+                                            const BundleState& state) {
+  IntrinsicsInformation result;
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    if (M::kId == model_id) result.information = schurComplement<M>(views, state);
+  });
+  expect(result.information.size() > 0, "the model's id is known");
+
+  const Eigen::VectorXd scale = result.information.diagonal().cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return result;
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * result.information * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
+  if (solver.info() != Eigen::Success) return result;
+  const Eigen::VectorXd& values = solver.eigenvalues();
+  result.scaled_condition = std::max(0.0, values(0) / values(values.size() - 1));
+  // Below this, the smallest eigenvalue is rounding: the Schur complement subtracts numbers of its own size.
+  constexpr double kSingular = 1e-13;
+  if (!(result.scaled_condition > kSingular)) return result;
+  const Eigen::MatrixXd& vectors = solver.eigenvectors();
+  const Eigen::MatrixXd inverse = vectors * values.cwiseInverse().asDiagonal() * vectors.transpose();
+  result.inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
+  return result;
+}
+
+double coordinateVariance(std::span<const Eigen::Vector2d> errors, HuberLoss loss, int num_free_params) {
+  double sum_psi2 = 0;
+  double sum_slope = 0;  // psi' along and across the error, both axes of each corner
+  for (const Eigen::Vector2d& error : errors) {
+    const double s = error.squaredNorm();
+    const double weight = loss.weight(s);
+    sum_psi2 += weight * weight * s;
+    sum_slope += weight + (weight < 1.0 ? 0.0 : 1.0);
+  }
+  const double num_coordinates = 2.0 * static_cast<double>(errors.size());
+  const double freedom = num_coordinates - num_free_params;
+  if (!(freedom > 0)) return std::numeric_limits<double>::infinity();
+  const double mean_slope = sum_slope / num_coordinates;
+  return sum_psi2 / freedom / (mean_slope * mean_slope);
+}
+
+}  // namespace alidade

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/bundle_adjustment.h"
+
+namespace alidade {
+
+/// What the corners say about the intrinsics once every pose is free.
+struct IntrinsicsInformation {
+  /// N x N: the Schur complement of the poses in J^T J, so that covariance = sigma^2 * information^-1. Per
+  /// px^2.
+  Eigen::MatrixXd information;
+  /// Ratio of the smallest to the largest eigenvalue after scaling the diagonal to 1: near 0, some
+  /// combination of parameters is not seen by these views at all.
+  double scaled_condition = 0;
+  /// information^-1, or nothing where the matrix is singular to working precision.
+  std::optional<Eigen::MatrixXd> inverse;
+};
+
+[[nodiscard]] IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
+                                                          std::span<const std::vector<Observation>> views,
+                                                          const BundleState& state);
+
+/// Variance of one coordinate of a corner, px^2, as it enters the covariance of a Huber estimate:
+/// [sum psi^2 / (2 corners - free parameters)] / (mean psi')^2 (Huber 1981, Robust Statistics, section 7.6).
+/// Without outliers it is the sum of squares over the degrees of freedom, counted per coordinate.
+[[nodiscard]] double coordinateVariance(std::span<const Eigen::Vector2d> errors, HuberLoss loss,
+                                        int num_free_params);
+
+}  // namespace alidade

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "alidade/calibrate/calibration_result.h"
+
+namespace alidade {
+namespace {
+
+using Severity = Finding::Severity;
+
+// Even a perfect fit does not make a focal length certain; noise is taken to be at least this, px.
+constexpr double kNoiseFloorPx = 0.05;
+// One sigma of the focal length as a share of it: above the first the answer is no, above the second a
+// warning.
+constexpr double kFocalUnknown = 0.02;
+constexpr double kFocalWeak = 0.005;
+// Views all within this of fronto-parallel cannot tell focal length from distance.
+constexpr double kSmallTiltDeg = 8.0;
+// RMS as a share of the image's diagonal: a wrong model or board above the first, a doubtful one above the
+// second.
+constexpr double kMisfitNo = 0.002;
+constexpr double kMisfitWarn = 0.0005;
+constexpr int kFewViews = 8;
+
+std::string number(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+double degrees(double radians) {
+  return radians * 180 / std::numbers::pi;
+}
+
+// Largest angle between the image plane and a board, degrees.
+double largestTiltDeg(const CalibrationResult& result) {
+  double largest = 0;
+  for (const ViewResult& view : result.views) {
+    const double c = std::abs(view.camera_from_board.rotation.matrix()(2, 2));
+    largest = std::max(largest, degrees(std::acos(std::min(1.0, c))));
+  }
+  return largest;
+}
+
+// Relative one sigma of the focal lengths with corners no better than the noise floor.
+double relativeFocalStd(const CalibrationResult& result) {
+  if (!result.covariance) return std::numeric_limits<double>::infinity();
+  const double inflate = std::max(1.0, kNoiseFloorPx / result.coordinate_sigma_px);
+  double largest = 0;
+  for (int i = 0; i < 2; ++i) {
+    largest =
+        std::max(largest, result.parameterStd(i) / result.camera.parameters()[static_cast<std::size_t>(i)]);
+  }
+  return largest * inflate;
+}
+
+void judgeObservability(const CalibrationResult& result, std::vector<Finding>& findings) {
+  const double focal_std = relativeFocalStd(result);
+  const double tilt = largestTiltDeg(result);
+  const bool is_unknown = !(focal_std < kFocalUnknown);
+  if (is_unknown && tilt < kSmallTiltDeg) {
+    findings.push_back(
+        {.severity = Severity::kFailure,
+         .id = "fronto_parallel",
+         .message = "the board is nearly parallel to the image in every view (largest tilt " +
+                    number("%.1f", tilt) + " degrees): focal length and distance cannot be told apart",
+         .next_step = "add views with the board tilted by 20 to 50 degrees, about both of its axes"});
+  } else if (!result.covariance) {
+    findings.push_back(
+        {.severity = Severity::kFailure,
+         .id = "unobservable",
+         .message = "these views leave some combination of the parameters undetermined",
+         .next_step =
+             "add views with other tilts, distances and places in the image, or use a smaller model"});
+  } else if (is_unknown || focal_std > kFocalWeak) {
+    findings.push_back(
+        {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
+         .id = "focal_uncertain",
+         .message = "the focal length is known to " + number("%.2g", 100 * focal_std) +
+                    " % only (one sigma, corners taken as no better than 0.05 px)",
+         .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image"});
+  }
+  if (result.views.size() < kFewViews) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "few_views",
+                        .message = std::to_string(result.views.size()) + " views are few",
+                        .next_step = "use at least " + std::to_string(kFewViews) + ", better 15 to 30"});
+  }
+}
+
+void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (result.domain.full_image) return;
+  std::string where;
+  if (const auto& pixel = result.domain.pixel_without_ray) {
+    where = ": pixel (" + number("%.0f", pixel->x()) + ", " + number("%.0f", pixel->y()) + ") has no ray";
+  }
+  findings.push_back(
+      {.severity = Severity::kFailure,
+       .id = "folds_in_image",
+       .message = "the distortion folds over inside the image" + where,
+       .next_step = "add views that reach the image's corners, or use a model that suits the lens"});
+}
+
+void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (result.solver.termination != Termination::kConverged) {
+    findings.push_back({.severity = Severity::kFailure,
+                        .id = "not_converged",
+                        .message = "the solver stopped before the optimum: " + result.solver.reason,
+                        .next_step = "look for wrong views; the worst ones are listed"});
+  }
+  const double diagonal = std::hypot(result.image_size.width, result.image_size.height);
+  const double share = result.rms_px / diagonal;
+  if (!(share <= kMisfitWarn)) {
+    findings.push_back(
+        {.severity = share <= kMisfitNo ? Severity::kWarning : Severity::kFailure,
+         .id = "misfit",
+         .message = "an RMS of " + number("%.3g", result.rms_px) +
+                    " px is more than corners' noise: the lens does not follow the model, the board is not "
+                    "flat, or images are blurred",
+         .next_step = "try another model; check that the board is flat and rigid; look at the worst views"});
+  }
+  const auto params = result.camera.parameters();
+  const bool is_centred = params[2] > 0 && params[2] < result.image_size.width && params[3] > 0 &&
+                          params[3] < result.image_size.height;
+  if (!is_centred) {
+    findings.push_back(
+        {.severity = Severity::kFailure,
+         .id = "principal_point_outside",
+         .message = "the principal point (" + number("%.0f", params[2]) + ", " + number("%.0f", params[3]) +
+                    ") lies outside the image",
+         .next_step = "check that the images are neither cropped nor mixed from several cameras"});
+  }
+  const double aspect = params[0] / params[1];
+  constexpr double kOddAspect = 1.03;
+  if (std::max(aspect, 1 / aspect) > kOddAspect) {
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "odd_aspect",
+         .message = "fx / fy is " + number("%.3f", aspect) + "; pixels of almost all sensors are square",
+         .next_step = "check whether the images were stretched and whether the board's squares are square"});
+  }
+}
+
+void judgeData(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (!result.outliers.empty()) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "outliers",
+                        .message = std::to_string(result.outliers.size()) +
+                                   " corners lie far from where the camera puts "
+                                   "them and were left out",
+                        .next_step = "look at the images named in the summary"});
+  }
+  for (const ExcludedView& view : result.excluded_views) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "view_left_out",
+                        .message = view.image + ": " + view.reason,
+                        .next_step = "look at the image; remove it if it shows another board"});
+  }
+}
+
+}  // namespace
+
+double CalibrationResult::parameterStd(int i) const {
+  if (!covariance) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt((*covariance)(i, i));
+}
+
+bool CalibrationResult::isTrustworthy() const {
+  return std::none_of(findings.begin(), findings.end(),
+                      [](const Finding& f) { return f.severity == Severity::kFailure; });
+}
+
+std::vector<Finding> judge(const CalibrationResult& result) {
+  std::vector<Finding> findings;
+  judgeFit(result, findings);
+  judgeObservability(result, findings);
+  judgeDomain(result, findings);
+  judgeData(result, findings);
+  std::stable_partition(findings.begin(), findings.end(),
+                        [](const Finding& f) { return f.severity == Severity::kFailure; });
+  return findings;
+}
+
+}  // namespace alidade

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "alidade/target/view.h"
+
+namespace alidade {
+
+/// Which of several images have the size that most have; one camera has one image size.
+struct SizeGroups {
+  ImageSize size;                     ///< of the largest group; the first seen among equals
+  std::vector<std::size_t> in_group;  ///< indices of the images of that size, rising
+  std::vector<std::size_t> others;    ///< the rest, rising
+};
+
+[[nodiscard]] SizeGroups groupBySize(std::span<const ImageSize> sizes);
+
+/// For messages: "1280x720".
+[[nodiscard]] std::string sizeText(ImageSize size);
+
+}  // namespace alidade

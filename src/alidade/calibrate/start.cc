@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/start.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "alidade/init/closed_form_intrinsics.h"
+#include "alidade/init/homography.h"
+#include "alidade/init/pose_from_homography.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the rest joins in the full solve
+constexpr std::size_t kNumSolved = 3;
+constexpr int kMaxIterations = 100;
+
+struct Candidate {
+  BundleState state;
+  double cost = 0;
+};
+
+std::vector<View> spreadOf(std::span<const View> views) {
+  std::vector<View> some;
+  const std::size_t count = std::min(kMaxViews, views.size());
+  for (std::size_t i = 0; i < count; ++i) some.push_back(views[i * views.size() / count]);
+  return some;
+}
+
+double robustCost(std::string_view model_id, const BundleState& state,
+                  std::span<const std::vector<Observation>> observations, HuberLoss loss) {
+  double cost = 0;
+  for (std::size_t v = 0; v < observations.size(); ++v) {
+    for (const auto& error :
+         reprojectionErrors(model_id, state.params, state.camera_from_board[v], observations[v])) {
+      cost += loss.rho(error.squaredNorm());
+    }
+  }
+  return cost;
+}
+
+std::vector<Eigen::Matrix3d> homographiesOf(const Checkerboard& board, std::span<const View> views) {
+  std::vector<Eigen::Matrix3d> homographies;
+  for (const View& view : views) {
+    std::vector<Eigen::Vector2d> on_board;
+    std::vector<Eigen::Vector2d> pixels;
+    for (const Corner& corner : view.corners) {
+      on_board.emplace_back(board.corner(corner.id).head<2>());
+      pixels.push_back(corner.pixel);
+    }
+    if (const auto H = fitHomography(on_board, pixels)) homographies.push_back(*H);
+  }
+  return homographies;
+}
+
+}  // namespace
+
+std::vector<std::vector<Observation>> observationsOf(const Checkerboard& board, std::span<const View> views) {
+  std::vector<std::vector<Observation>> all(views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    for (const Corner& corner : views[v].corners) all[v].push_back({board.corner(corner.id), corner.pixel});
+  }
+  return all;
+}
+
+std::optional<std::vector<double>> findStart(std::string_view model_id, const Checkerboard& board,
+                                             std::span<const View> all_views, const CancelFlag* cancel) {
+  const std::vector<View> views = spreadOf(all_views);
+  const auto observations = observationsOf(board, views);
+  const ImageSize size = views.front().size;
+  const HuberLoss loss{.threshold_px = 0.005 * std::hypot(size.width, size.height)};
+
+  std::vector<Candidate> candidates;
+  for (const AffineStart& start : affineStarts(homographiesOf(board, views), size)) {
+    Candidate candidate;
+    candidate.state.params = startParameters(model_id, start.fx, size);
+    candidate.state.params[1] = start.fy;
+    candidate.state.params[2] = start.cx;
+    candidate.state.params[3] = start.cy;
+    const AnyCamera camera = AnyCamera::make(model_id, candidate.state.params);
+    for (const View& view : views) {
+      const auto pose = poseFromView(camera, board, view.corners);
+      if (pose) candidate.state.camera_from_board.push_back(*pose);
+    }
+    if (candidate.state.camera_from_board.size() != views.size()) continue;
+    candidate.cost = robustCost(model_id, candidate.state, observations, loss);
+    if (std::isfinite(candidate.cost)) candidates.push_back(std::move(candidate));
+  }
+  const auto cheaper = [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; };
+  std::stable_sort(candidates.begin(), candidates.end(), cheaper);
+  if (candidates.size() > kNumSolved) candidates.resize(kNumSolved);
+
+  const Candidate* best = nullptr;
+  for (Candidate& candidate : candidates) {
+    const BundleSummary summary =
+        solveBundle(model_id, observations, candidate.state,
+                    {.loss = loss, .max_iterations = kMaxIterations, .cancel = cancel});
+    candidate.cost = summary.cost;
+    // An iteration limit is no failure here: the full solve goes on from where this one stopped.
+    if (summary.termination == Termination::kFailed) continue;
+    if (best == nullptr || candidate.cost < best->cost) best = &candidate;
+  }
+  if (best == nullptr) return std::nullopt;
+  return best->state.params;
+}
+
+}  // namespace alidade

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/camera/any_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+namespace {
+
+// Calls f(ModelTag<M>{}) for the model called `id`.
+template <class F>
+void withModel(std::string_view id, F&& f) {
+  bool is_known = false;
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    if (M::kId != id) return;
+    is_known = true;
+    f(tag);
+  });
+  if (is_known) return;
+  const auto nearest = nearestName(id, modelIds());
+  throw usageError({.where = "camera model",
+                    .found = "'" + std::string(id) + "'",
+                    .expected = "one of " + join(modelIds(), ", "),
+                    .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
+}
+
+template <CameraModel M>
+Camera<M> makeCamera(std::span<const double> params) {
+  if (params.size() != static_cast<std::size_t>(kNumParams<M>)) {
+    throw inputError({.where = "parameters of model " + std::string(M::kId),
+                      .found = std::to_string(params.size()) + " numbers",
+                      .expected = std::to_string(kNumParams<M>)});
+  }
+  typename Camera<M>::Params values{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = params[i];
+    const bool is_focal = i < 2;
+    if (std::isfinite(values[i]) && (!is_focal || values[i] > 0)) continue;
+    throw inputError({.where = "parameter " + std::string(kParamNames<M>[i]),
+                      .found = exactText(values[i]),
+                      .expected = is_focal ? "a positive number of pixels" : "a finite number"});
+  }
+  return Camera<M>(values);
+}
+
+}  // namespace
+
+const std::vector<std::string>& modelIds() {
+  static const std::vector<std::string> ids = [] {
+    std::vector<std::string> all;
+    forEachModel(AllModels{}, [&](auto tag) { all.emplace_back(decltype(tag)::Model::kId); });
+    return all;
+  }();
+  return ids;
+}
+
+std::span<const std::string_view> parameterNames(std::string_view model_id) {
+  std::span<const std::string_view> names;
+  withModel(model_id, [&](auto tag) { names = kParamNames<typename decltype(tag)::Model>; });
+  return names;
+}
+
+std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size) {
+  std::vector<double> params = {focal_px, focal_px, 0.5 * (size.width - 1), 0.5 * (size.height - 1)};
+  withModel(model_id, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    params.insert(params.end(), M::kStartLens.begin(), M::kStartLens.end());
+  });
+  return params;
+}
+
+AnyCamera AnyCamera::make(std::string_view model_id, std::span<const double> params) {
+  std::optional<AnyCamera> camera;
+  withModel(model_id, [&](auto tag) { camera.emplace(makeCamera<typename decltype(tag)::Model>(params)); });
+  return *std::move(camera);
+}
+
+std::string_view AnyCamera::modelId() const {
+  return visit([](const auto& c) { return std::decay_t<decltype(c)>::Model::kId; });
+}
+
+std::span<const std::string_view> AnyCamera::parameterNames() const {
+  return visit([](const auto& c) {
+    return std::span<const std::string_view>(kParamNames<typename std::decay_t<decltype(c)>::Model>);
+  });
+}
+
+std::span<const double> AnyCamera::parameters() const {
+  return visit([](const auto& c) { return std::span<const double>(c.params()); });
+}
+
+const CertifiedCone& AnyCamera::cone() const {
+  return visit([](const auto& c) -> const CertifiedCone& { return c.cone(); });
+}
+
+Projection AnyCamera::project(const Eigen::Vector3d& p_cam) const {
+  return visit([&](const auto& c) { return c.project(p_cam); });
+}
+
+std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel) const {
+  return visit([&](const auto& c) { return c.unproject(pixel); });
+}
+
+void AnyCamera::project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const {
+  expect(points_cam.size() == out.size(), "one projection a point");
+  visit([&](const auto& c) {
+    for (std::size_t i = 0; i < points_cam.size(); ++i) out[i] = c.project(points_cam[i]);
+  });
+}
+
+DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
+  DomainCertificate result;
+  result.cone = camera.cone();
+  result.full_image = true;
+  camera.visit([&](const auto& c) {
+    using M = typename std::decay_t<decltype(c)>::Model;
+    const double* lens = c.params().data() + 4;
+    double axis_det = 0;
+    const auto det = [&](const Eigen::Vector3d& ray) {
+      double m[2];
+      double J[6];
+      return M::lensJacobian(lens, ray.data(), m, J, nullptr) ? std::abs(sphereDeterminant(J, ray)) : 0.0;
+    };
+    axis_det = det(Eigen::Vector3d::UnitZ());
+    result.min_relative_det = 1.0;
+    const auto look = [&](double u, double v) {
+      const auto ray = c.unproject({u, v});
+      if (!ray) {
+        result.full_image = false;
+        result.min_relative_det = 0.0;
+        if (!result.pixel_without_ray) result.pixel_without_ray = Eigen::Vector2d(u, v);
+        return;
+      }
+      result.min_relative_det = std::min(result.min_relative_det, det(*ray) / axis_det);
+    };
+    // The border runs along the outer edges of the outer pixels.
+    const double right = size.width - 0.5;
+    const double bottom = size.height - 0.5;
+    for (int x = 0; x <= size.width; ++x) {
+      look(x - 0.5, -0.5);
+      look(x - 0.5, bottom);
+    }
+    for (int y = 1; y < size.height; ++y) {
+      look(-0.5, y - 0.5);
+      look(right, y - 0.5);
+    }
+    constexpr int kGrid = 24;  // the inside matters for the determinant only
+    for (int j = 1; j < kGrid; ++j) {
+      for (int i = 1; i < kGrid; ++i)
+        look(-0.5 + i * size.width / double{kGrid}, -0.5 + j * size.height / double{kGrid});
+    }
+  });
+  return result;
+}
+
+}  // namespace alidade

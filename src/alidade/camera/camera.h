@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "alidade/camera/camera_model.h"
+#include "alidade/camera/domain.h"
+#include "alidade/camera/projection.h"
+
+namespace alidade {
+
+/// Why a point has no pixel.
+enum class ProjectStatus {
+  kOk,
+  kBehind,   ///< not in front of a camera that can only look forward
+  kOutside,  ///< beyond the first fold or the model's domain, or not a point (NaN, the camera centre)
+};
+
+/// Where a point of the camera frame appears. `pixel` holds NaN unless the status is kOk.
+struct Projection {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  ProjectStatus status = ProjectStatus::kOutside;
+
+  [[nodiscard]] bool ok() const { return status == ProjectStatus::kOk; }
+};
+
+/// A camera of one model: its parameters and the cone in which they are one-to-one. Immutable.
+template <CameraModel M>
+class Camera {
+ public:
+  using Model = M;
+  static constexpr int kNumParams = alidade::kNumParams<M>;
+  using Params = std::array<double, static_cast<std::size_t>(kNumParams)>;
+
+  /// Certifies the cone for `params` (fx fy cx cy, then the lens; all finite, fx and fy positive).
+  explicit Camera(const Params& params)
+      : params_(params),
+        cone_(certifyCone(
+            [&params](const Eigen::Vector3d& ray, double* J) {
+              double m[2];
+              return M::lensJacobian(params.data() + 4, ray.data(), m, J, nullptr);
+            },
+            M::kMaxAngle, M::kAxiallySymmetric(params.data() + 4))),
+        cos_max_angle_(std::cos(cone_.max_angle_rad)) {}
+
+  [[nodiscard]] const Params& params() const { return params_; }
+  [[nodiscard]] const CertifiedCone& cone() const { return cone_; }
+
+  /// Pixel of a point in the camera frame (any unit of length), or why there is none.
+  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const {
+    return project(p_cam, nullptr, nullptr);
+  }
+
+  /// The same with row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams); null = not wanted.
+  /// Nothing is written to them unless the status is kOk.
+  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam,
+                                   double* J_px_params) const {
+    Projection result;
+    result.status = classify(p_cam);
+    if (!result.ok()) return result;
+    double px[2];
+    const bool has_value =
+        J_px_cam == nullptr && J_px_params == nullptr
+            ? projectFormula<M>(params_.data(), p_cam.data(), px)
+            : projectFormulaJacobian<M>(params_.data(), p_cam.data(), px, J_px_cam, J_px_params);
+    if (!has_value || !std::isfinite(px[0]) || !std::isfinite(px[1])) {
+      result.status = ProjectStatus::kOutside;
+      return result;
+    }
+    result.pixel = {px[0], px[1]};
+    return result;
+  }
+
+  /// Unit ray in the camera frame that projects to `pixel`, or nothing where no ray of the domain does.
+  [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const {
+    const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
+    Eigen::Vector3d ray;
+    if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray.data())) return std::nullopt;
+    return ray;
+  }
+
+ private:
+  [[nodiscard]] ProjectStatus classify(const Eigen::Vector3d& p) const {
+    const double norm = p.stableNorm();
+    if (!(norm > 0.0) || !std::isfinite(norm)) return ProjectStatus::kOutside;
+    if (M::kMaxAngle <= std::numbers::pi / 2 && p.z() <= 0.0) return ProjectStatus::kBehind;
+    return p.z() >= cos_max_angle_ * norm ? ProjectStatus::kOk : ProjectStatus::kOutside;
+  }
+
+  Params params_;
+  CertifiedCone cone_;
+  double cos_max_angle_;
+};
+
+}  // namespace alidade

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <string_view>
+
+namespace alidade {
+
+/// What a camera model must provide. A model is a stateless struct that describes the *lens*: the map from a
+/// ray in the camera frame (any length > 0) to the normalised plane, m = lens(ray). The affine step to
+/// pixels, u = fx mx + cx and v = fy my + cy, is the same for all models and is written once (projection.h).
+///
+///   kId              the name in files and on the command line
+///   kNumLensParams   how many parameters follow fx fy cx cy
+///   kLensParamNames  their names, in storage order
+///   kStartLens       values from which a calibration may start: the lens closest to a plain perspective
+///   kMaxAngle        field angle from the optical axis up to which the formula makes sense, radians
+///   kAxiallySymmetric(k)  true if the lens treats all azimuths alike
+///   lens<T>(k, ray, m)    the map itself, for double and for automatic differentiation; false outside the
+///   formula lensJacobian(k, ray, m, J_m_ray, J_m_lens)  the same with row-major 2x3 and 2xN Jacobians (null
+///   = not wanted) unlens(k, m, max_angle, ray)  the inverse inside the cone of half-angle max_angle; false
+///   without a preimage
+template <class M>
+concept CameraModel = requires(const double* in, double* out, double angle) {
+  { M::kId } -> std::convertible_to<std::string_view>;
+  { M::kNumLensParams } -> std::convertible_to<int>;
+  { M::kMaxAngle } -> std::convertible_to<double>;
+  requires std::same_as < decltype(M::kLensParamNames), const std::array < std::string_view,
+      static_cast<std::size_t>(M::kNumLensParams)
+  >> ;
+  requires std::same_as < decltype(M::kStartLens), const std::array < double,
+      static_cast<std::size_t>(M::kNumLensParams)
+  >> ;
+  { M::kAxiallySymmetric(in) } -> std::same_as<bool>;
+  { M::template lens<double>(in, in, out) } -> std::same_as<bool>;
+  { M::lensJacobian(in, in, out, out, out) } -> std::same_as<bool>;
+  { M::unlens(in, in, angle, out) } -> std::same_as<bool>;
+};
+
+/// Parameters of the affine step, which every model stores first.
+inline constexpr std::array<std::string_view, 4> kAffineParamNames = {"fx", "fy", "cx", "cy"};
+
+template <CameraModel M>
+inline constexpr int kNumParams = 4 + M::kNumLensParams;
+
+/// Names of all parameters in storage order: fx fy cx cy, then the lens.
+template <CameraModel M>
+inline constexpr auto kParamNames = [] {
+  std::array<std::string_view, static_cast<std::size_t>(kNumParams<M>)> names{};
+  std::size_t i = 0;
+  for (const std::string_view name : kAffineParamNames) names[i++] = name;
+  for (const std::string_view name : M::kLensParamNames) names[i++] = name;
+  return names;
+}();
+
+}  // namespace alidade

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace alidade {
+
+/// Models that start from x = X/Z, y = Y/Z stop here: at 89.94 degrees the plane is left at 1000 focal
+/// lengths, where the powers in the distortion polynomials still keep their digits.
+inline constexpr double kPerspectiveMaxAngle = std::numbers::pi / 2 - 1e-3;
+
+namespace detail {
+
+/// A point of the normalised plane, its image under a distortion, and the 2x2 Jacobian between them.
+struct WarpSample {
+  double mx = 0, my = 0;
+  double dmx_dx = 0, dmx_dy = 0, dmy_dx = 0, dmy_dy = 0;
+
+  [[nodiscard]] double det() const { return dmx_dx * dmy_dy - dmx_dy * dmy_dx; }
+};
+
+/// Newton's method for warp(x, y) = (mx, my) from the given start, kept inside the disc of radius rho_max and
+/// never allowed to increase the residual. Returns true at a root inside the disc.
+template <class Warp>
+bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double& x, double& y) {
+  constexpr int kMaxIterations = 60;
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  WarpSample s = warp(x, y);
+  double rx = mx - s.mx;
+  double ry = my - s.my;
+  for (int i = 0; i < kMaxIterations; ++i) {
+    const double det = s.det();
+    if (!(det > 0.0)) return false;
+    const double dx = (s.dmy_dy * rx - s.dmx_dy * ry) / det;
+    const double dy = (s.dmx_dx * ry - s.dmy_dx * rx) / det;
+    const double step = std::hypot(dx, dy);
+    const double scale = 1.0 + std::hypot(x, y);
+    if (step <= 2 * kEpsilon * scale) return true;
+
+    const double residual = std::hypot(rx, ry);
+    bool moved = false;
+    for (double t = 1.0; t > 1e-6; t *= 0.5) {
+      double nx = x + t * dx;
+      double ny = y + t * dy;
+      const double rho = std::hypot(nx, ny);
+      if (rho > rho_max) {
+        nx *= rho_max / rho;
+        ny *= rho_max / rho;
+      }
+      const WarpSample n = warp(nx, ny);
+      const double new_rx = mx - n.mx;
+      const double new_ry = my - n.my;
+      if (!(std::hypot(new_rx, new_ry) < residual)) continue;
+      x = nx;
+      y = ny;
+      s = n;
+      rx = new_rx;
+      ry = new_ry;
+      moved = true;
+      break;
+    }
+    // Rounding stops the descent a few bits above zero residual; anything larger is a wall, not a root.
+    if (!moved) return step <= 64 * kEpsilon * scale;
+  }
+  return false;
+}
+
+/// Solves warp(x, y) = (mx, my) for the point inside the disc of radius rho_max, on which the warp is
+/// one-to-one and fixes the origin. Returns false when there is none.
+template <class Warp>
+bool invertWarp(const Warp& warp, double mx, double my, double rho_max, double& x, double& y) {
+  const double m = std::hypot(mx, my);
+  if (!std::isfinite(m)) return false;
+  const double shrink = m > rho_max ? rho_max / m : 1.0;
+  x = shrink * mx;
+  y = shrink * my;
+  if (newtonInDisc(warp, mx, my, rho_max, x, y)) return true;
+
+  // The direct start ran into the rim. Follow the preimage of the segment from the origin to m instead.
+  constexpr int kNumSteps = 16;
+  x = y = 0.0;
+  for (int i = 1; i <= kNumSteps; ++i) {
+    const double t = static_cast<double>(i) / kNumSteps;
+    if (!newtonInDisc(warp, t * mx, t * my, rho_max, x, y)) return false;
+  }
+  return true;
+}
+
+}  // namespace detail
+}  // namespace alidade

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+std::string compose(const ErrorDetail& d) {
+  std::string text = d.where;
+  if (!d.found.empty()) text += (text.empty() ? "" : ": ") + d.found;
+  if (!d.expected.empty()) text += (text.empty() ? "expected " : "; expected ") + d.expected;
+  if (!d.next_step.empty()) text += "\n  next: " + d.next_step;
+  return text;
+}
+
+}  // namespace
+
+Error::Error(ErrorCode code, const ErrorDetail& detail) : std::runtime_error(compose(detail)), code_(code) {}
+
+void expect(bool condition, const char* message) {
+  if (!condition) throw std::logic_error(std::string("broken precondition: ") + message);
+}
+
+}  // namespace alidade

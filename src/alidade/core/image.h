@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace alidade {
+
+/// Width and height in pixels.
+struct ImageSize {
+  int width = 0;
+  int height = 0;
+  friend bool operator==(const ImageSize&, const ImageSize&) = default;
+};
+
+/// An 8-bit grey image, rows one after another without padding; pixel (x, y) is at y * width + x.
+struct GrayImage {
+  ImageSize size;
+  std::vector<std::uint8_t> pixels;
+
+  [[nodiscard]] bool empty() const { return pixels.empty(); }
+  [[nodiscard]] std::uint8_t at(int x, int y) const {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+}  // namespace alidade

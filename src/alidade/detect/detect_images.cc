@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/detect_images.h"
+
+#include <mutex>
+
+#include "alidade/core/error.h"
+#include "alidade/core/parallel.h"
+
+namespace alidade {
+
+std::vector<ImageOutcome> detectInImages(std::span<const std::string> images,
+                                         const std::function<SourceImage(const std::string&)>& load,
+                                         const Checkerboard& board, const DetectImagesOptions& options) {
+  std::vector<ImageOutcome> outcomes(images.size());
+  std::mutex mutex;
+  std::size_t num_done = 0;
+  parallelFor(
+      images.size(), options.num_jobs,
+      [&](std::size_t i) {
+        ImageOutcome& outcome = outcomes[i];
+        outcome.image = images[i];
+        try {
+          const SourceImage source = load(images[i]);
+          outcome.size = source.image.size;
+          outcome.exif_orientation = source.exif_orientation;
+          outcome.detection = detectCheckerboard(source.image, board, options.detector);
+        } catch (const Error& error) {
+          outcome.detection.reason = DetectionReason::kUnreadable;
+          outcome.detection.detail = error.what();
+        }
+        const std::lock_guard lock(mutex);
+        ++num_done;
+        if (options.progress) options.progress(num_done, images.size());
+      },
+      options.cancel);
+  return outcomes;
+}
+
+}  // namespace alidade

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "alidade/core/cancel.h"
+#include "alidade/detect/checkerboard_detector.h"
+
+namespace alidade {
+
+/// An image as a reader hands it over, with what the reader noticed about it.
+struct SourceImage {
+  GrayImage image;
+  int exif_orientation = 1;  ///< 1 = upright; anything else was ignored, pixels are as stored
+};
+
+/// What came of one image.
+struct ImageOutcome {
+  std::string image;
+  ImageSize size;
+  int exif_orientation = 1;
+  Detection detection;
+};
+
+struct DetectImagesOptions {
+  DetectorOptions detector;
+  int num_jobs = 0;                                        ///< threads; 0 = one per processor
+  std::function<void(std::size_t, std::size_t)> progress;  ///< (done, total), from any thread, one at a time
+  const CancelFlag* cancel = nullptr;
+};
+
+/// Loads and searches images in parallel; a thread holds one image at a time. The result is in the order of
+/// `images`, whatever the number of threads. An image that `load` cannot read (Error) becomes an outcome with
+/// reason kUnreadable; the others go on.
+/// @throws Cancelled
+[[nodiscard]] std::vector<ImageOutcome> detectInImages(
+    std::span<const std::string> images, const std::function<SourceImage(const std::string&)>& load,
+    const Checkerboard& board, const DetectImagesOptions& options = {});
+
+}  // namespace alidade

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/camera_file.h"
+#include "alidade/io/camera_node.h"
+#include "alidade/io/pose_node.h"
+#include "alidade/io/yaml_node.h"
+
+namespace alidade {
+namespace {
+
+using detail::YamlNode;
+
+std::vector<std::string> strings(std::span<const std::string_view> names) {
+  return {names.begin(), names.end()};
+}
+
+void checkConventions(const YamlNode& node) {
+  node.allowKeys({"pixel_origin", "length_unit", "pose"});
+  const auto require = [&](const char* key, const std::string& expected) {
+    const auto value = node.find(key);
+    if (value && value->text() != expected) {
+      throw value->error("'" + value->text() + "'", "'" + expected + "', the only convention of this format");
+    }
+  };
+  require("pixel_origin", "top_left_pixel_center");
+  require("length_unit", "m");
+  require("pose", "camera_from_board");
+}
+
+DomainClaim readDomain(const YamlNode& node) {
+  node.allowKeys({"max_angle_rad", "full_image"});
+  return {.max_angle_rad = node.at("max_angle_rad").number(), .full_image = node.at("full_image").boolean()};
+}
+
+std::vector<SelfCheckPoint> readSelfCheck(const YamlNode& node) {
+  std::vector<SelfCheckPoint> points;
+  for (const YamlNode& item : node.items()) {
+    item.allowKeys({"point", "pixel"});
+    const std::vector<double> point = item.at("point").numbers(3);
+    const std::vector<double> pixel = item.at("pixel").numbers(2);
+    points.push_back({{point[0], point[1], point[2]}, {pixel[0], pixel[1]}});
+  }
+  return points;
+}
+
+int readCount(const YamlNode& node) {
+  const int count = node.integer();
+  if (count < 0) throw node.error(std::to_string(count), "a count");
+  return count;
+}
+
+ViewRecord readView(const YamlNode& node) {
+  node.allowKeys({"image", "num_corners", "rms_px", "camera_from_board"});
+  ViewRecord view;
+  view.image = node.at("image").text();
+  view.num_corners = readCount(node.at("num_corners"));
+  view.rms_px = node.at("rms_px").number();
+  view.camera_from_board = detail::readPose(node.at("camera_from_board"));
+  return view;
+}
+
+Setting readSetting(const YamlNode& node, const std::string& key) {
+  const YamlNode value = node.at(key);
+  Setting setting(key, {});
+  if (value.isSequence()) {
+    for (const YamlNode& item : value.items()) setting.second.push_back(item.text());
+  } else {
+    setting.second.push_back(value.text());
+  }
+  return setting;
+}
+
+CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
+  node.allowKeys({"rms_px", "num_views", "num_corners", "num_outliers", "parameter_std", "covariance",
+                  "termination", "board", "findings", "views", "settings"});
+  CalibrationRecord record;
+  record.rms_px = node.at("rms_px").number();
+  record.num_views = readCount(node.at("num_views"));
+  record.num_corners = readCount(node.at("num_corners"));
+  if (const auto n = node.find("num_outliers")) record.num_outliers = readCount(*n);
+  if (const auto n = node.find("parameter_std")) {
+    n->allowKeys(strings(parameter_names));
+    for (const std::string& name : strings(parameter_names))
+      record.parameter_std.push_back(n->at(name).number());
+  }
+  if (const auto n = node.find("covariance")) {
+    record.covariance = n->numbers(parameter_names.size() * (parameter_names.size() + 1) / 2);
+  }
+  if (const auto n = node.find("termination")) record.termination = n->text();
+  if (const auto n = node.find("board")) record.board = n->text();
+  if (const auto n = node.find("findings")) {
+    for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
+  }
+  if (const auto n = node.find("views")) {
+    for (const YamlNode& item : n->items()) record.views.push_back(readView(item));
+  }
+  if (const auto n = node.find("settings")) {
+    for (const std::string& key : n->keys()) record.settings.push_back(readSetting(*n, key));
+  }
+  return record;
+}
+
+CameraFile readRoot(const YamlNode& root) {
+  if (!root.isMap() || !root.has("alidade_camera")) {
+    throw root.error("a file without the key 'alidade_camera'", "a camera file of this program",
+                     "start it with: alidade_camera: 1");
+  }
+  const YamlNode version = root.at("alidade_camera");
+  if (version.integer() != 1) {
+    throw version.error("format version " + version.text(), "1", "this file may come from a newer release");
+  }
+  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "conventions", "domain",
+                  "self_check", "calibration", "created_by"});
+  CameraFile file{.camera = detail::readCamera(root),
+                  .image_size = detail::readImageSize(root.at("image_size")),
+                  .domain = {},
+                  .self_check = {},
+                  .calibration = {},
+                  .created_by = {}};
+  if (const auto n = root.find("conventions")) checkConventions(*n);
+  if (const auto n = root.find("domain")) file.domain = readDomain(*n);
+  if (const auto n = root.find("self_check")) file.self_check = readSelfCheck(*n);
+  if (const auto n = root.find("calibration"))
+    file.calibration = readCalibration(*n, file.camera.parameterNames());
+  if (const auto n = root.find("created_by")) file.created_by = n->text();
+  return file;
+}
+
+}  // namespace
+
+CameraFile readCameraFile(const std::string& path) {
+  return readRoot(YamlNode::readFile(path));
+}
+
+CameraFile parseCameraFile(const std::string& text, const std::string& name) {
+  return readRoot(YamlNode::parse(text, name));
+}
+
+}  // namespace alidade

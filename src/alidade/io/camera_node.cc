@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/camera_node.h"
+
+#include <algorithm>
+
+#include "alidade/core/text.h"
+
+namespace alidade::detail {
+
+ImageSize readImageSize(const YamlNode& node) {
+  node.allowKeys({"width", "height"});
+  const auto side = [&](const char* key) {
+    const YamlNode value = node.at(key);
+    constexpr int kMaxSide = 1'000'000;
+    const int pixels = value.integer();
+    if (pixels < 1 || pixels > kMaxSide) throw value.error(std::to_string(pixels), "1 to 1000000 pixels");
+    return pixels;
+  };
+  return {.width = side("width"), .height = side("height")};
+}
+
+AnyCamera readCamera(const YamlNode& root) {
+  const YamlNode model = root.at("model");
+  const std::string id = model.text();
+  if (std::find(modelIds().begin(), modelIds().end(), id) == modelIds().end()) {
+    const auto nearest = nearestName(id, modelIds());
+    throw model.error("unknown camera model '" + id + "'", "one of " + join(modelIds(), ", "),
+                      nearest ? "did you mean '" + *nearest + "'?" : "");
+  }
+  const YamlNode parameters = root.at("parameters");
+  const std::vector<std::string> names = [&] {
+    const auto all = parameterNames(id);
+    return std::vector<std::string>(all.begin(), all.end());
+  }();
+  parameters.allowKeys(names);
+  std::vector<double> values;
+  for (const std::string& name : names) values.push_back(parameters.at(name).number());
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (!(values[i] > 0)) {
+      throw parameters.at(names[i]).error(exactText(values[i]), "a positive focal length in pixels");
+    }
+  }
+  return AnyCamera::make(id, values);
+}
+
+}  // namespace alidade::detail

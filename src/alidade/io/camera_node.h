@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/io/yaml_node.h"
+
+namespace alidade::detail {
+
+/// Reads {width: ..., height: ...}, pixels.
+[[nodiscard]] ImageSize readImageSize(const YamlNode& node);
+
+/// Reads the keys model and parameters of a map (other keys are the caller's to check).
+[[nodiscard]] AnyCamera readCamera(const YamlNode& node);
+
+}  // namespace alidade::detail

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// What the frame of an image file says about it, without decoding a pixel. Decoders fill the missing part of
+/// a truncated JPEG with grey and say nothing, so this has to be known before.
+struct ContainerInfo {
+  enum class Format { kJpeg, kPng, kTiff, kOther };
+  Format format = Format::kOther;
+  /// The end of the image is there (JPEG, PNG; true for others). Bytes after it do not matter.
+  bool complete = true;
+  /// The checksums of the chunks that a decoder needs are right (PNG; true for others).
+  bool intact = true;
+  /// The Exif or TIFF orientation, 1 to 8; 1, as stored, when the file states none or nonsense.
+  int exif_orientation = 1;
+  std::optional<ImageSize> size = std::nullopt;  ///< of the stored pixels (JPEG, PNG), both sides positive
+};
+
+/// Reads any bytes without fault: what cannot be made out keeps its default, and the image counts as
+/// incomplete.
+[[nodiscard]] ContainerInfo parseImageContainer(std::span<const std::uint8_t> bytes);
+
+}  // namespace alidade

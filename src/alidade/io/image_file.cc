@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/image_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <new>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "alidade/core/error.h"
+#include "alidade/io/atomic_file.h"
+#include "alidade/io/image_container.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kMaxFileBytes = std::numeric_limits<int>::max();  // OpenCV counts bytes in an int
+
+// What OpenCV decodes at most; checked first, as its own complaint names no file.
+constexpr int kMaxSide = 1 << 20;
+constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
+
+Error imageError(const std::string& path, std::string found, std::string next_step) {
+  return inputError({.where = path,
+                     .found = std::move(found),
+                     .expected = "an image (JPEG, PNG, TIFF, BMP, PGM, WebP)",
+                     .next_step = std::move(next_step)});
+}
+
+Error damagedError(const std::string& path, std::string found) {
+  return imageError(path, std::move(found),
+                    "copy or record the image again, convert it to an 8-bit PNG, or leave it out");
+}
+
+/// Says what a file that no decoder took begins with: text is worth quoting, since it often says what
+/// happened (a web page instead of a download, a pointer instead of large file storage).
+std::string describeStart(std::string_view bytes) {
+  constexpr std::size_t kMaxQuoted = 20;
+  const auto is_text = [](char c) { return c >= ' ' && c <= '~'; };
+  const auto end =
+      std::find_if_not(bytes.begin(), bytes.begin() + std::min(bytes.size(), kMaxQuoted), is_text);
+  const std::string start(bytes.begin(), end);
+  constexpr std::size_t kLeastText = 4;  // shorter runs turn up in binary files by chance
+  const bool whole_line = start.size() == bytes.size() || *end == '\n' || *end == '\r';
+  if (start.size() >= kLeastText || (!start.empty() && whole_line)) {
+    return "the file starts with '" + start + "', not an image";
+  }
+  return "not an image, or one of an unknown kind";
+}
+
+/// The first bytes of the formats that parseImageContainer does not know: BMP, WebP and the PNM family.
+bool hasImageSignature(std::string_view bytes) {
+  const bool is_pnm =
+      bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '7' && bytes[2] <= ' ';
+  return is_pnm || bytes.starts_with("BM") || bytes.starts_with("RIFF");
+}
+
+void checkSize(const std::string& path, const ImageSize& size) {
+  const std::int64_t num_pixels = std::int64_t{size.width} * size.height;
+  if (size.width <= kMaxSide && size.height <= kMaxSide && num_pixels <= kMaxPixels) return;
+  throw inputError(
+      {.where = path,
+       .found = "an image of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+       .expected = "at most " + std::to_string(kMaxPixels) + " pixels and " + std::to_string(kMaxSide) +
+                   " along a side",
+       .next_step = "check that the file is not damaged"});
+}
+
+ContainerInfo checkContainer(const std::string& path, std::string_view content) {
+  const ContainerInfo info =
+      parseImageContainer({reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
+  if (!info.complete) {
+    throw damagedError(path, "the image is cut short: its end is missing after " +
+                                 std::to_string(content.size()) + " bytes");
+  }
+  if (!info.intact) throw damagedError(path, "the image is damaged: a checksum is wrong");
+  if (info.size) checkSize(path, *info.size);
+  if (info.format == ContainerInfo::Format::kTiff && info.exif_orientation != 1) {
+    // OpenCV (4.6) turns TIFF images even when told not to.
+    throw imageError(path,
+                     "a TIFF image to be shown " + describeExifOrientation(info.exif_orientation) +
+                         " (orientation tag " + std::to_string(info.exif_orientation) + ")",
+                     "save the pixels as the sensor gave them, without an orientation tag, or as PNG");
+  }
+  return info;
+}
+
+cv::Mat decode(const std::string& path, std::string& content) {
+  // The decoders' complaints reach the caller as an Error. OpenCV has one level for the whole process, so it
+  // is set once and not restored: another thread may be decoding.
+  [[maybe_unused]] static const auto kPreviousLevel =
+      cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  const cv::Mat encoded(1, static_cast<int>(content.size()), CV_8UC1, content.data());
+  cv::Mat image;
+  try {
+    image = cv::imdecode(encoded, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception& exception) {
+    throw damagedError(path, "the image cannot be decoded (" + exception.err + ")");
+  } catch (const std::bad_alloc&) {
+    throw damagedError(path, "the image needs more memory than there is");
+  }
+  return image;
+}
+
+/// Values far apart (doubles) must not overflow in their difference, hence the halves.
+template <class Sample>
+void scaleTo8Bits(const cv::Mat& image, std::uint8_t* out) {
+  double least = std::numeric_limits<double>::infinity();
+  double greatest = -least;
+  for (int y = 0; y < image.rows; ++y) {
+    for (const Sample sample : std::span(image.ptr<Sample>(y), static_cast<std::size_t>(image.cols))) {
+      const auto value = static_cast<double>(sample);
+      if (!std::isfinite(value)) continue;
+      least = std::min(least, value);
+      greatest = std::max(greatest, value);
+    }
+  }
+  const double half_range = greatest / 2 - least / 2;
+  for (int y = 0; y < image.rows; ++y) {
+    for (const Sample sample : std::span(image.ptr<Sample>(y), static_cast<std::size_t>(image.cols))) {
+      const double share = (static_cast<double>(sample) / 2 - least / 2) / half_range;
+      // Infinite samples are clamped; neither comparison holds for NaN.
+      *out++ = share >= 1.0 ? 255 : share > 0.0 ? static_cast<std::uint8_t>(std::lround(share * 255.0)) : 0;
+    }
+  }
+}
+
+GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
+  GrayImage gray{.size = {image.cols, image.rows}, .pixels = std::vector<std::uint8_t>(image.total())};
+  std::uint8_t* out = gray.pixels.data();
+  switch (image.type()) {
+    case CV_8UC1:
+      for (int y = 0; y < image.rows; ++y) out = std::copy_n(image.ptr<std::uint8_t>(y), image.cols, out);
+      break;
+    case CV_8SC1:
+      scaleTo8Bits<std::int8_t>(image, out);
+      break;
+    case CV_16UC1:
+      scaleTo8Bits<std::uint16_t>(image, out);
+      break;
+    case CV_16SC1:
+      scaleTo8Bits<std::int16_t>(image, out);
+      break;
+    case CV_32SC1:
+      scaleTo8Bits<std::int32_t>(image, out);
+      break;
+    case CV_32FC1:
+      scaleTo8Bits<float>(image, out);
+      break;
+    case CV_64FC1:
+      scaleTo8Bits<double>(image, out);
+      break;
+    default:
+      throw imageError(path, "samples that cannot be turned into grey", "convert the image to an 8-bit PNG");
+  }
+  return gray;
+}
+
+}  // namespace
+
+LoadedImage readGrayImage(const std::string& path) {
+  // A pipe would block a whole run for as long as nobody writes to it.
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_other(status)) {
+    throw imageError(path, "this is a device or pipe, not a file", "save the image to a file");
+  }
+  std::string content = readBinaryFile(path, kMaxFileBytes);
+  if (content.empty()) throw damagedError(path, "the file is empty (0 bytes)");
+  const ContainerInfo info = checkContainer(path, content);
+  const cv::Mat image = decode(path, content);
+  if (image.empty()) {
+    if (info.format == ContainerInfo::Format::kOther && !hasImageSignature(content)) {
+      throw imageError(path, describeStart(content),
+                       "open it in an image viewer; get it again, or leave it out");
+    }
+    throw damagedError(path, "the image cannot be decoded: it is damaged, or of an unusual kind");
+  }
+  constexpr int kBitsPerByte = 8;
+  return {.image = toGrayImage(path, image),
+          .exif_orientation = info.exif_orientation,
+          .bits_per_sample = static_cast<int>(image.elemSize1()) * kBitsPerByte};
+}
+
+void writeGrayPng(const std::string& path, const GrayImage& image) {
+  const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
+  expect(!image.empty() && image.pixels.size() == num_pixels, "an image has one byte a pixel");
+  // OpenCV has no view of constant data; imencode does not write to it.
+  const cv::Mat view(image.size.height, image.size.width, CV_8UC1,
+                     const_cast<std::uint8_t*>(image.pixels.data()));
+  std::vector<std::uint8_t> encoded;
+  try {
+    cv::imencode(".png", view, encoded);
+  } catch (const cv::Exception& exception) {
+    throw inputError({.where = path,
+                      .found = "the image cannot be encoded (" + exception.err + ")",
+                      .expected = "an image that fits into a PNG file",
+                      .next_step = "use a smaller image"});
+  }
+  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
+}
+
+std::string describeExifOrientation(int orientation) {
+  constexpr std::array<std::string_view, 8> kDescriptions = {
+      "as stored",
+      "mirrored left to right",
+      "rotated 180 degrees",
+      "mirrored top to bottom",
+      "mirrored about the diagonal from top left to bottom right",
+      "rotated 90 degrees clockwise",
+      "mirrored about the diagonal from top right to bottom left",
+      "rotated 90 degrees counter-clockwise",
+  };
+  if (orientation < 1 || orientation > static_cast<int>(kDescriptions.size())) return "in an unknown way";
+  return std::string(kDescriptions[static_cast<std::size_t>(orientation - 1)]);
+}
+
+}  // namespace alidade

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+struct LoadedImage {
+  GrayImage image;           ///< the pixels as the sensor stored them, whatever the orientation tag says
+  int exif_orientation = 1;  ///< Exif's 1 to 8; viewers and some programs apply it, readGrayImage does not
+  int bits_per_sample = 8;   ///< of the decoded samples: 8, 16, 32 or 64
+};
+
+/// Reads an image of any kind that OpenCV decodes: grey or colour, with or without alpha. Samples of more
+/// than 8 bits are scaled linearly so that the least becomes 0 and the greatest 255, as 10 and 12-bit data in
+/// 16-bit files would be almost black otherwise; where all are the same they become 0, and so do samples that
+/// are not a number. Fit for finding features, not for measuring light.
+/// @throws Error (kInput) when the file is missing, unreadable, empty, truncated, damaged, too large or no
+/// image, and for a TIFF file that asks to be turned.
+[[nodiscard]] LoadedImage readGrayImage(const std::string& path);
+
+/// Writes a PNG file, whatever the name ends with, by writeFileAtomically.
+/// @throws Error (kInput) when the file cannot be written; std::logic_error for an empty image.
+void writeGrayPng(const std::string& path, const GrayImage& image);
+
+/// What a viewer does to the stored pixels to show them upright, in words: "rotated 90 degrees clockwise"
+/// for 6.
+[[nodiscard]] std::string describeExifOrientation(int orientation);
+
+}  // namespace alidade

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/scene_file.h"
+
+#include <filesystem>
+
+#include "alidade/io/board_file.h"
+#include "alidade/io/camera_file.h"
+#include "alidade/io/camera_node.h"
+#include "alidade/io/pose_node.h"
+
+namespace alidade {
+namespace {
+
+using detail::YamlNode;
+
+// Fields of an options struct by their names in the file, which are their names in the code.
+template <class Options>
+struct Field {
+  const char* key;
+  double Options::*value;
+};
+
+constexpr Field<RandomViewOptions> kRandomFields[] = {{"max_tilt_deg", &RandomViewOptions::max_tilt_deg},
+                                                      {"max_roll_deg", &RandomViewOptions::max_roll_deg},
+                                                      {"min_fill", &RandomViewOptions::min_fill},
+                                                      {"max_fill", &RandomViewOptions::max_fill},
+                                                      {"margin_px", &RandomViewOptions::margin_px}};
+
+constexpr Field<RenderOptions> kRenderFields[] = {
+    {"blur_px", &RenderOptions::blur_px},
+    {"dark_level", &RenderOptions::dark_level},
+    {"bright_level", &RenderOptions::bright_level},
+    {"background_level", &RenderOptions::background_level},
+    {"falloff", &RenderOptions::falloff},
+    {"vignetting_exponent", &RenderOptions::vignetting_exponent},
+    {"read_noise", &RenderOptions::read_noise},
+    {"full_well_electrons", &RenderOptions::full_well_electrons}};
+
+template <class Options, std::size_t kCount>
+void readFields(const YamlNode& node, const Field<Options> (&fields)[kCount],
+                std::vector<std::string> other_keys, Options& options) {
+  std::vector<std::string> keys = std::move(other_keys);
+  for (const auto& field : fields) keys.emplace_back(field.key);
+  node.allowKeys(keys);
+  for (const auto& field : fields) {
+    if (const auto value = node.find(field.key)) options.*(field.value) = value->number();
+  }
+}
+
+// Complaints about ranges come from the options themselves; the file's place is added here.
+template <class Options>
+void checkRanges(const YamlNode& node, const Options& options) {
+  try {
+    options.validate();
+  } catch (const Error& e) {
+    throw inputError({.where = node.where(), .found = e.what()});
+  }
+}
+
+Scene readBasics(const YamlNode& root, const std::string& path) {
+  const YamlNode camera = root.at("camera");
+  const std::string board = root.at("board").text();
+  const auto make = [&](AnyCamera any_camera, ImageSize size) {
+    return Scene{.camera = std::move(any_camera),
+                 .image_size = size,
+                 .board = readBoard(board),
+                 .camera_from_board = {},
+                 .num_random_views = 0,
+                 .seed = 1,
+                 .random_views = {},
+                 .render = {},
+                 .corner_noise_px = 0};
+  };
+  if (camera.isMap()) {
+    camera.allowKeys({"model", "image_size", "parameters"});
+    return make(detail::readCamera(camera), detail::readImageSize(camera.at("image_size")));
+  }
+  const std::filesystem::path file = std::filesystem::path(path).parent_path() / camera.text();
+  const CameraFile read = readCameraFile(file.string());
+  return make(read.camera, read.image_size);
+}
+
+void readViews(const YamlNode& node, Scene& scene) {
+  node.allowKeys({"random", "poses"});
+  if (node.has("random") == node.has("poses"))
+    throw node.error("both or neither of random and poses", "one of them");
+  if (node.has("random")) {
+    const YamlNode count = node.at("random");
+    scene.num_random_views = count.integer();
+    constexpr int kMaxViews = 100'000;
+    if (scene.num_random_views < 1 || scene.num_random_views > kMaxViews) {
+      throw count.error("'" + count.text() + "'", "1 to 100000 views");
+    }
+    return;
+  }
+  for (const YamlNode& item : node.at("poses").items())
+    scene.camera_from_board.push_back(detail::readPose(item));
+  if (scene.camera_from_board.empty()) throw node.at("poses").error("no pose", "at least one");
+}
+
+}  // namespace
+
+Scene readSceneFile(const std::string& path) {
+  const YamlNode root = YamlNode::readFile(path);
+  root.allowKeys(
+      {"alidade_scene", "camera", "board", "views", "seed", "random", "render", "corner_noise_px"});
+  const YamlNode version = root.at("alidade_scene");
+  if (version.integer() != 1) throw version.error("format version " + version.text(), "1");
+  Scene scene = readBasics(root, path);
+  readViews(root.at("views"), scene);
+  if (const auto n = root.find("seed")) {
+    if (n->integer() < 0) throw n->error("'" + n->text() + "'", "0 or more");
+    scene.seed = static_cast<std::uint64_t>(n->integer());
+  }
+  if (const auto n = root.find("random")) {
+    readFields(*n, kRandomFields, {}, scene.random_views);
+    checkRanges(*n, scene.random_views);
+  }
+  if (const auto n = root.find("render")) {
+    readFields(*n, kRenderFields, {"samples"}, scene.render);
+    if (const auto samples = n->find("samples")) scene.render.samples = samples->integer();
+    checkRanges(*n, scene.render);
+  }
+  if (const auto n = root.find("corner_noise_px")) {
+    scene.corner_noise_px = n->number();
+    if (scene.corner_noise_px < 0) throw n->error("'" + n->text() + "'", "0 or more");
+  }
+  return scene;
+}
+
+std::string posesText(const std::vector<std::string>& images, const std::vector<SE3>& camera_from_board) {
+  expect(images.size() == camera_from_board.size(), "one pose an image");
+  YAML::Emitter out;
+  out << YAML::BeginSeq;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "image" << YAML::Value << images[i];
+    out << YAML::Key << "camera_from_board" << YAML::Value;
+    detail::writePose(out, camera_from_board[i]);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+  return std::string(out.c_str(), out.size()) + "\n";
+}
+
+}  // namespace alidade

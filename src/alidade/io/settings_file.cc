@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/settings_file.h"
+
+#include "alidade/io/yaml_node.h"
+
+namespace alidade {
+
+std::vector<SettingEntry> readSettingsFile(const std::string& path) {
+  const detail::YamlNode root = detail::YamlNode::readFile(path);
+  if (!root.isMap()) throw root.error("no map", "flags as keys, for example\n  board: checkerboard:9x6:25mm");
+  root.allowKeys(root.keys());  // a doubled key
+  std::vector<SettingEntry> entries;
+  for (const std::string& key : root.keys()) {
+    if (key.starts_with("x_")) continue;
+    const detail::YamlNode value = root.at(key);
+    SettingEntry entry{.key = key, .values = {}, .where = value.where()};
+    if (value.isSequence()) {
+      for (const detail::YamlNode& item : value.items()) entry.values.push_back(item.text());
+    } else {
+      entry.values.push_back(value.text());
+    }
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
+}  // namespace alidade

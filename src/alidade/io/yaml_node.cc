@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/yaml_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "alidade/core/text.h"
+#include "alidade/io/atomic_file.h"
+
+namespace alidade::detail {
+namespace {
+
+constexpr std::size_t kMaxFileBytes = 64u << 20u;
+
+}  // namespace
+
+YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() != 1) {
+      throw inputError(
+          {.where = file, .found = std::to_string(documents.size()) + " YAML documents", .expected = "one"});
+    }
+    return {documents.front(), file, ""};
+  } catch (const YAML::Exception& e) {
+    const bool has_place = !e.mark.is_null();
+    throw inputError({.where = file + (has_place ? ":" + std::to_string(e.mark.line + 1) : ""),
+                      .found = "not valid YAML: " + e.msg,
+                      .expected = "YAML 1.2",
+                      .next_step = text.starts_with("%YAML:1.0")
+                                       ? "this is an OpenCV file; other tools' formats are not read yet"
+                                       : "correct the file near that line"});
+  }
+}
+
+YamlNode YamlNode::readFile(const std::string& path) {
+  return parse(readTextFile(path, kMaxFileBytes), path);
+}
+
+void YamlNode::allowKeys(const std::vector<std::string>& allowed) const {
+  if (!node_.IsMap()) throw error(describe(), "a map with the keys " + join(allowed, ", "));
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const YamlNode key(entry.first, file_, path_);
+    const std::string name = key.text();
+    if (!seen.insert(name).second) throw key.error("the key '" + name + "' twice", "each key once");
+    if (name.starts_with("x_") || std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
+    const auto nearest = nearestName(name, allowed);
+    throw key.error("unknown key '" + name + "'", "one of " + join(allowed, ", "),
+                    nearest ? "did you mean '" + *nearest + "'?" : "keys of your own start with x_");
+  }
+}
+
+bool YamlNode::has(const std::string& key) const {
+  const YAML::Node& node = node_;
+  return node.IsMap() && node[key].IsDefined();
+}
+
+YamlNode YamlNode::at(const std::string& key) const {
+  if (!node_.IsMap()) throw error(describe(), "a map with the key '" + key + "'");
+  if (!has(key)) {
+    std::string present = join(keys(), ", ");
+    throw error("no key '" + key + "'", "'" + key + "' beside " + (present.empty() ? "nothing" : present),
+                "add it");
+  }
+  const YAML::Node& node = node_;
+  return {node[key], file_, path_.empty() ? key : path_ + "." + key};
+}
+
+std::optional<YamlNode> YamlNode::find(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  return at(key);
+}
+
+std::vector<std::string> YamlNode::keys() const {
+  std::vector<std::string> names;
+  for (const auto& entry : node_) names.push_back(YamlNode(entry.first, file_, path_).text());
+  return names;
+}
+
+std::vector<YamlNode> YamlNode::items() const {
+  if (!node_.IsSequence()) throw error(describe(), "a list");
+  std::vector<YamlNode> all;
+  for (std::size_t i = 0; i < node_.size(); ++i) {
+    const YAML::Node& node = node_;
+    all.push_back({node[i], file_, path_ + "[" + std::to_string(i) + "]"});
+  }
+  return all;
+}
+
+std::string YamlNode::text() const {
+  if (!node_.IsScalar()) throw error(describe(), "a single value");
+  return node_.Scalar();
+}
+
+double YamlNode::number() const {
+  if (!node_.IsScalar()) throw error(describe(), "a number");
+  const auto value = parseDouble(node_.Scalar());
+  if (!value || !std::isfinite(*value)) throw error("'" + node_.Scalar() + "'", "a finite number");
+  return *value;
+}
+
+int YamlNode::integer() const {
+  if (!node_.IsScalar()) throw error(describe(), "a whole number");
+  const auto value = parseInt(node_.Scalar());
+  if (!value) throw error("'" + node_.Scalar() + "'", "a whole number");
+  return *value;
+}
+
+bool YamlNode::boolean() const {
+  const std::string value = text();
+  if (value == "true") return true;
+  if (value == "false") return false;
+  throw error("'" + value + "'", "true or false");
+}
+
+std::vector<double> YamlNode::numbers(std::size_t count) const {
+  std::vector<double> values;
+  for (const YamlNode& item : items()) values.push_back(item.number());
+  if (count != 0 && values.size() != count) {
+    throw error(std::to_string(values.size()) + " numbers", std::to_string(count));
+  }
+  return values;
+}
+
+std::string YamlNode::where() const {
+  const YAML::Mark mark = node_.Mark();
+  std::string place = file_;
+  if (!mark.is_null()) place += ":" + std::to_string(mark.line + 1);
+  if (!path_.empty()) place += ": " + path_;
+  return place;
+}
+
+Error YamlNode::error(const std::string& found, const std::string& expected,
+                      const std::string& next_step) const {
+  return inputError(
+      {.where = where(), .found = "found " + found, .expected = expected, .next_step = next_step});
+}
+
+std::string YamlNode::describe() const {
+  switch (node_.Type()) {
+    case YAML::NodeType::Map:
+      return "a map";
+    case YAML::NodeType::Sequence:
+      return "a list";
+    case YAML::NodeType::Scalar:
+      return "'" + node_.Scalar() + "'";
+    default:
+      return "nothing";
+  }
+}
+
+}  // namespace alidade::detail

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <yaml-cpp/yaml.h>
+
+#include "alidade/core/error.h"
+
+namespace alidade::detail {
+
+/// A YAML node that knows its file and its path from the root, so that every complaint can name both. Strict:
+/// a value is what was asked for or an Error (kInput) with line, found, expected and next step.
+class YamlNode {
+ public:
+  /// Parses a document; `file` is only a name for messages.
+  [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file);
+  [[nodiscard]] static YamlNode readFile(const std::string& path);
+
+  /// Checks that this is a map with no other keys than these (keys starting with x_ are the user's own).
+  void allowKeys(const std::vector<std::string>& keys) const;
+
+  [[nodiscard]] bool isMap() const { return node_.IsMap(); }
+  [[nodiscard]] bool isSequence() const { return node_.IsSequence(); }
+  [[nodiscard]] bool has(const std::string& key) const;
+  /// The value of a key of this map; missing is an error.
+  [[nodiscard]] YamlNode at(const std::string& key) const;
+  [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const;
+  /// Keys in the file's order.
+  [[nodiscard]] std::vector<std::string> keys() const;
+  [[nodiscard]] std::vector<YamlNode> items() const;
+
+  [[nodiscard]] std::string text() const;
+  [[nodiscard]] double number() const;  ///< finite
+  [[nodiscard]] int integer() const;
+  [[nodiscard]] bool boolean() const;
+  /// A sequence of finite numbers; `count` 0 = any.
+  [[nodiscard]] std::vector<double> numbers(std::size_t count = 0) const;
+
+  /// "cam.yaml:4: parameters.fx"
+  [[nodiscard]] std::string where() const;
+  [[nodiscard]] Error error(const std::string& found, const std::string& expected,
+                            const std::string& next_step = "") const;
+
+ private:
+  YamlNode(YAML::Node node, std::string file, std::string path)
+      : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {}
+  [[nodiscard]] std::string describe() const;
+
+  YAML::Node node_;
+  std::string file_;
+  std::string path_;
+};
+
+}  // namespace alidade::detail

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/simulate/random_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/simulate/option_check.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kSmallestFill = 0.01;
+constexpr double kFillReduction = 0.8;
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+// The smallest box around all corners of squares in the image.
+struct Extent {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector2d high = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
+
+  [[nodiscard]] double fill(ImageSize size) const {
+    return std::max((high.x() - low.x()) / size.width, (high.y() - low.y()) / size.height);
+  }
+  [[nodiscard]] bool isInside(ImageSize size, double margin_px) const {
+    return low.minCoeff() >= margin_px - 0.5 && high.x() < size.width - 0.5 - margin_px &&
+           high.y() < size.height - 0.5 - margin_px;
+  }
+};
+
+class ViewSampler {
+ public:
+  ViewSampler(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+              const RandomViewOptions& options)
+      : camera_(camera), size_(size), board_(board), options_(options) {
+    for (int j = -1; j <= board.rows; ++j) {
+      for (int i = -1; i <= board.columns; ++i) points_board_.emplace_back(i, j, 0);
+    }
+    const Eigen::Vector3d middle(0.5 * (board.columns - 1), 0.5 * (board.rows - 1), 0);
+    for (Eigen::Vector3d& point : points_board_) point = board.square_m * (point - middle);
+    middle_ = board.square_m * middle;
+    points_camera_.resize(points_board_.size());
+    projections_.resize(points_board_.size());
+  }
+
+  // One placement with the given fill, or nothing if it does not fit into the image.
+  [[nodiscard]] std::optional<SE3> tryView(double fill, Random& random) {
+    const double x = random.uniform(-0.5, size_.width - 0.5);
+    const double y = random.uniform(-0.5, size_.height - 0.5);
+    const SO3 tilt_and_roll = drawTiltAndRoll(random);
+    const auto ray = camera_.unproject({x, y});
+    if (!ray) return std::nullopt;
+    const auto facing =
+        SO3::fromQuaternion(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *ray));
+    const SO3 camera_from_board = facing * tilt_and_roll;
+    const auto distance = nearestDistance(camera_from_board, *ray, fill);
+    if (!distance) return std::nullopt;
+    const auto extent = project({camera_from_board, *distance * *ray});
+    if (!extent || !extent->isInside(size_, options_.margin_px)) return std::nullopt;
+    return SE3{camera_from_board, *distance * *ray - camera_from_board * middle_};
+  }
+
+ private:
+  [[nodiscard]] SO3 drawTiltAndRoll(Random& random) const {
+    const double tilt = options_.max_tilt_deg * kRadPerDeg * std::sqrt(random.uniform());
+    const double azimuth = random.uniform(0, 2 * std::numbers::pi);
+    const double roll = options_.max_roll_deg * kRadPerDeg * random.uniform(-1, 1);
+    return SO3::exp(tilt * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)) * SO3::exp({0, 0, roll});
+  }
+
+  // Nothing if some point has no pixel.
+  [[nodiscard]] std::optional<Extent> project(const SE3& camera_from_middle) {
+    for (std::size_t i = 0; i < points_board_.size(); ++i) {
+      points_camera_[i] = camera_from_middle * points_board_[i];
+    }
+    camera_.project(points_camera_, projections_);
+    Extent extent;
+    for (const Projection& projection : projections_) {
+      if (!projection.ok()) return std::nullopt;
+      extent.low = extent.low.cwiseMin(projection.pixel);
+      extent.high = extent.high.cwiseMax(projection.pixel);
+    }
+    return extent;
+  }
+
+  // The distance along `ray` at which the board spans `fill`: it spans more nearer by, or does not project.
+  [[nodiscard]] std::optional<double> nearestDistance(const SO3& camera_from_board,
+                                                      const Eigen::Vector3d& ray, double fill) {
+    const auto isFarEnough = [&](double distance) {
+      const auto extent = project({camera_from_board, distance * ray});
+      return extent && extent->fill(size_) <= fill;
+    };
+    constexpr int kMaxDoublings = 60;
+    double far = board_.square_m;
+    int num_doublings = 0;
+    while (!isFarEnough(far)) {
+      if (++num_doublings > kMaxDoublings) return std::nullopt;
+      far *= 2;
+    }
+    double near = num_doublings == 0 ? 0 : 0.5 * far;
+    constexpr int kNumBisections = 20;
+    for (int i = 0; i < kNumBisections; ++i) {
+      const double middle = 0.5 * (near + far);
+      (isFarEnough(middle) ? far : near) = middle;
+    }
+    return far;
+  }
+
+  const AnyCamera& camera_;
+  ImageSize size_;
+  Checkerboard board_;
+  RandomViewOptions options_;
+  Eigen::Vector3d middle_;                      // of the squares, in the board frame
+  std::vector<Eigen::Vector3d> points_board_;   // all corners of squares, relative to the middle
+  std::vector<Eigen::Vector3d> points_camera_;  // of the last projection, as the next
+  std::vector<Projection> projections_;
+};
+
+}  // namespace
+
+void RandomViewOptions::validate() const {
+  constexpr double kMaxTiltDeg = 89;  // edge-on, a board has no image
+  detail::checkOption("max_tilt_deg", max_tilt_deg, 0, kMaxTiltDeg);
+  detail::checkOption("max_roll_deg", max_roll_deg, 0, 180);
+  detail::checkOption("min_fill", min_fill, kSmallestFill, 1);
+  detail::checkOption("max_fill", max_fill, min_fill, 1);
+  detail::checkOption("margin_px", margin_px, 0, std::numeric_limits<double>::max());
+  detail::checkOption("max_attempts", max_attempts, 1, std::numeric_limits<int>::max());
+}
+
+std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Checkerboard& board, int count,
+                             Random& random, const RandomViewOptions& options) {
+  options.validate();
+  expect(count >= 0, "a number of views that is not negative");
+  expect(size.width > 0 && size.height > 0, "an image with pixels");
+  expect(board.columns > 0 && board.rows > 0 && board.square_m > 0, "a board with squares");
+  ViewSampler sampler(camera, size, board, options);
+  std::vector<SE3> poses;
+  for (int i = 0; i < count; ++i) {
+    std::optional<SE3> pose;
+    double fill = random.uniform(options.min_fill, options.max_fill);
+    for (; !pose && fill >= kSmallestFill; fill *= kFillReduction) {
+      for (int k = 0; !pose && k < options.max_attempts; ++k) pose = sampler.tryView(fill, random);
+    }
+    if (!pose) {
+      throw inputError(
+          {.where = "view " + std::to_string(i + 1) + " of " + std::to_string(count),
+           .found = "no pose shows the whole board inside an image of " + std::to_string(size.width) + "x" +
+                    std::to_string(size.height) + " pixels with a margin of " + exactText(options.margin_px),
+           .next_step = "check the camera's principal point and focal length against the image size, "
+                        "or lower margin_px or max_tilt_deg"});
+    }
+    poses.push_back(*pose);
+  }
+  return poses;
+}
+
+}  // namespace alidade

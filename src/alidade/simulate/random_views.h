@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/image.h"
+#include "alidade/core/random.h"
+#include "alidade/geometry/se3.h"
+#include "alidade/target/checkerboard.h"
+
+namespace alidade {
+
+/// Which views randomViews() draws.
+struct RandomViewOptions {
+  double max_tilt_deg = 45;  ///< largest angle between the board's normal and the ray to its centre
+  double max_roll_deg = 30;  ///< largest turn of the board about its normal, either way; 180 = any
+  /// The larger of the shares of the image's width and height that the squares span is drawn between these.
+  double min_fill = 0.35;
+  double max_fill = 0.8;
+  double margin_px = 4;    ///< all squares stay this far inside the image's border
+  int max_attempts = 100;  ///< placements tried for each fill before it is reduced
+
+  /// @throws Error (kInput) naming the first option that is out of its range.
+  void validate() const;
+};
+
+/// Poses (camera_from_board) of a board that is seen as a whole: all its squares, the outermost too, project
+/// into the image.
+///
+/// The centre of the squares appears at a pixel drawn evenly over the image. From the pose that faces the
+/// camera along the ray through that pixel, the board is tilted about a random axis of its plane and turned
+/// about its normal. Tilts count from that ray and not from the optical axis, so that foreshortening is
+/// limited all over a wide image while the board's normal still takes more directions there; they are drawn
+/// evenly over the disc of tilts (two thirds of the largest on average), since views without tilt say little
+/// about the focal length. A fill at which `max_attempts` placements fail is reduced by a fifth, if need be
+/// below `min_fill`.
+///
+/// @throws Error (kInput) if an option is out of range, or no view fits even with a fill of a hundredth.
+[[nodiscard]] std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+                                           int count, Random& random, const RandomViewOptions& options = {});
+
+}  // namespace alidade

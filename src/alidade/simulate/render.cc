@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/simulate/render.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "alidade/core/error.h"
+#include "alidade/core/parallel.h"
+#include "alidade/core/random.h"
+#include "alidade/simulate/board_pattern.h"
+#include "alidade/simulate/observe.h"
+#include "alidade/simulate/option_check.h"
+#include "alidade/simulate/point_spread.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kMaxLevel = 255;
+
+// The light of one board in one pose, in grey levels.
+class BoardLight {
+ public:
+  BoardLight(const Checkerboard& board, const SE3& camera_from_board, const RenderOptions& options)
+      : board_in_squares_{board.columns, board.rows, 1.0},
+        is_visible_(seesPrintedSide(camera_from_board)),
+        spread_(makePointSpread(options.blur_px, options.samples)) {
+    levels_[static_cast<std::size_t>(BoardTone::kDark)] = options.dark_level;
+    levels_[static_cast<std::size_t>(BoardTone::kBright)] = options.bright_level;
+    levels_[static_cast<std::size_t>(BoardTone::kBackground)] = options.background_level;
+
+    // The ray from the camera centre c along d meets z = 0 at (c_x d_z - c_z d_x, c_y d_z - c_z d_y) / d_z,
+    // and ahead of the camera if d_z > 0, since c_z < 0 on the printed side.
+    const SE3 board_from_camera = camera_from_board.inverse();
+    const Eigen::Vector3d c = board_from_camera.translation / board.square_m;
+    Eigen::Matrix3d plane_from_ray;
+    plane_from_ray << -c.z(), 0, c.x(),  //
+        0, -c.z(), c.y(),                //
+        0, 0, 1;
+    plane_from_camera_ray_ = plane_from_ray * board_from_camera.rotation.matrix();
+  }
+
+  // Mean over the point spread around the pixel.
+  [[nodiscard]] double at(const RayExpansion& pixel) const {
+    if (!is_visible_) return level(BoardTone::kBackground);
+    // Homogeneous coordinates on the board, in squares, as quadratic polynomials of the place in the image.
+    const Terms terms = plane_from_camera_ray_ * pixel.terms;
+    if (isUniform(terms)) return level(toneAt(terms(0, 0), terms(1, 0), terms(2, 0)));
+
+    std::array<int, 3> counts = {0, 0, 0};
+    for (std::size_t i = 0; i < spread_.size(); ++i) {
+      const double x = spread_.x[i];
+      const double y = spread_.y[i];
+      const auto place = [&](int row) {
+        return terms(row, 0) + x * (terms(row, 1) + x * terms(row, 3) + y * terms(row, 4)) +
+               y * (terms(row, 2) + y * terms(row, 5));
+      };
+      ++counts[static_cast<std::size_t>(toneAt(place(0), place(1), place(2)))];
+    }
+    double sum = 0;
+    for (std::size_t tone = 0; tone < counts.size(); ++tone) sum += counts[tone] * levels_[tone];
+    return sum / static_cast<double>(spread_.size());
+  }
+
+ private:
+  using Terms = Eigen::Matrix<double, 3, 6>;
+
+  [[nodiscard]] double level(BoardTone tone) const { return levels_[static_cast<std::size_t>(tone)]; }
+
+  // Of a place on the board's plane in homogeneous coordinates, in squares.
+  [[nodiscard]] BoardTone toneAt(double x, double y, double w) const {
+    return w > 0 ? boardTone(board_in_squares_, {x / w, y / w}) : BoardTone::kBackground;
+  }
+
+  // True if no edge can come into the point spread. With the centre at p = X / w, a place at offset d is at
+  // p + (dX - p dw) / (w + dw): bounded by the first derivatives and the smallest w within the spread.
+  [[nodiscard]] bool isUniform(const Terms& terms) const {
+    // For the second order, which is smaller than the first by about the spread's radius over the focal
+    // length.
+    constexpr double kSafety = 1.1;
+    const double radius = kSafety * spread_.radius_px;
+    const double w = terms(2, 0);
+    const double change_of_w = radius * std::hypot(terms(2, 1), terms(2, 2));
+    if (w + change_of_w <= 0) return true;
+    if (w - change_of_w <= 0) return false;
+    const Eigen::Vector2d p = terms.col(0).head<2>() / w;
+    const Eigen::Matrix2d first = terms.block<2, 2>(0, 1) - p * terms.block<1, 2>(2, 1);
+    return edgeDistance(board_in_squares_, p) > radius * first.norm() / (w - change_of_w);
+  }
+
+  Checkerboard board_in_squares_;
+  bool is_visible_;
+  PointSpread spread_;
+  std::array<double, 3> levels_{};
+  Eigen::Matrix3d plane_from_camera_ray_;
+};
+
+// Share of the light that reaches a pixel.
+double shading(const RayExpansion& pixel, double x, ImageSize size, const RenderOptions& options) {
+  double share = 1 - options.falloff * (x + 0.5) / size.width;
+  if (options.vignetting_exponent > 0) {
+    const Eigen::Vector3d ray = pixel.terms.col(0);
+    share *= std::pow(std::max(0.0, ray.z() / ray.norm()), options.vignetting_exponent);
+  }
+  return share;
+}
+
+std::uint8_t withNoise(double light, const RenderOptions& options, Random& random) {
+  double variance = options.read_noise * options.read_noise;
+  if (options.full_well_electrons > 0) variance += light * kMaxLevel / options.full_well_electrons;
+  const double level = light + std::sqrt(variance) * random.normal();
+  return static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, kMaxLevel)));
+}
+
+}  // namespace
+
+void RenderOptions::validate() const {
+  constexpr double kMaxBlurPx = 10;  // beyond, the ray's expansion would be used too far from its pixel
+  constexpr double kMaxSamples = 1e6;
+  detail::checkOption("blur_px", blur_px, 0, kMaxBlurPx);
+  detail::checkOption("dark_level", dark_level, 0, kMaxLevel);
+  detail::checkOption("bright_level", bright_level, 0, kMaxLevel);
+  detail::checkOption("background_level", background_level, 0, kMaxLevel);
+  detail::checkOption("falloff", falloff, 0, 1);
+  detail::checkOption("vignetting_exponent", vignetting_exponent, 0, 16);
+  detail::checkOption("read_noise", read_noise, 0, kMaxLevel);
+  detail::checkOption("full_well_electrons", full_well_electrons, 0, 1e9);
+  detail::checkOption("samples", samples, 1, kMaxSamples);
+}
+
+GrayImage Renderer::render(const Checkerboard& board, const SE3& camera_from_board,
+                           const RenderOptions& options, const CancelFlag* cancel) const {
+  options.validate();
+  expect(board.columns > 0 && board.rows > 0 && board.square_m > 0, "a board with squares");
+  const ImageSize size = rays_.size();
+  const auto width = static_cast<std::size_t>(size.width);
+  const auto height = static_cast<std::size_t>(size.height);
+  const BoardLight board_light(board, camera_from_board, options);
+  GrayImage image{size, std::vector<std::uint8_t>(width * height)};
+
+  // A thread's piece of work is some rows: enough of them that its buffer is not allocated too often.
+  constexpr std::size_t kRowsAtOnce = 8;
+  parallelFor(
+      (height + kRowsAtOnce - 1) / kRowsAtOnce, options.num_jobs,
+      [&](std::size_t piece) {
+        std::vector<RayExpansion> rays;
+        for (std::size_t y = piece * kRowsAtOnce; y < std::min(height, (piece + 1) * kRowsAtOnce); ++y) {
+          rays_.expandRow(static_cast<int>(y), rays);
+          // Noise belongs to a row, not to a thread.
+          Random random(streamSeed(options.seed, y));
+          for (std::size_t x = 0; x < width; ++x) {
+            double light = 0;
+            if (rays[x].has_ray) {
+              light = board_light.at(rays[x]) * shading(rays[x], static_cast<double>(x), size, options);
+            }
+            image.pixels[y * width + x] = withNoise(light, options, random);
+          }
+        }
+      },
+      cancel);
+  return image;
+}
+
+GrayImage renderBoard(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+                      const SE3& camera_from_board, const RenderOptions& options) {
+  return Renderer(camera, size, options.num_jobs).render(board, camera_from_board, options);
+}
+
+}  // namespace alidade

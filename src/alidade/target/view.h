@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// One observed board point.
+struct Corner {
+  int id = 0;                   ///< which point of the board
+  Eigen::Vector2d pixel{0, 0};  ///< where it was seen
+  double sigma_px =
+      std::numeric_limits<double>::quiet_NaN();  ///< one standard deviation an axis; NaN = unknown
+};
+
+/// One image of a board by one camera. Corners are in rising order of id.
+struct View {
+  std::string image;  ///< name or path, for messages and files
+  ImageSize size;
+  std::vector<Corner> corners;
+};
+
+}  // namespace alidade

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/camera_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
+
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+// From a field of view of 2 degrees over the long side to 170.
+constexpr double kMinFocalShare = 0.04;
+constexpr double kMaxFocalShare = 30;
+constexpr double kAspectWarn = 1.03;
+constexpr double kAspectFail = 1.25;
+// Share of the image's side by which the principal point may miss its middle before it is odd.
+constexpr double kCentreWarn = 0.15;
+// Numbers in a file are exact, so recomputing may only differ by rounding.
+constexpr double kSelfCheckPx = 1e-6;
+constexpr double kDomainRad = 1e-6;
+constexpr double kStdShare = 1e-6;
+
+double degrees(double rad) {
+  return rad * 180 / std::numbers::pi;
+}
+
+Check checkFocal(const CameraClaims& claims) {
+  const auto params = claims.camera->parameters();
+  const double side = std::max(claims.image_size.width, claims.image_size.height);
+  const bool is_usual = std::min(params[0], params[1]) >= kMinFocalShare * side &&
+                        std::max(params[0], params[1]) <= kMaxFocalShare * side;
+  return {.id = "focal_length",
+          .status = is_usual ? CheckStatus::kPass : CheckStatus::kWarn,
+          .value = fmt::format("fx {:.6g}, fy {:.6g} px", params[0], params[1]),
+          .limit = fmt::format("{:.4g} to {:.4g} px", kMinFocalShare * side, kMaxFocalShare * side),
+          .message = is_usual ? "the focal lengths suit the image's size"
+                              : "the focal lengths do not suit the image's size; was the image resized?"};
+}
+
+Check checkAspect(const CameraClaims& claims) {
+  const auto params = claims.camera->parameters();
+  const double aspect = std::max(params[0] / params[1], params[1] / params[0]);
+  const CheckStatus status = aspect <= kAspectWarn   ? CheckStatus::kPass
+                             : aspect <= kAspectFail ? CheckStatus::kWarn
+                                                     : CheckStatus::kFail;
+  return {.id = "aspect",
+          .status = status,
+          .value = fmt::format("{:.5f}", params[0] / params[1]),
+          .limit = fmt::format("1 / {0} to {0}", kAspectWarn),
+          .message = status == CheckStatus::kPass
+                         ? "pixels are square"
+                         : "fx and fy differ; pixels of almost all sensors are square"};
+}
+
+Check checkPrincipalPoint(const CameraClaims& claims) {
+  const auto params = claims.camera->parameters();
+  const double x = (params[2] + 0.5) / claims.image_size.width;
+  const double y = (params[3] + 0.5) / claims.image_size.height;
+  const double off = std::max(std::abs(x - 0.5), std::abs(y - 0.5));
+  const CheckStatus status = off <= kCentreWarn ? CheckStatus::kPass
+                             : off < 0.5        ? CheckStatus::kWarn
+                                                : CheckStatus::kFail;
+  std::string message = "the principal point is near the image's middle";
+  if (status == CheckStatus::kWarn)
+    message = "the principal point is far from the image's middle; was the image cropped?";
+  if (status == CheckStatus::kFail)
+    message = "the principal point is outside the image; are width and height swapped?";
+  return {.id = "principal_point",
+          .status = status,
+          .value = fmt::format("({:.6g}, {:.6g}) px", params[2], params[3]),
+          .limit = fmt::format("within {:.0f} % of the middle of {}x{}", 100 * kCentreWarn,
+                               claims.image_size.width, claims.image_size.height),
+          .message = message};
+}
+
+Check checkOneToOne(const DomainCertificate& domain) {
+  std::string value = fmt::format("up to {:.2f} degrees from the axis", degrees(domain.cone.max_angle_rad));
+  if (domain.pixel_without_ray) {
+    value += fmt::format("; pixel ({:.1f}, {:.1f}) has no ray", domain.pixel_without_ray->x(),
+                         domain.pixel_without_ray->y());
+  }
+  return {.id = "one_to_one",
+          .status = domain.full_image ? CheckStatus::kPass : CheckStatus::kFail,
+          .value = value,
+          .limit = "a ray for every pixel",
+          .message = domain.full_image ? "the projection is one-to-one over the whole image"
+                                       : "the projection folds over inside the image"};
+}
+
+Check checkDomainClaim(const CameraClaims& claims, const DomainCertificate& domain) {
+  Check check{.id = "domain",
+              .status = CheckStatus::kWarn,
+              .value = "not stated",
+              .limit = "as recomputed",
+              .message = {}};
+  if (!claims.domain) {
+    check.message = "the file does not say up to which angle it holds";
+    return check;
+  }
+  const double difference = std::abs(claims.domain->max_angle_rad - domain.cone.max_angle_rad);
+  const bool is_same = difference <= kDomainRad && claims.domain->full_image == domain.full_image;
+  check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
+  check.value = fmt::format("{:.6f} rad, {}", claims.domain->max_angle_rad,
+                            claims.domain->full_image ? "full image" : "part of the image");
+  check.limit = fmt::format("{:.6f} rad, {}", domain.cone.max_angle_rad,
+                            domain.full_image ? "full image" : "part of the image");
+  check.message = is_same ? "the stated domain is right"
+                          : "the stated domain is not that of the parameters; were they edited?";
+  return check;
+}
+
+Check checkSelfCheck(const CameraClaims& claims) {
+  Check check{.id = "self_check",
+              .status = CheckStatus::kWarn,
+              .value = "no points",
+              .limit = fmt::format("{} px", kSelfCheckPx),
+              .message = {}};
+  if (claims.self_check.empty()) {
+    check.message = "the file has no self-check points, so a slip in its numbers cannot be seen";
+    return check;
+  }
+  double worst = 0;
+  for (const SelfCheckPoint& point : claims.self_check) {
+    const Projection projection = claims.camera->project(point.point);
+    const double off =
+        projection.ok() ? (projection.pixel - point.pixel).norm() : std::numeric_limits<double>::infinity();
+    worst = std::max(worst, off);
+  }
+  const bool is_same = worst <= kSelfCheckPx;
+  check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
+  check.value = fmt::format("{:.3g} px at worst of {} points", worst, claims.self_check.size());
+  check.message =
+      is_same ? "the parameters project the self-check points to their pixels"
+              : "the parameters do not project the self-check points to their pixels; a number was changed";
+  return check;
+}
+
+Check checkCovariance(const CameraClaims& claims) {
+  const auto n = static_cast<Eigen::Index>(claims.camera->parameters().size());
+  Check check{.id = "covariance",
+              .status = CheckStatus::kWarn,
+              .value = "not stated",
+              .limit = "positive definite",
+              .message = {}};
+  if (claims.covariance.empty()) {
+    check.message = "the file does not say how well the parameters are known";
+    return check;
+  }
+  expect(static_cast<Eigen::Index>(claims.covariance.size()) == n * (n + 1) / 2, "a whole lower triangle");
+  Eigen::MatrixXd covariance(n, n);
+  std::size_t k = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) covariance(i, j) = covariance(j, i) = claims.covariance[k++];
+  }
+  // Scaled to correlations first: the units of the parameters span ten orders of magnitude.
+  const Eigen::VectorXd std = covariance.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd correlation =
+      std.cwiseInverse().asDiagonal() * covariance * std.cwiseInverse().asDiagonal();
+  const bool is_definite = correlation.allFinite() && correlation.llt().info() == Eigen::Success;
+  bool is_consistent = true;
+  for (std::size_t i = 0; i < claims.parameter_std.size(); ++i) {
+    const double expected = std(static_cast<Eigen::Index>(i));
+    is_consistent = is_consistent && std::abs(claims.parameter_std[i] - expected) <= kStdShare * expected;
+  }
+  check.status = is_definite && is_consistent ? CheckStatus::kPass : CheckStatus::kFail;
+  check.value = !is_definite    ? "not positive definite"
+                : is_consistent ? "positive definite"
+                                : "does not agree with parameter_std";
+  check.message = check.status == CheckStatus::kPass ? "the covariance is one"
+                                                     : "the covariance cannot be right; were numbers edited?";
+  return check;
+}
+
+}  // namespace
+
+std::string_view checkStatusName(CheckStatus status) {
+  switch (status) {
+    case CheckStatus::kPass:
+      return "PASS";
+    case CheckStatus::kWarn:
+      return "WARN";
+    case CheckStatus::kFail:
+      return "FAIL";
+  }
+  return "UNKNOWN";
+}
+
+std::vector<Check> checkCamera(const CameraClaims& claims) {
+  expect(claims.camera != nullptr, "a camera to check");
+  const DomainCertificate domain = certifyDomain(*claims.camera, claims.image_size);
+  return {checkFocal(claims),
+          checkAspect(claims),
+          checkPrincipalPoint(claims),
+          checkOneToOne(domain),
+          checkDomainClaim(claims, domain),
+          checkSelfCheck(claims),
+          checkCovariance(claims)};
+}
+
+}  // namespace alidade

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: MIT
+# Warnings and sanitizers, for our own targets only: nothing reaches a parent project or a consumer.
+function(alidade_compile_options target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # g++ 12 warns of overlapping copies inside std::string's operator+ (GCC bug 105651).
+    target_compile_options(${target} PRIVATE -Wno-restrict)
+  endif()
+  if(ALIDADE_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(ALIDADE_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${ALIDADE_SANITIZE} -fno-sanitize-recover=all
+                                             -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${ALIDADE_SANITIZE})
+  endif()
+endfunction()
+
+# One folder, one target: alidade_add_library(core HEADERS a.h SOURCES a.cc PUBLIC dep PRIVATE dep).
+# The links are the import rule: a layer that does not link another one cannot use it.
+function(alidade_add_library name)
+  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target alidade_${name})
+  add_library(${target} STATIC ${ARG_SOURCES})
+  add_library(alidade::${name} ALIAS ${target})
+  alidade_compile_options(${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
+                                             VERIFY_INTERFACE_HEADER_SETS ON)
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  install(TARGETS ${target} EXPORT alidade-targets
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+endfunction()

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/simulate/observe.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+constexpr Checkerboard kBoard = {.columns = 5, .rows = 4, .square_m = 0.1};
+constexpr ImageSize kSize = {.width = 640, .height = 480};
+
+AnyCamera pinhole() {
+  return AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240});
+}
+
+TEST(ExactView, PlacesCornersByTheirIds) {
+  const View view = exactView(pinhole(), kSize, kBoard, {{}, {-0.2, -0.1, 1}}, "a.png");
+  EXPECT_EQ(view.image, "a.png");
+  EXPECT_EQ(view.size, kSize);
+  ASSERT_EQ(view.corners.size(), 20U);
+  for (int id = 0; id < 20; ++id) {
+    const Corner& corner = view.corners[static_cast<std::size_t>(id)];
+    EXPECT_EQ(corner.id, id);
+    EXPECT_NEAR(corner.pixel.x(), 220 + 50 * (id % 5), 1e-9);
+    EXPECT_NEAR(corner.pixel.y(), 190 + 50 * (id / 5), 1e-9);
+    EXPECT_TRUE(std::isnan(corner.sigma_px));
+  }
+}
+
+TEST(ExactView, LeavesOutCornersOutsideTheImage) {
+  // Corner columns at -0.5 - 50, -0.5, 49.5, ...: the second lies on the image's border, which belongs to it.
+  const View view = exactView(pinhole(), kSize, kBoard, {{}, {(-0.5 - 50 - 320) / 500, 0, 1}}, "");
+  ASSERT_EQ(view.corners.size(), 16U);
+  EXPECT_EQ(view.corners[0].id, 1);
+  EXPECT_EQ(view.corners[4].id, 6);
+  // The border on the right does not.
+  EXPECT_EQ(exactView(pinhole(), kSize, kBoard, {{}, {(639.5 - 320) / 500, 0, 1}}, "").corners.size(), 0U);
+  EXPECT_EQ(exactView(pinhole(), kSize, kBoard, {{}, {0, 0, -1}}, "").corners.size(), 0U);
+}
+
+TEST(ExactView, ShowsNothingFromBehind) {
+  const auto turned = SO3::exp({0, std::numbers::pi, 0});
+  EXPECT_FALSE(seesPrintedSide({turned, {0, 0, 1}}));
+  EXPECT_TRUE(exactView(pinhole(), kSize, kBoard, {turned, {0, 0, 1}}, "").corners.empty());
+}
+
+TEST(CornerNoise, HasTheAskedForSpread) {
+  constexpr double kSigma = 0.3;
+  Random random(5);
+  const View exact = exactView(pinhole(), kSize, kBoard, {{}, {-0.2, -0.1, 1}}, "");
+  double sum = 0;
+  double sum2 = 0;
+  int num_values = 0;
+  for (int i = 0; i < 1000; ++i) {
+    View view = exact;
+    addCornerNoise(view, kSigma, random);
+    for (std::size_t k = 0; k < view.corners.size(); ++k) {
+      ASSERT_EQ(view.corners[k].sigma_px, kSigma);
+      for (const double d : {view.corners[k].pixel.x() - exact.corners[k].pixel.x(),
+                             view.corners[k].pixel.y() - exact.corners[k].pixel.y()}) {
+        sum += d;
+        sum2 += d * d;
+        ++num_values;
+      }
+    }
+  }
+  ASSERT_EQ(num_values, 40000);
+  // Five standard errors of each.
+  EXPECT_NEAR(sum / num_values, 0, 5 * kSigma / std::sqrt(num_values));
+  EXPECT_NEAR(std::sqrt(sum2 / num_values), kSigma, 5 * kSigma / std::sqrt(2.0 * num_values));
+}
+
+TEST(CornerNoise, RefusesWhatIsNoSigma) {
+  Random random(5);
+  View view;
+  for (const double sigma :
+       {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(addCornerNoise(view, sigma, random), Error) << sigma;
+  }
+}
+
+}  // namespace
+}  // namespace alidade
