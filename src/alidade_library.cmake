@@ -29,7 +29,11 @@ function(alidade_add_library name)
                                              VERIFY_INTERFACE_HEADER_SETS ON)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  install(TARGETS ${target} EXPORT alidade-targets
+  set(export_set alidade-targets)
+  if(name IN_LIST ALIDADE_LIGHT_LIBRARIES)
+    set(export_set alidade-light-targets)
+  endif()
+  install(TARGETS ${target} EXPORT ${export_set}
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endfunction()

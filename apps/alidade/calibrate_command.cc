@@ -26,8 +26,7 @@ class CalibrateCommand final : public Command {
         "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml\n"
         "Exit code 3: done, but the result is not to be trusted; no camera file is written then.");
     app.add_option("input", inputs_, "Folders, image files or patterns; or one corners file (.csv)");
-    app.add_option("--board", board_,
-                   "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, inner corners) or YAML file");
+    addBoardOption(app, board_);
     app.add_option("--model", model_, "Camera model: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
         ->check(CLI::IsMember(modelIds()))
         ->capture_default_str();
@@ -44,6 +43,7 @@ class CalibrateCommand final : public Command {
                         .found = "no input",
                         .expected = "folders, images or a corners file",
                         .next_step = "alidade calibrate --help"});
+    checkOutput(output_, common_);
     const CancelFlag* cancel = catchInterrupts();
     CalibrationInput input;
     std::vector<View> views = isCornersFile(inputs_.front()) ? readViews(input) : detectViews(input, cancel);

@@ -195,7 +195,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"views", views},
       {"notes", input.notes},
   };
-  return document.dump(2) + "\n";
+  return jsonText(document);
 }
 
 }  // namespace alidade

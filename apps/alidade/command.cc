@@ -6,8 +6,11 @@
 #include <cstring>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/io/atomic_file.h"
+#include "alidade/io/board_file.h"
 
 namespace alidade {
 
@@ -37,8 +40,37 @@ void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
   app.add_option("--config", options.config, "YAML file with these flags as keys; flags given here go first");
 }
 
+void addBoardOption(CLI::App& app, std::string& board) {
+  const auto complaint = [](const std::string& source) -> std::string {
+    try {
+      (void)readBoard(source);
+    } catch (const Error& e) {
+      if (e.code() == ErrorCode::kUsage) return e.what();  // what is wrong in a board file is no wrong usage
+    }
+    return {};
+  };
+  app.add_option("--board", board,
+                 "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, inner corners) or YAML file")
+      ->check(complaint, "");
+}
+
 std::string programName() {
   return "alidade " ALIDADE_VERSION;
+}
+
+std::string jsonText(const nlohmann::json& document) {
+  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+void checkOutput(const std::string& output, const CommonOptions& options) {
+  if (output.empty()) return;
+  if (output != "-") return checkWritable(output);
+  if (options.json) {
+    throw usageError({.where = "--json beside --output -",
+                      .found = "two documents for standard output",
+                      .expected = "one",
+                      .next_step = "give --output a file, or leave one of the two out"});
+  }
 }
 
 void printResult(const std::string& text) {

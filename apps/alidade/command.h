@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "alidade/core/cancel.h"
 
 namespace CLI {
@@ -53,8 +55,20 @@ struct CommandEntry {
 /// The flags --json, --quiet, --config, and --jobs where a command has work to share out.
 void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs);
 
+/// The flag --board. A SPEC that is wrong is refused where it was given, on the command line or in a settings
+/// file.
+void addBoardOption(CLI::App& app, std::string& board);
+
 /// "alidade 0.1.0"
 [[nodiscard]] std::string programName();
+
+/// A document as text. Names of files may be anything; bytes that are not UTF-8 become U+FFFD.
+[[nodiscard]] std::string jsonText(const nlohmann::json& document);
+
+/// Checks before any long work that its result can go where `output` says (nothing: nowhere; "-": standard
+/// output, which --json has for itself).
+/// @throws Error (kUsage, kInput)
+void checkOutput(const std::string& output, const CommonOptions& options);
 
 /// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk
 /// full).

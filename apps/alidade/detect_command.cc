@@ -19,8 +19,7 @@ class DetectCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
     app.add_option("input", inputs_, "Folders, image files or patterns");
-    app.add_option("--board", board_,
-                   "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, inner corners) or YAML file");
+    addBoardOption(app, board_);
     app.add_option("--camera", camera_, "Name of the camera, for the corners file")->capture_default_str();
     app.add_option("-o,--output", output_, "Corners file to write (CSV); - or none: standard output");
     addCommonOptions(app, common_, true);
@@ -36,6 +35,10 @@ class DetectCommand final : public Command {
       throw usageError({.where = "detect",
                         .found = "no --board",
                         .expected = "for example --board checkerboard:9x6:25mm"});
+    if (camera_.find_first_of("\r\n") != std::string::npos)
+      throw usageError(
+          {.where = "detect", .found = "a line break in --camera", .expected = "a name of one line"});
+    checkOutput(output_, common_);
     const DetectionStage stage = runDetection(inputs_, readBoard(board_), common_, catchInterrupts());
 
     CornersFile file;
@@ -50,7 +53,7 @@ class DetectCommand final : public Command {
     if (!to_stdout) writeCornersFile(output_, file);
 
     if (common_.json) {
-      printResult(json(stage).dump(2) + "\n");
+      printResult(jsonText(json(stage)));
     } else if (to_stdout) {
       printResult(cornersFileText(file));
     }

@@ -18,8 +18,25 @@ namespace alidade {
 namespace {
 
 SourceImage loadImage(const std::string& path) {
+  if (path.find_first_of("\r\n") != std::string::npos) {
+    throw inputError({.where = path,
+                      .found = "a line break in the name",
+                      .expected = "a name of one line, as corners files have a line a corner",
+                      .next_step = "rename it"});
+  }
   LoadedImage loaded = readGrayImage(path);
   return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
+}
+
+// An error's message, which has a line of its own for the next step, in a single line.
+std::string oneLine(std::string text) {
+  constexpr std::string_view kNextLine = "\n  next: ";
+  for (std::size_t at = text.find(kNextLine); at != std::string::npos; at = text.find(kNextLine, at))
+    text.replace(at, kNextLine.size(), "; next: ");
+  for (char& c : text) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  return text;
 }
 
 // Names as short as they can be while telling the images apart: paths without the folders that all share.
@@ -76,14 +93,20 @@ void noteOrientations(DetectionStage& stage) {
                                const DetectImagesOptions& options) {
   std::map<DetectionReason, int> counts;
   for (const ImageOutcome& outcome : stage.outcomes) ++counts[outcome.detection.reason];
+  if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
+    const std::string& first = stage.outcomes.front().detection.detail;
+    if (paths.size() == 1) throw inputError({.where = first});
+    throw inputError({.where = fmt::format("{} images", paths.size()),
+                      .found = "none can be read",
+                      .expected = "images of a board",
+                      .next_step = "the first: " + oneLine(first)});
+  }
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
     reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
   const std::string size = fmt::format("{}x{}", stage.board.columns, stage.board.rows);
   std::string next = "check that the whole board is in the image, sharp, and with a white margin";
-  if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
-    next = stage.outcomes.front().detection.detail;
-  } else if (const auto hint = guessBoardSize(paths, loadImage, stage.board, options)) {
+  if (const auto hint = guessBoardSize(paths, loadImage, stage.board, options)) {
     next = fmt::format(
         "{} of {} images looked at show {}x{} inner corners; did you count squares? Use {}", hint->num_images,
         hint->num_looked_at, hint->columns, hint->rows,
@@ -131,8 +154,8 @@ std::vector<std::string> reasonLines(const DetectionStage& stage) {
   std::vector<std::string> lines;
   for (const ImageOutcome& outcome : stage.outcomes) {
     if (outcome.detection.found()) continue;
-    lines.push_back(fmt::format("{}: {}: {}", outcome.image, reasonCode(outcome.detection.reason),
-                                outcome.detection.detail));
+    lines.push_back(oneLine(fmt::format("{}: {}: {}", outcome.image, reasonCode(outcome.detection.reason),
+                                        outcome.detection.detail)));
   }
   return lines;
 }

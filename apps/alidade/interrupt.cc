@@ -22,8 +22,11 @@ const CancelFlag* catchInterrupts() {
   action.sa_handler = onSignal;
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one takes its usual course
   sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
   return &cancel_requested;
 }
 

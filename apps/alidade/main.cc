@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <sstream>
 
 #include <CLI/CLI.hpp>
 #include <opencv2/core/utility.hpp>
@@ -19,11 +20,30 @@ namespace {
 constexpr int kUsageExit = static_cast<int>(ErrorCode::kUsage);
 constexpr int kInputExit = static_cast<int>(ErrorCode::kInput);
 
+std::vector<std::string> flagsOf(const CLI::App& app) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+  }
+  return flags;
+}
+
+// The next step after words that were not understood: the nearest flag, or the help.
+std::string flagAdvice(const std::vector<std::string>& words, const std::vector<std::string>& flags,
+                       const std::string& help) {
+  for (const std::string& word : words) {
+    if (!word.starts_with("-")) continue;
+    if (const auto nearest = nearestName(word.substr(0, word.find('=')), flags))
+      return "\n  next: did you mean '" + *nearest + "'?";
+  }
+  return "\n  next: " + help;
+}
+
 // What the parser did not understand, with the nearest thing that it does.
 std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App* command,
                     const std::vector<CommandEntry>& commands, int argc, char** argv) {
-  std::vector<std::string> known;
   if (command == nullptr) {
+    std::vector<std::string> known;
     for (const CommandEntry& entry : commands) known.push_back(entry.name);
     const char* word = nullptr;
     for (int i = 1; i < argc && word == nullptr; ++i) {
@@ -34,19 +54,13 @@ std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App
       return "unknown command '" + std::string(word) + "'; expected one of " + join(known, ", ") +
              (nearest ? "\n  next: did you mean '" + *nearest + "'?" : "\n  next: alidade --help");
     }
-    return std::string(error.what()) + "\n  next: alidade --help";
+    return "unknown flag '" + std::string(argv[1]) + "'; expected a command, or " + join(flagsOf(app), ", ") +
+           flagAdvice({argv + 1, argv + argc}, flagsOf(app), "alidade --help");
   }
-  std::string text = command->get_name() + ": " + error.what();
-  for (const CLI::Option* option : command->get_options()) {
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  }
-  for (const std::string& word : app.remaining(true)) {
-    if (!word.starts_with("-")) continue;
-    if (const auto nearest = nearestName(word.substr(0, word.find('=')), known)) {
-      return text + "\n  next: did you mean '" + *nearest + "'?";
-    }
-  }
-  return text + "\n  next: alidade " + command->get_name() + " --help";
+  const std::string text = command->get_name() + ": " + error.what();
+  if (text.find("\n  next: ") != std::string::npos) return text;
+  return text +
+         flagAdvice(app.remaining(true), flagsOf(*command), "alidade " + command->get_name() + " --help");
 }
 
 int fail(int code, const std::string& message) {
@@ -74,7 +88,11 @@ int runProgram(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& e) {
-    return app.exit(e);  // --help and --version
+    std::ostringstream out;
+    std::ostringstream unused;
+    const int code = app.exit(e, out, unused);  // --help and --version
+    printResult(out.str());
+    return code;
   } catch (const CLI::Error& e) {
     const auto chosen = app.get_subcommands();
     return fail(kUsageExit, explain(e, app, chosen.empty() ? nullptr : chosen.front(), commands, argc, argv));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <filesystem>
-
-#include <unistd.h>
+#include <set>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -17,66 +17,19 @@
 #include "alidade/simulate/observe.h"
 #include "command.h"
 #include "interrupt.h"
+#include "pending_folder.h"
 #include "progress.h"
 
 namespace alidade {
 namespace {
 
-namespace fs = std::filesystem;
-
-/// A folder that appears under its name only when it is complete; until then it has another one beside it.
-class PendingFolder {
- public:
-  PendingFolder(fs::path target, bool may_replace) : target_(std::move(target)) {
-    if (!target_.has_filename()) target_ = target_.parent_path();
-    std::error_code error;
-    const bool is_there = fs::exists(target_, error);
-    if (is_there && !fs::is_directory(target_, error)) {
-      throw inputError(
-          {.where = target_.string(), .found = "a file", .expected = "the name of a folder to make"});
-    }
-    if (is_there && !fs::is_empty(target_, error) && !may_replace) {
-      throw inputError(
-          {.where = target_.string(),
-           .found = "a folder that is not empty",
-           .expected = "a new or empty folder",
-           .next_step = "choose another name, or give --overwrite to replace the folder and all in it"});
-    }
-    const fs::path parent = target_.has_parent_path() ? target_.parent_path() : ".";
-    pending_ = parent / fmt::format(".{}.{}.tmp", target_.filename().string(), getpid());
-    make(pending_);
-  }
-  ~PendingFolder() {
-    std::error_code ignored;
-    if (!pending_.empty()) fs::remove_all(pending_, ignored);
-  }
-  PendingFolder(const PendingFolder&) = delete;
-  PendingFolder& operator=(const PendingFolder&) = delete;
-
-  void make(const fs::path& folder) const {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!error) return;
-    throw inputError({.where = folder.string(),
-                      .found = "cannot make the folder: " + error.message(),
-                      .expected = "a place that can be written to"});
-  }
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (pending_ / name).string(); }
-
-  void commit() {
-    std::error_code error;
-    fs::remove_all(target_, error);
-    if (!error) fs::rename(pending_, target_, error);
-    if (error)
-      throw inputError({.where = target_.string(), .found = "cannot be put in place: " + error.message()});
-    pending_.clear();
-  }
-
- private:
-  fs::path target_;
-  fs::path pending_;
-};
+// What this command makes, by path inside its output folder.
+bool isOwnEntry(const std::filesystem::path& relative) {
+  const std::string name = relative.string();
+  if (name == "camera.yaml" || name == "corners.csv" || name == "poses.yaml" || name == "images") return true;
+  return relative.parent_path() == "images" && relative.filename().string().starts_with("view_") &&
+         relative.extension() == ".png";
+}
 
 class SimulateCommand final : public Command {
  public:
@@ -87,7 +40,8 @@ class SimulateCommand final : public Command {
     app.add_option("scene", scene_path_, "Scene file (YAML): camera, board, views");
     app.add_option("-o,--output", output_, "Folder to make");
     app.add_flag("--corners-only", corners_only_, "Only the truth, no images");
-    app.add_flag("--overwrite", overwrite_, "Replace the output folder if it exists");
+    app.add_flag("--overwrite", overwrite_,
+                 "Replace an earlier result of this command; anything else in the folder is never touched");
     addCommonOptions(app, common_, true);
   }
 
@@ -110,8 +64,9 @@ class SimulateCommand final : public Command {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < poses.size(); ++i) names.push_back(fmt::format("view_{:03}.png", i + 1));
 
-    PendingFolder folder(output_, overwrite_);
     const CornersFile corners = trueCorners(scene, poses, names);
+    const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
+    PendingFolder folder(output_, overwrite_, isOwnEntry);
     writeCornersFile(folder.path("corners.csv"), corners);
     writeCameraFile(folder.path("camera.yaml"), trueCamera(scene));
     writeFileAtomically(folder.path("poses.yaml"), posesText(names, poses));
@@ -121,18 +76,36 @@ class SimulateCommand final : public Command {
     std::size_t num_corners = 0;
     for (const View& view : corners.views) num_corners += view.corners.size();
     if (common_.json) {
-      printResult(
-          nlohmann::json{{"folder", output_}, {"num_views", poses.size()}, {"num_corners", num_corners}}.dump(
-              2) +
-          "\n");
+      printResult(jsonText({{"folder", output_},
+                            {"num_views", poses.size()},
+                            {"num_corners", num_corners},
+                            {"views_without_corners", without_corners}}));
     } else if (!common_.quiet) {
       printResult(fmt::format("{}: {} views, {} corners{}\n", output_, poses.size(), num_corners,
                               corners_only_ ? ", no images" : ""));
+    }
+    if (!without_corners.empty() && !common_.quiet) {
+      printMessage(fmt::format("warning: no corner of the board is visible in {}\n  next: check these poses",
+                               fmt::join(without_corners, ", ")));
     }
     return 0;
   }
 
  private:
+  [[nodiscard]] std::vector<std::string> viewsWithoutCorners(const CornersFile& corners) const {
+    std::vector<std::string> names;
+    for (const View& view : corners.views) {
+      if (view.corners.empty()) names.push_back(view.image);
+    }
+    if (names.size() == corners.views.size()) {
+      throw inputError({.where = scene_path_ + ": views",
+                        .found = "no corner of the board is visible in any view",
+                        .expected = "the printed side of the board before the camera and in the image",
+                        .next_step = "check the poses: they are camera_from_board, in metres, z forward"});
+    }
+    return names;
+  }
+
   static CornersFile trueCorners(const Scene& scene, const std::vector<SE3>& poses,
                                  const std::vector<std::string>& names) {
     CornersFile file;
@@ -162,7 +135,7 @@ class SimulateCommand final : public Command {
 
   void renderAll(const Scene& scene, const std::vector<SE3>& poses, const std::vector<std::string>& names,
                  const PendingFolder& folder, const CancelFlag* cancel) const {
-    folder.make(folder.path("images"));
+    folder.makeSubfolder("images");
     ProgressBar bar("rendering", common_.quiet);
     const Renderer renderer(scene.camera, scene.image_size, common_.jobs);
     for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -56,7 +56,7 @@ class ValidateCommand final : public Command {
       text += table(path, checks, static_cast<int>(num_failed));
       documents.push_back(json(path, checks));
     }
-    printResult(common_.json ? nlohmann::json{{"files", documents}}.dump(2) + "\n" : text);
+    printResult(common_.json ? jsonText({{"files", documents}}) : text);
     return has_failed ? static_cast<int>(ErrorCode::kVerdict) : 0;
   }
 

@@ -19,7 +19,8 @@ TEST(ParseDouble, ReadsWholeNumbersOnly) {
 }
 
 TEST(ExactText, ReadsBackUnchanged) {
-  for (const double x : {0.1, 1.0 / 3.0, 1e300, -5e-324, 123456789.125}) EXPECT_EQ(parseDouble(exactText(x)), x);
+  for (const double x : {0.1, 1.0 / 3.0, 1e300, -5e-324, 123456789.125})
+    EXPECT_EQ(parseDouble(exactText(x)), x);
 }
 
 TEST(NearestName, FindsSlipsAndRefusesStrangers) {
@@ -35,7 +36,9 @@ TEST(NaturalLess, SortsNumbersByValue) {
   EXPECT_THAT(names, testing::ElementsAre("a10b2", "a10b10", "img", "img1", "img02", "img2", "img10"));
 }
 
-TEST(Split, KeepsEmptyFields) { EXPECT_THAT(split("a,,b,", ','), testing::ElementsAre("a", "", "b", "")); }
+TEST(Split, KeepsEmptyFields) {
+  EXPECT_THAT(split("a,,b,", ','), testing::ElementsAre("a", "", "b", ""));
+}
 
 }  // namespace
 }  // namespace alidade

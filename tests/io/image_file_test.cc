@@ -20,6 +20,7 @@
 #include "alidade/core/error.h"
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/image_container.h"
+#include "support/exif.h"
 
 namespace alidade {
 namespace {
@@ -31,8 +32,6 @@ using testing::HasSubstr;
 
 constexpr int kWidth = 97;  // neither a multiple of 8 nor of 4
 constexpr int kHeight = 60;
-
-using Bytes = std::vector<std::uint8_t>;
 
 /// Smooth, so that JPEG keeps it; channels far apart, so that a mixed-up order shows.
 cv::Mat makeColor() {
@@ -68,36 +67,6 @@ Bytes encode(const std::string& extension, const cv::Mat& image, const std::vect
 
 std::string_view view(const Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-/// A TIFF directory with one unrelated entry before the orientation.
-Bytes makeExif(int orientation, bool big_endian) {
-  const auto o = static_cast<std::uint8_t>(orientation);
-  if (big_endian) {
-    return {'M', 'M', 0, 42,   0,    0, 0, 8, 0, 2, 0x01, 0x00, 0, 3, 0, 0, 0, 1, 0,
-            9,   0,   0, 0x01, 0x12, 0, 3, 0, 0, 0, 1,    0,    o, 0, 0, 0, 0, 0, 0};
-  }
-  return {'I', 'I', 42, 0,    8,    0, 0, 0, 2, 0, 0x00, 0x01, 3, 0, 1, 0, 0, 0, 9,
-          0,   0,   0,  0x12, 0x01, 3, 0, 1, 0, 0, 0,    o,    0, 0, 0, 0, 0, 0, 0};
-}
-
-/// Puts an APP1 segment behind the first marker; `tail` stands for a thumbnail.
-Bytes withExif(Bytes jpeg, const Bytes& exif, const Bytes& tail = {}) {
-  const std::size_t length = 2 + 6 + exif.size() + tail.size();
-  Bytes segment = {0xFF,
-                   0xE1,
-                   static_cast<std::uint8_t>(length >> 8),
-                   static_cast<std::uint8_t>(length & 0xFF),
-                   'E',
-                   'x',
-                   'i',
-                   'f',
-                   0,
-                   0};
-  segment.insert(segment.end(), exif.begin(), exif.end());
-  segment.insert(segment.end(), tail.begin(), tail.end());
-  jpeg.insert(jpeg.begin() + 2, segment.begin(), segment.end());
-  return jpeg;
 }
 
 std::string messageOf(const std::function<void()>& work) {

@@ -85,8 +85,7 @@ BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector
   solver.linear_solver_ordering = ordering;
   solver.num_threads = 1;
   solver.max_num_iterations = options.max_iterations;
-  // Tight enough that the answer's digits do not depend on where the iteration started.
-  solver.function_tolerance = 1e-14;
+  solver.function_tolerance = options.function_tolerance;
   solver.gradient_tolerance = 1e-10;
   solver.parameter_tolerance = 1e-12;
   solver.logging_type = ceres::SILENT;

@@ -22,6 +22,9 @@ struct BundleOptions {
   HuberLoss loss{.threshold_px = 1.0};
   int max_iterations =
       500;  ///< a bound against running for ever, not a stopping rule: reaching it is a failure
+  /// Relative change of the cost at which to stop. The default is tight enough that the answer's digits do
+  /// not depend on where the iteration started.
+  double function_tolerance = 1e-14;
   const CancelFlag* cancel = nullptr;
 };
 

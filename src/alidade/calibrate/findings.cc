@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "alidade/calibrate/calibration_result.h"
 
@@ -18,8 +19,8 @@ constexpr double kNoiseFloorPx = 0.05;
 // warning.
 constexpr double kFocalUnknown = 0.02;
 constexpr double kFocalWeak = 0.005;
-// Views all within this of fronto-parallel cannot tell focal length from distance.
-constexpr double kSmallTiltDeg = 8.0;
+// Views within this of fronto-parallel tell focal length from distance badly.
+constexpr double kSmallTiltDeg = 15.0;
 // RMS as a share of the image's diagonal: a wrong model or board above the first, a doubtful one above the
 // second.
 constexpr double kMisfitNo = 0.002;
@@ -36,14 +37,17 @@ double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
 }
 
-// Largest angle between the image plane and a board, degrees.
-double largestTiltDeg(const CalibrationResult& result) {
-  double largest = 0;
+// Median angle between the image plane and the board, degrees. Where the focal length is unknown, noise feigns tilts
+// in single views; the median keeps away from those.
+double medianTiltDeg(const CalibrationResult& result) {
+  std::vector<double> tilts;
   for (const ViewResult& view : result.views) {
     const double c = std::abs(view.camera_from_board.rotation.matrix()(2, 2));
-    largest = std::max(largest, degrees(std::acos(std::min(1.0, c))));
+    tilts.push_back(degrees(std::acos(std::min(1.0, c))));
   }
-  return largest;
+  const auto middle = tilts.begin() + static_cast<std::ptrdiff_t>(tilts.size() / 2);
+  std::nth_element(tilts.begin(), middle, tilts.end());
+  return *middle;
 }
 
 // Relative one sigma of the focal lengths with corners no better than the noise floor.
@@ -60,13 +64,13 @@ double relativeFocalStd(const CalibrationResult& result) {
 
 void judgeObservability(const CalibrationResult& result, std::vector<Finding>& findings) {
   const double focal_std = relativeFocalStd(result);
-  const double tilt = largestTiltDeg(result);
+  const double tilt = medianTiltDeg(result);
   const bool is_unknown = !(focal_std < kFocalUnknown);
   if (is_unknown && tilt < kSmallTiltDeg) {
     findings.push_back(
         {.severity = Severity::kFailure,
          .id = "fronto_parallel",
-         .message = "the board is nearly parallel to the image in every view (largest tilt " +
+         .message = "the board is nearly parallel to the image in most views (median tilt " +
                     number("%.1f", tilt) + " degrees): focal length and distance cannot be told apart",
          .next_step = "add views with the board tilted by 20 to 50 degrees, about both of its axes"});
   } else if (!result.covariance) {
@@ -96,7 +100,7 @@ void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings
   if (result.domain.full_image) return;
   std::string where;
   if (const auto& pixel = result.domain.pixel_without_ray) {
-    where = ": pixel (" + number("%.0f", pixel->x()) + ", " + number("%.0f", pixel->y()) + ") has no ray";
+    where = ": pixel (" + number("%.1f", pixel->x()) + ", " + number("%.1f", pixel->y()) + ") has no ray";
   }
   findings.push_back(
       {.severity = Severity::kFailure,

@@ -14,6 +14,7 @@ namespace {
 constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the rest joins in the full solve
 constexpr std::size_t kNumSolved = 3;
 constexpr int kMaxIterations = 100;
+constexpr double kFunctionTolerance = 1e-6;  // tells candidates apart; the full solve goes on to the optimum
 
 struct Candidate {
   BundleState state;
@@ -92,9 +93,11 @@ std::optional<std::vector<double>> findStart(std::string_view model_id, const Ch
 
   const Candidate* best = nullptr;
   for (Candidate& candidate : candidates) {
-    const BundleSummary summary =
-        solveBundle(model_id, observations, candidate.state,
-                    {.loss = loss, .max_iterations = kMaxIterations, .cancel = cancel});
+    const BundleSummary summary = solveBundle(model_id, observations, candidate.state,
+                                              {.loss = loss,
+                                               .max_iterations = kMaxIterations,
+                                               .function_tolerance = kFunctionTolerance,
+                                               .cancel = cancel});
     candidate.cost = summary.cost;
     // An iteration limit is no failure here: the full solve goes on from where this one stopped.
     if (summary.termination == Termination::kFailed) continue;

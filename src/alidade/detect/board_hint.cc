@@ -9,7 +9,8 @@ namespace alidade {
 std::optional<BoardHint> guessBoardSize(std::span<const std::string> images,
                                         const std::function<SourceImage(const std::string&)>& load,
                                         const Checkerboard& asked, const DetectImagesOptions& options) {
-  constexpr std::size_t kMaxImages = 4;
+  constexpr std::size_t kMaxImages =
+      2;  // a search that finds nothing is slow, and there are many sizes to try
   std::vector<std::string> some;
   const std::size_t count = std::min(kMaxImages, images.size());
   for (std::size_t i = 0; i < count; ++i) some.push_back(images[i * images.size() / count]);
@@ -23,14 +24,18 @@ std::optional<BoardHint> guessBoardSize(std::span<const std::string> images,
   };
   // Squares counted instead of corners comes first: it is by far the commonest slip.
   add(asked.columns - 1, asked.rows - 1);
-  for (int dc = 1; dc >= -1; --dc) {
-    for (int dr = 1; dr >= -1; --dr) add(asked.columns + dc, asked.rows + dr);
+  add(asked.columns + 1, asked.rows + 1);
+  for (const int off : {-1, 1, -2, 2}) {
+    add(asked.columns + off, asked.rows);
+    add(asked.columns, asked.rows + off);
   }
-  if (asked.columns != asked.rows) add(asked.rows, asked.columns);
+  add(asked.columns + 1, asked.rows - 1);
+  add(asked.columns - 1, asked.rows + 1);
 
   DetectImagesOptions quiet = options;
   quiet.progress = nullptr;
-  quiet.detector.last_search_px = quiet.detector.first_search_px;
+  constexpr int kSearchPx = 480;  // a hint needs no small boards, and each miss costs by the pixel
+  quiet.detector = {.first_search_px = kSearchPx, .last_search_px = kSearchPx};
   for (const auto& [columns, rows] : sizes) {
     const Checkerboard board{.columns = columns, .rows = rows, .square_m = asked.square_m};
     const std::vector<ImageOutcome> outcomes = detectInImages(some, load, board, quiet);

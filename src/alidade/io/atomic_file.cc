@@ -180,19 +180,39 @@ int createTemporary(const fs::path& folder, std::string& path) {
   return fd;
 }
 
-void replaceFile(const std::string& path, const fs::path& target, std::optional<mode_t> mode,
-                 std::string_view content) {
+/// Where writing to a path leads.
+struct WriteTarget {
+  fs::path path;  ///< what a new file is renamed onto; empty = nothing to replace, write straight
+  std::optional<mode_t> mode;  ///< permissions of the file that is replaced
+};
+
+WriteTarget findTarget(const std::string& path) {
+  struct stat existing {};
+  const bool exists = ::stat(path.c_str(), &existing) == 0;
+  if (!exists && errno != ENOENT) throw writeError(path, errno);
+  if (exists && S_ISDIR(existing.st_mode)) throw writeError(path, EISDIR);
+  const std::optional<fs::path> target = followLinks(path);
+  if ((exists && !S_ISREG(existing.st_mode)) || !target) return {};
+  if (!target->has_filename()) throw writeError(path, path.empty() ? ENOENT : EISDIR);
+  // Renaming would replace a write-protected file without a question.
+  if (exists && ::access(path.c_str(), W_OK) != 0) throw writeError(path, errno);
+  constexpr mode_t kPermissions = 07777;
+  return {*target, exists ? std::optional(existing.st_mode & kPermissions) : std::nullopt};
+}
+
+void replaceFile(const std::string& path, const WriteTarget& target, std::string_view content) {
   const SignalDelay delay;
   std::string temporary_path;
-  Descriptor file(createTemporary(target.parent_path(), temporary_path));
-  if (file.get() < 0) throw writeError(path, errno, target.parent_path());
+  const fs::path folder = target.path.parent_path();
+  Descriptor file(createTemporary(folder, temporary_path));
+  if (file.get() < 0) throw writeError(path, errno, folder);
   TemporaryFile temporary(std::move(temporary_path));
 
-  if (mode && ::fchmod(file.get(), *mode) != 0) throw writeError(path, errno);
+  if (target.mode && ::fchmod(file.get(), *target.mode) != 0) throw writeError(path, errno);
   if (const int error = writeAll(file.get(), content)) throw writeError(path, error);
   if (::fsync(file.get()) != 0) throw writeError(path, errno);
   if (const int error = file.close()) throw writeError(path, error);
-  if (::rename(temporary.path().c_str(), target.c_str()) != 0) throw writeError(path, errno);
+  if (::rename(temporary.path().c_str(), target.path.c_str()) != 0) throw writeError(path, errno);
   temporary.keep();
 }
 
@@ -210,17 +230,17 @@ std::vector<std::string> namesIn(const fs::path& folder) {
 }  // namespace
 
 void writeFileAtomically(const std::string& path, std::string_view content) {
-  struct stat existing {};
-  const bool exists = ::stat(path.c_str(), &existing) == 0;
-  if (!exists && errno != ENOENT) throw writeError(path, errno);
-  if (exists && S_ISDIR(existing.st_mode)) throw writeError(path, EISDIR);
-  const std::optional<fs::path> target = followLinks(path);
-  if ((exists && !S_ISREG(existing.st_mode)) || !target) return writeStraight(path, content);
-  if (!target->has_filename()) throw writeError(path, path.empty() ? ENOENT : EISDIR);
-  // Renaming would replace a write-protected file without a question.
-  if (exists && ::access(path.c_str(), W_OK) != 0) throw writeError(path, errno);
-  constexpr mode_t kPermissions = 07777;
-  replaceFile(path, *target, exists ? std::optional(existing.st_mode & kPermissions) : std::nullopt, content);
+  const WriteTarget target = findTarget(path);
+  if (target.path.empty()) return writeStraight(path, content);
+  replaceFile(path, target, content);
+}
+
+void checkWritable(const std::string& path) {
+  const WriteTarget target = findTarget(path);
+  if (target.path.empty()) return;
+  const fs::path folder = target.path.parent_path();
+  if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+    throw writeError(path, errno, folder);
 }
 
 std::string readBinaryFile(const std::string& path, std::size_t max_bytes) {

@@ -16,6 +16,10 @@ namespace alidade {
 /// @throws Error (kInput) when anything fails; the old file is then untouched and no temporary file is left.
 void writeFileAtomically(const std::string& path, std::string_view content);
 
+/// Complains now about a path to which writeFileAtomically cannot write, as far as that can be known without
+/// writing: for before long work. @throws Error (kInput)
+void checkWritable(const std::string& path);
+
 /// Reads the whole of a file, device or pipe as bytes.
 /// @throws Error (kInput) when it is missing (naming the nearest name that exists), a folder, unreadable, or
 /// larger than `max_bytes`.

@@ -9,8 +9,9 @@
 namespace alidade {
 
 Checkerboard readBoard(const std::string& source) {
+  std::error_code ignored;  // what cannot be looked at is no file
   const bool is_file = source.ends_with(".yaml") || source.ends_with(".yml") ||
-                       (source.find(':') == std::string::npos && std::filesystem::exists(source));
+                       (source.find(':') == std::string::npos && std::filesystem::exists(source, ignored));
   if (!is_file) return parseBoardSpec(source);
   const detail::YamlNode root = detail::YamlNode::readFile(source);
   root.allowKeys({"kind", "columns", "rows", "square"});

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/io/camera_file.h"
+
+#include <algorithm>
+#include <array>
+
 #include "alidade/io/camera_node.h"
 #include "alidade/io/pose_node.h"
 #include "alidade/io/yaml_node.h"
@@ -94,15 +98,28 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     for (const YamlNode& item : n->items()) record.views.push_back(readView(item));
   }
   if (const auto n = node.find("settings")) {
+    n->allowKeys(n->keys());  // a doubled key
     for (const std::string& key : n->keys()) record.settings.push_back(readSetting(*n, key));
   }
   return record;
 }
 
+// Keys at the root of camera files of OpenCV, ROS, Kalibr and camodocal.
+bool isForeign(const YamlNode& root) {
+  constexpr std::array kForeignKeys = {
+      "camera_matrix",    "Camera_Matrix", "cameraMatrix",          "distortion_coefficients",
+      "distortion_model", "distCoeffs",    "projection_parameters", "cam0",
+      "camera_model"};
+  return std::any_of(kForeignKeys.begin(), kForeignKeys.end(),
+                     [&root](const char* key) { return root.has(key); });
+}
+
 CameraFile readRoot(const YamlNode& root) {
   if (!root.isMap() || !root.has("alidade_camera")) {
     throw root.error("a file without the key 'alidade_camera'", "a camera file of this program",
-                     "start it with: alidade_camera: 1");
+                     isForeign(root) ? "this looks like another tool's camera file; other tools' formats are "
+                                       "not read yet; carry the numbers over by hand"
+                                     : "start it with: alidade_camera: 1");
   }
   const YamlNode version = root.at("alidade_camera");
   if (version.integer() != 1) {

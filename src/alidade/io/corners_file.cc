@@ -143,15 +143,38 @@ class Parser {
   CornersFile file_;
 };
 
+std::string commentText(const std::string& comment) {
+  std::string text = "# ";
+  for (const char c : comment) {
+    if (c == '\n') {
+      text += "\n# ";
+    } else {
+      text += c == '\r' ? ' ' : c;
+    }
+  }
+  return text + "\n";
+}
+
+// A name as a field. The rows are read line by line, so that a stray quote spoils one row and not the rest.
+std::string nameField(const std::string& name, const char* what) {
+  if (name.find_first_of("\r\n") != std::string::npos) {
+    throw inputError({.where = std::string(what) + " '" + name + "'",
+                      .found = "a line break in the name",
+                      .expected = "a name of one line",
+                      .next_step = "rename it"});
+  }
+  return detail::csvField(name);
+}
+
 }  // namespace
 
 std::string cornersFileText(const CornersFile& file) {
   std::string text;
-  for (const std::string& comment : file.comments) text += "# " + comment + "\n";
+  for (const std::string& comment : file.comments) text += commentText(comment);
   text += std::string(kHeader) + "\n";
   const std::string spec = specText(file.board);
   for (const View& view : file.views) {
-    const std::string prefix = detail::csvField(file.camera) + "," + detail::csvField(view.image) + "," +
+    const std::string prefix = nameField(file.camera, "camera") + "," + nameField(view.image, "image") + "," +
                                std::to_string(view.size.width) + "," + std::to_string(view.size.height) +
                                "," + spec + ",";
     for (const Corner& corner : view.corners) {

@@ -17,9 +17,10 @@ struct CornersFile {
   std::vector<std::string> comments;  ///< written as lines that start with '#'; not read back
 };
 
-/// Text of a corners file: '#' lines, then CSV with the header
+/// Text of a corners file: '#' lines (a comment of several lines becomes several), then CSV with the header
 /// camera,image,width,height,board,corner_id,col,row,u,v,sigma_px and a row a corner (sigma_px empty =
 /// unknown).
+/// @throws Error (kInput) for the name of an image or the camera with a line break in it
 [[nodiscard]] std::string cornersFileText(const CornersFile& file);
 
 /// Writes atomically. @throws Error (kInput)

@@ -57,13 +57,29 @@ void checkRanges(const YamlNode& node, const Options& options) {
   }
 }
 
-Scene readBasics(const YamlNode& root, const std::string& path) {
+// Reads what a scene only names, and adds the scene's line to complaints: the mistake may be on either side.
+template <class Read>
+auto readNamed(const YamlNode& node, const Read& read) {
+  try {
+    return read();
+  } catch (const Error& e) {
+    throw inputError({.where = node.where(), .found = e.what()});
+  }
+}
+
+Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& folder) {
+  const std::string source = node.text();
+  const bool is_spec = source.find(':') != std::string::npos;
+  return readNamed(node, [&] { return readBoard(is_spec ? source : (folder / source).string()); });
+}
+
+Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
   const YamlNode camera = root.at("camera");
-  const std::string board = root.at("board").text();
+  const Checkerboard board = readSceneBoard(root.at("board"), folder);
   const auto make = [&](AnyCamera any_camera, ImageSize size) {
     return Scene{.camera = std::move(any_camera),
                  .image_size = size,
-                 .board = readBoard(board),
+                 .board = board,
                  .camera_from_board = {},
                  .num_random_views = 0,
                  .seed = 1,
@@ -75,8 +91,8 @@ Scene readBasics(const YamlNode& root, const std::string& path) {
     camera.allowKeys({"model", "image_size", "parameters"});
     return make(detail::readCamera(camera), detail::readImageSize(camera.at("image_size")));
   }
-  const std::filesystem::path file = std::filesystem::path(path).parent_path() / camera.text();
-  const CameraFile read = readCameraFile(file.string());
+  const std::string file = (folder / camera.text()).string();
+  const CameraFile read = readNamed(camera, [&] { return readCameraFile(file); });
   return make(read.camera, read.image_size);
 }
 
@@ -98,15 +114,12 @@ void readViews(const YamlNode& node, Scene& scene) {
   if (scene.camera_from_board.empty()) throw node.at("poses").error("no pose", "at least one");
 }
 
-}  // namespace
-
-Scene readSceneFile(const std::string& path) {
-  const YamlNode root = YamlNode::readFile(path);
+Scene readRoot(const YamlNode& root, const std::string& name) {
   root.allowKeys(
       {"alidade_scene", "camera", "board", "views", "seed", "random", "render", "corner_noise_px"});
   const YamlNode version = root.at("alidade_scene");
   if (version.integer() != 1) throw version.error("format version " + version.text(), "1");
-  Scene scene = readBasics(root, path);
+  Scene scene = readBasics(root, std::filesystem::path(name).parent_path());
   readViews(root.at("views"), scene);
   if (const auto n = root.find("seed")) {
     if (n->integer() < 0) throw n->error("'" + n->text() + "'", "0 or more");
@@ -126,6 +139,16 @@ Scene readSceneFile(const std::string& path) {
     if (scene.corner_noise_px < 0) throw n->error("'" + n->text() + "'", "0 or more");
   }
   return scene;
+}
+
+}  // namespace
+
+Scene readSceneFile(const std::string& path) {
+  return readRoot(YamlNode::readFile(path), path);
+}
+
+Scene parseSceneFile(const std::string& text, const std::string& name) {
+  return readRoot(YamlNode::parse(text, name), name);
 }
 
 std::string posesText(const std::vector<std::string>& images, const std::vector<SE3>& camera_from_board) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include <yaml-cpp/depthguard.h>
+
 #include "alidade/core/text.h"
 #include "alidade/io/atomic_file.h"
 
@@ -13,9 +15,20 @@ namespace {
 
 constexpr std::size_t kMaxFileBytes = 64u << 20u;
 
+// "cam.yaml:4"
+std::string placeInFile(const std::string& file, const YAML::Mark& mark) {
+  return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
+}
+
 }  // namespace
 
 YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
+  if (text.starts_with("%YAML:1.0")) {
+    throw inputError({.where = file + ":1",
+                      .found = "found %YAML:1.0, which starts files of OpenCV's own format",
+                      .expected = "YAML 1.2",
+                      .next_step = "other tools' formats are not read yet; carry the numbers over by hand"});
+  }
   try {
     const std::vector<YAML::Node> documents = YAML::LoadAll(text);
     if (documents.size() != 1) {
@@ -23,14 +36,16 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
           {.where = file, .found = std::to_string(documents.size()) + " YAML documents", .expected = "one"});
     }
     return {documents.front(), file, ""};
+  } catch (const YAML::DeepRecursion& e) {
+    throw inputError({.where = placeInFile(file, e.mark),
+                      .found = "lists or maps nested more than " + std::to_string(e.depth()) + " deep",
+                      .expected = "a few levels",
+                      .next_step = "look for brackets or dashes that were repeated by mistake"});
   } catch (const YAML::Exception& e) {
-    const bool has_place = !e.mark.is_null();
-    throw inputError({.where = file + (has_place ? ":" + std::to_string(e.mark.line + 1) : ""),
+    throw inputError({.where = placeInFile(file, e.mark),
                       .found = "not valid YAML: " + e.msg,
                       .expected = "YAML 1.2",
-                      .next_step = text.starts_with("%YAML:1.0")
-                                       ? "this is an OpenCV file; other tools' formats are not read yet"
-                                       : "correct the file near that line"});
+                      .next_step = "correct the file near that line"});
   }
 }
 
@@ -74,6 +89,7 @@ std::optional<YamlNode> YamlNode::find(const std::string& key) const {
 }
 
 std::vector<std::string> YamlNode::keys() const {
+  if (!node_.IsMap()) throw error(describe(), "a map");
   std::vector<std::string> names;
   for (const auto& entry : node_) names.push_back(YamlNode(entry.first, file_, path_).text());
   return names;
@@ -125,9 +141,7 @@ std::vector<double> YamlNode::numbers(std::size_t count) const {
 }
 
 std::string YamlNode::where() const {
-  const YAML::Mark mark = node_.Mark();
-  std::string place = file_;
-  if (!mark.is_null()) place += ":" + std::to_string(mark.line + 1);
+  std::string place = placeInFile(file_, node_.Mark());
   if (!path_.empty()) place += ": " + path_;
   return place;
 }

@@ -29,7 +29,7 @@ class YamlNode {
   /// The value of a key of this map; missing is an error.
   [[nodiscard]] YamlNode at(const std::string& key) const;
   [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const;
-  /// Keys in the file's order.
+  /// Keys of this map in the file's order; anything but a map is an error.
   [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] std::vector<YamlNode> items() const;
 

@@ -96,7 +96,7 @@ RayLattice::Block RayLattice::makeBlock(int block_x, int block_y) const {
     for (int kx = 0; kx < kNumNodes; ++kx) {
       const auto ray = unprojectAt(basis_.nodes[kx], basis_.nodes[ky]);
       if (!ray) continue;
-      block.rays.col(ky * kNumNodes + kx) = *ray;
+      block.rays[static_cast<std::size_t>(ky)].col(kx) = *ray;
       ++num_rays;
     }
   }
@@ -124,7 +124,7 @@ Eigen::Vector3d RayLattice::interpolate(const Block& block, double tx, double ty
   const NodeWeights weights_y = basis_.weightsAt(ty);
   Eigen::Vector3d ray = Eigen::Vector3d::Zero();
   for (int k = 0; k < kNumNodes; ++k) {
-    ray += weights_y[k] * (block.rays.middleCols<kNumNodes>(k * kNumNodes) * weights_x);
+    ray += weights_y[k] * (block.rays[static_cast<std::size_t>(k)] * weights_x);
   }
   return ray;
 }
@@ -151,7 +151,7 @@ void RayLattice::expandRow(int y, std::vector<RayExpansion>& out) const {
     if (block.kind == Block::Kind::kSmooth) {
       expandSmooth(block, first_x, y, out);
     } else if (block.kind == Block::Kind::kRim) {
-      const auto row = block.pixels.begin() + (y % kBlock) * kBlock;
+      const auto row = block.pixels.begin() + std::ptrdiff_t{y % kBlock} * kBlock;
       std::copy_n(row, std::min(kBlock, size_.width - first_x), out.begin() + first_x);
     }
   }
@@ -165,13 +165,13 @@ void RayLattice::expandSmooth(const Block& block, int first_x, int y, std::vecto
     auto& columns = by_y[static_cast<std::size_t>(d)];
     columns.setZero();
     for (int k = 0; k < kNumNodes; ++k) {
-      columns += weights_y(k, d) * block.rays.middleCols<kNumNodes>(k * kNumNodes);
+      columns += weights_y(k, d) * block.rays[static_cast<std::size_t>(k)];
     }
   }
   const int num_pixels = std::min(kBlock, size_.width - first_x);
   for (int i = 0; i < num_pixels; ++i) {
     const auto& weights_x = basis_.at_pixel[static_cast<std::size_t>(i)];
-    RayExpansion& pixel = out[static_cast<std::size_t>(first_x + i)];
+    RayExpansion& pixel = out[static_cast<std::size_t>(first_x) + static_cast<std::size_t>(i)];
     pixel.has_ray = true;
     pixel.terms.col(0).noalias() = by_y[0] * weights_x.col(0);
     pixel.terms.col(1).noalias() = by_y[0] * weights_x.col(1);
@@ -194,7 +194,7 @@ std::vector<RayExpansion> RayLattice::expandAtRim(int first_x, int first_y) cons
   for (int j = 1; j <= kBlock; ++j) {
     for (int i = 1; i <= kBlock; ++i) {
       const auto at = [&](int dx, int dy) -> const std::optional<Eigen::Vector3d>& {
-        return rays[static_cast<std::size_t>((j + dy) * kSide + i + dx)];
+        return rays[static_cast<std::size_t>(j + dy) * kSide + static_cast<std::size_t>(i + dx)];
       };
       pixels.push_back(expandByDifferences(at));
     }

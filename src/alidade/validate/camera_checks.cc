@@ -51,7 +51,7 @@ Check checkAspect(const CameraClaims& claims) {
                                                      : CheckStatus::kFail;
   return {.id = "aspect",
           .status = status,
-          .value = fmt::format("{:.5f}", params[0] / params[1]),
+          .value = fmt::format("{:.6g}", params[0] / params[1]),
           .limit = fmt::format("1 / {0} to {0}", kAspectWarn),
           .message = status == CheckStatus::kPass
                          ? "pixels are square"
@@ -106,9 +106,9 @@ Check checkDomainClaim(const CameraClaims& claims, const DomainCertificate& doma
   const double difference = std::abs(claims.domain->max_angle_rad - domain.cone.max_angle_rad);
   const bool is_same = difference <= kDomainRad && claims.domain->full_image == domain.full_image;
   check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = fmt::format("{:.6f} rad, {}", claims.domain->max_angle_rad,
+  check.value = fmt::format("{:.7g} rad, {}", claims.domain->max_angle_rad,
                             claims.domain->full_image ? "full image" : "part of the image");
-  check.limit = fmt::format("{:.6f} rad, {}", domain.cone.max_angle_rad,
+  check.limit = fmt::format("{:.7g} rad, {}", domain.cone.max_angle_rad,
                             domain.full_image ? "full image" : "part of the image");
   check.message = is_same ? "the stated domain is right"
                           : "the stated domain is not that of the parameters; were they edited?";

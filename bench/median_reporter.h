@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+namespace alidade {
+
+/// Prints the usual table and keeps the median CPU time of each case, so that the program can print what the
+/// table is for: ratios between cases.
+class MedianReporter final : public benchmark::ConsoleReporter {
+ public:
+  void ReportRuns(const std::vector<Run>& runs) override;
+
+  /// Median CPU seconds of one iteration of the case called `name` ("calibrate/alidade/100"); nothing if it
+  /// did not run.
+  [[nodiscard]] std::optional<double> medianSeconds(const std::string& name) const;
+
+  /// Time of `slow` over time of `fast`; nothing unless both ran.
+  [[nodiscard]] std::optional<double> ratio(const std::string& slow, const std::string& fast) const;
+
+ private:
+  std::map<std::string, double> median_seconds_;
+};
+
+}  // namespace alidade

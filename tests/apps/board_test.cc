@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+RunResult detectAs(const std::string& board, const std::string& output) {
+  return runAlidade({"detect", imagePath(1), imagePath(2), "--board", board, "-o", output});
+}
+
+TEST(Board, OfTheWrongSizeIsNeverFoundAsAPart) {
+  const ScratchFolder scratch;
+  int num_refused = 0;
+  for (const char* board : {"checkerboard:8x5:25mm", "checkerboard:10x7:25mm"}) {
+    EXPECT_THAT(detectAs(board, scratch.path("corners.csv")),
+                FailsWith(1, AllOf(HasSubstr("no board"), HasSubstr("inner corners"), HasSubstr(kBoard))))
+        << board;
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 2);
+  EXPECT_THAT(scratch.list(), ElementsAre());
+}
+
+TEST(Board, MayBeTakenSideways) {
+  const ScratchFolder scratch;
+  const RunResult result = detectAs("checkerboard:6x9:25mm", scratch.path("corners.csv"));
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.err, HasSubstr("2 of 2 images"));
+}
+
+TEST(Board, SpecsThatAreWrongAreWrongUsage) {
+  struct Case {
+    std::string spec;
+    std::string found;
+    std::string next;
+  };
+  const std::vector<Case> cases = {
+      {"checkerboard:9x6:25", "squares of 25 m", "did you mean 25mm?"},
+      {"checkerboard:9x6:25km", "'25km'", "a length such as 25mm"},
+      {"checkerboard:9x6:0mm", "squares of 0 m", "between 0.1 mm and 2 m"},
+      {"checkerboard:9x6:-25mm", "squares of -0.025 m", "between 0.1 mm and 2 m"},
+      {"checkerboard:9x6:1e9m", "squares of", "between 0.1 mm and 2 m"},
+      {"checkerboard:9x6:nanmm", "'nanmm'", "a length such as 25mm"},
+      {"checkerboard:9x6:mm", "'mm'", "a length such as 25mm"},
+      {"checkerboard:9x6", "2 parts", "COLUMNSxROWS:SQUARE"},
+      {"checkerboard", "1 part", "COLUMNSxROWS:SQUARE"},
+      {"checkerboard:9x6:25mm:30mm", "4 parts", "COLUMNSxROWS:SQUARE"},
+      {"checkerboard:9:25mm", "'9' as the size", "for example 9x6"},
+      {"checkerboard:9x6x2:25mm", "'9x6x2' as the size", "for example 9x6"},
+      {"checkerboard:ninex6:25mm", "'nine'", "a whole number"},
+      {"checkerboard:9.5x6:25mm", "'9.5'", "a whole number"},
+      {"checkerboard:2x6:25mm", "2x6 inner corners", "between 3 and 200"},
+      {"checkerboard:9x100000:25mm", "9x100000 inner corners", "between 3 and 200"},
+      {"chekerboard:9x6:25mm", "'chekerboard'", "did you mean 'checkerboard'?"},
+      {"charuco:8x11:24mm:18mm", "'charuco'", "checkerboard"},
+      {"9x6", "'9x6'", "checkerboard:9x6:25mm"},
+  };
+  const ScratchFolder scratch;
+  std::size_t num_refused = 0;
+  for (const Case& c : cases) {
+    EXPECT_THAT(
+        detectAs(c.spec, scratch.path("corners.csv")),
+        FailsWith(2, AllOf(HasSubstr("board '" + c.spec + "'"), HasSubstr(c.found), HasSubstr(c.next))))
+        << c.spec;
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 19u);
+  EXPECT_THAT(scratch.list(), ElementsAre());
+}
+
+TEST(Board, FilesDescribeItToo) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write(
+      "board.yaml", "kind: checkerboard\ncolumns: 9\nrows: 6\nsquare: 25mm\nx_note: my board\n");
+  ASSERT_THAT(detectAs(file, scratch.path("a.csv")), EndsWith(0));
+  ASSERT_THAT(detectAs(kBoard, scratch.path("b.csv")), EndsWith(0));
+  const auto rows = [&](const char* name) {
+    const std::string text = scratch.read(name);
+    return text.substr(text.find("\ncamera,"));
+  };
+  EXPECT_EQ(rows("a.csv"), rows("b.csv"));
+  EXPECT_THAT(detectAs(ALIDADE_SOURCE_DIR "/config/boards/checkerboard_9x6_25mm.yaml", scratch.path("c.csv")),
+              EndsWith(0));
+}
+
+TEST(Board, FilesThatAreWrongAreNamedWithTheirLine) {
+  const std::string good = "kind: checkerboard\ncolumns: 9\nrows: 6\nsquare: 25mm\n";
+  struct Case {
+    std::string text;
+    std::string place;
+    std::string found;
+  };
+  const std::vector<Case> cases = {
+      {replaced(good, "rows: 6", "rows: six"), ":3: rows", "'six'"},
+      {replaced(good, "rows: 6", "rows: 2"), ":4: square", "9x2 inner corners"},
+      {replaced(good, "25mm", "25"), ":4: square", "did you mean 25mm?"},
+      {replaced(good, "25mm", "wide"), ":4: square", "'wide'"},
+      {replaced(good, "columns", "colums"), ":2", "did you mean 'columns'?"},
+      {replaced(good, "rows: 6\n", ""), "", "no key 'rows'"},
+      {good + "rows: 7\n", ":5", "the key 'rows' twice"},
+      {replaced(good, "checkerboard", "charuco"), ":1: kind", "'charuco'"},
+      {"", "", "0 YAML documents"},
+      {"- 1\n", ":1", "a list"},
+  };
+  const ScratchFolder scratch;
+  std::size_t num_refused = 0;
+  for (const Case& c : cases) {
+    const std::string file = scratch.write("board.yaml", c.text);
+    EXPECT_THAT(detectAs(file, scratch.path("corners.csv")),
+                FailsWith(1, AllOf(HasSubstr(file + c.place), HasSubstr(c.found))))
+        << c.text;
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 10u);
+  EXPECT_THAT(detectAs(scratch.path("bord.yaml"), scratch.path("corners.csv")),
+              FailsWith(1, HasSubstr("did you mean '" + scratch.path("board.yaml") + "'?")));
+  EXPECT_THAT(scratch.list(), ElementsAre("board.yaml"));
+}
+
+}  // namespace
+}  // namespace alidade

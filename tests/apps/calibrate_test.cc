@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/io/camera_file.h"
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Calibrate, RecoversTheTrueCamera) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.path("camera.yaml");
+  const RunResult result = runAlidade({"calibrate", dataPath("images"), "--board", kBoard, "-o", output});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.err, HasSubstr("written to " + output));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("12 given, 12 with the board, 12 used"), Not(HasSubstr("FAILED"))));
+  const CameraFile truth = parseCameraFile(readFile(dataPath("camera.yaml")), "truth");
+  const CameraFile found = parseCameraFile(scratch.read("camera.yaml"), "found");
+  ASSERT_TRUE(found.calibration);
+  ASSERT_EQ(found.calibration->parameter_std.size(), 9u);
+  constexpr double kSigmas = 4;
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_NEAR(found.camera.parameters()[i], truth.camera.parameters()[i],
+                kSigmas * found.calibration->parameter_std[i])
+        << found.camera.parameterNames()[i];
+  }
+  EXPECT_THAT(runAlidade({"validate", output}), EndsWith(0));
+  EXPECT_THAT(scratch.list(), ElementsAre("camera.yaml"));
+}
+
+TEST(Calibrate, GivesTheSameBytesForAnyOrderAndNumberOfThreads) {
+  const ScratchFolder scratch;
+  const std::vector<int> orders[] = {{1, 2, 3, 4, 5, 6}, {6, 5, 4, 3, 2, 1}, {3, 1, 6, 2, 5, 4, 3}};
+  std::vector<std::string> files;
+  for (const auto& order : orders) {
+    for (const char* jobs : {"1", "2", "8"}) {
+      std::vector<std::string> args = {"calibrate", "--board", kBoard, "--jobs", jobs, "-o", "-", "--quiet"};
+      for (const int i : order) args.push_back(imagePath(i));
+      const RunResult result = runAlidade(args);
+      ASSERT_THAT(result, EndsWith(0));
+      EXPECT_EQ(result.err, "");
+      files.push_back(result.out);
+    }
+  }
+  ASSERT_EQ(files.size(), 9u);
+  EXPECT_THAT(files.front(), HasSubstr("alidade_camera: 1\n"));
+  EXPECT_EQ(std::count(files.begin(), files.end(), files.front()), 9);
+}
+
+TEST(Calibrate, GivesTheSameParametersFromACornersFile) {
+  const ScratchFolder scratch;
+  const std::string photos = linkImages(scratch, "photos", 5);
+  const std::string corners = scratch.path("corners.csv");
+  ASSERT_THAT(runAlidade({"detect", photos, "--board", kBoard, "-o", corners}), EndsWith(0));
+  const RunResult apart = runAlidade({"calibrate", corners, "-o", "-"});
+  const RunResult at_once = runAlidade({"calibrate", photos, "--board", kBoard, "-o", "-"});
+  ASSERT_THAT(apart, EndsWith(0));
+  ASSERT_THAT(at_once, EndsWith(0));
+  EXPECT_EQ(parametersOf(apart.out), parametersOf(at_once.out));
+  EXPECT_THAT(runAlidade({"calibrate", corners, "--board", "checkerboard:9x6:30mm"}),
+              FailsWith(1, AllOf(HasSubstr(corners), HasSubstr("board checkerboard:9x6:25mm"),
+                                 HasSubstr("checkerboard:9x6:30mm as --board says"),
+                                 HasSubstr("leave --board out"))));
+  EXPECT_THAT(runAlidade({"calibrate", corners, corners}),
+              FailsWith(2, AllOf(HasSubstr("2 inputs"), HasSubstr("pieces of one camera concatenate"))));
+}
+
+TEST(Calibrate, WritesOneJsonDocument) {
+  const ScratchFolder scratch;
+  const RunResult result =
+      runAlidade({"calibrate", dataPath("corners.csv"), "--json", "-o", scratch.path("camera.yaml")});
+  ASSERT_THAT(result, EndsWith(0));
+  const auto document = nlohmann::json::parse(result.out);
+  EXPECT_EQ(document.at("model"), "radtan");
+  EXPECT_EQ(document.at("trustworthy"), true);
+  EXPECT_EQ(document.at("board"), kBoard);
+  EXPECT_EQ(document.at("views").size(), 12u);
+  EXPECT_EQ(document.at("parameters").size(), 9u);
+  const std::vector<double> parameters = parametersOf(scratch.read("camera.yaml"));
+  EXPECT_EQ(document.at("parameters").at("fx").get<double>(), parameters[0]);
+}
+
+TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
+  const ScratchFolder scratch;
+  const std::string config = scratch.write("settings.yaml", "model: pinhole\nboard: checkerboard:9x6:25mm\n");
+  const auto modelOf = [](const std::vector<std::string>& more) {
+    std::vector<std::string> args = {"calibrate", dataPath("corners.csv"), "-o", "-", "--keep-untrustworthy"};
+    args.insert(args.end(), more.begin(), more.end());
+    const std::string text = runAlidade(args).out;
+    const CameraFile file = parseCameraFile(text, "camera");
+    EXPECT_TRUE(file.calibration);
+    std::string settings;
+    for (const auto& [key, values] : file.calibration->settings)
+      settings += fmt::format(" {}={}", key, fmt::join(values, ","));
+    return std::string(file.camera.modelId()) + ":" + settings;
+  };
+  EXPECT_EQ(modelOf({}), "radtan: model=radtan");
+  EXPECT_EQ(modelOf({"--config", config}), "pinhole: board=checkerboard:9x6:25mm model=pinhole");
+  EXPECT_EQ(modelOf({"--config", config, "--model", "radtan"}),
+            "radtan: board=checkerboard:9x6:25mm model=radtan");
+}
+
+// Boards that are all parallel to the image, at several distances.
+std::string frontoParallelScene(double noise_px) {
+  std::string poses;
+  for (int i = 0; i < 6; ++i) {
+    poses += fmt::format("    - {{rotation_vector_rad: [0, 0, {}], translation_m: [{}, {}, {}]}}\n", 0.1 * i,
+                         -0.1 + 0.01 * i, -0.07 + 0.005 * i, 0.4 + 0.05 * i);
+  }
+  return fmt::format(
+      "alidade_scene: 1\n"
+      "camera: {{model: pinhole, image_size: {{width: 640, height: 480}},\n"
+      "         parameters: {{fx: 500, fy: 500, cx: 320, cy: 240}}}}\n"
+      "board: checkerboard:9x6:25mm\nviews:\n  poses:\n{}corner_noise_px: {}\n",
+      poses, noise_px);
+}
+
+TEST(Calibrate, SaysNoWhereTheFocalLengthCannotBeSeen) {
+  const ScratchFolder scratch;
+  int num_refused = 0;
+  for (const double noise_px : {0.0, 0.1}) {
+    const std::string name = fmt::format("noise_{}", noise_px);
+    const std::string scene = scratch.write(name + ".yaml", frontoParallelScene(noise_px));
+    ASSERT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path(name)}), EndsWith(0));
+    const std::string corners = scratch.path(name + "/corners.csv");
+    const std::string output = scratch.path(name + "/out.yaml");
+    for (const char* model : {"pinhole", "radtan"}) {
+      const RunResult result = runAlidade({"calibrate", corners, "--model", model, "-o", output});
+      EXPECT_THAT(result, EndsWith(3)) << model;
+      EXPECT_THAT(result.out, AllOf(HasSubstr("FAILED"), HasSubstr("[fronto_parallel]"),
+                                    HasSubstr("next: add views with the board tilted")));
+      EXPECT_THAT(result.err,
+                  AllOf(HasSubstr("not to be trusted"), HasSubstr("--keep-untrustworthy writes it")));
+      EXPECT_FALSE(scratch.has(name + "/out.yaml"));
+      ++num_refused;
+    }
+    const RunResult to_stdout = runAlidade({"calibrate", corners, "-o", "-"});
+    EXPECT_THAT(to_stdout, EndsWith(3));
+    EXPECT_EQ(to_stdout.out, "");
+    const RunResult json = runAlidade({"calibrate", corners, "--json"});
+    EXPECT_THAT(json, EndsWith(3));
+    EXPECT_EQ(nlohmann::json::parse(json.out).at("trustworthy"), false);
+    const RunResult kept =
+        runAlidade({"calibrate", corners, "--model", "pinhole", "-o", output, "--keep-untrustworthy"});
+    EXPECT_THAT(kept, EndsWith(3));
+    EXPECT_THAT(readFile(output), HasSubstr("findings: [fronto_parallel"));
+  }
+  EXPECT_EQ(num_refused, 4);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#include <filesystem>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::vector<std::string> calibrateLine(const std::vector<std::string>& inputs, const std::string& output) {
+  std::vector<std::string> args = {"calibrate", "--board", kBoard, "-o", output};
+  args.insert(args.end(), inputs.begin(), inputs.end());
+  return args;
+}
+
+TEST(Inputs, NamesWhatIsWrongWithAFolder) {
+  const ScratchFolder scratch;
+  scratch.makeFolder("empty");
+  scratch.write("notes/readme.txt", "no image");
+  linkImages(scratch, "photos", 3);
+  const std::string output = scratch.path("camera.yaml");
+  const auto before = scratch.list();
+  struct Case {
+    std::string input;
+    std::string found;
+    std::string next;
+  };
+  const std::vector<Case> cases = {
+      {"empty", "it is empty", "give the folder that holds the images"},
+      {"notes", "holds 1 file, readme.txt", "give the folder that holds the images"},
+      {"photo", "no such file or folder", "did you mean '" + scratch.path("photos") + "'?"},
+      {"photos/view_01.png", "no such file", "did you mean '" + scratch.path("photos/view_001.png") + "'?"},
+      {"photos/*.jpg", "no file matches", "check the pattern"},
+      {"notes/readme.txt/a.png", "is a file, not a folder", "check the path"},
+      {"", "a folder without images", "one level below"},
+  };
+  int num_refused = 0;
+  for (const Case& c : cases) {
+    const std::string input = scratch.path(c.input);
+    for (const auto& args : {calibrateLine({input}, output),
+                             std::vector<std::string>{"detect", input, "--board", kBoard, "-o", output}}) {
+      EXPECT_THAT(runAlidade(args),
+                  FailsWith(1, AllOf(HasSubstr(input), HasSubstr(c.found), HasSubstr(c.next))));
+      ++num_refused;
+    }
+  }
+  EXPECT_EQ(num_refused, 14);
+  EXPECT_EQ(scratch.list(), before);
+}
+
+TEST(Inputs, NamesWhatCannotBeReadForLackOfPermission) {
+  const ScratchFolder scratch;
+  linkImages(scratch, "closed", 4);
+  fs::permissions(scratch.path("closed"), fs::perms::none);
+  const RunResult result = runAlidade(calibrateLine({scratch.path("closed")}, scratch.path("camera.yaml")));
+  fs::permissions(scratch.path("closed"), fs::perms::owner_all);
+  if (::geteuid() == 0) {  // reads everything
+    EXPECT_THAT(result, EndsWith(0));
+  } else {
+    EXPECT_THAT(result,
+                FailsWith(1, AllOf(HasSubstr(scratch.path("closed")), HasSubstr("Permission denied"))));
+  }
+}
+
+struct BadImage {
+  std::string name;
+  std::string bytes;
+  std::string reason;
+};
+
+std::vector<BadImage> badImages() {
+  const std::string good = readFile(imagePath(1));
+  return {{"view_101.png", "", "0 bytes"},
+          {"view_102.png", good.substr(0, good.size() / 2), "cut short"},
+          {"view_103.jpg", "hello, this is text\n", "not an image"}};
+}
+
+TEST(Inputs, RefusesAnImageThatCannotBeRead) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.path("camera.yaml");
+  int num_refused = 0;
+  for (const BadImage& bad : badImages()) {
+    const std::string path = scratch.write(bad.name, bad.bytes);
+    const auto refusal = FailsWith(1, AllOf(HasSubstr(path), HasSubstr(bad.reason), HasSubstr("\n  next: ")));
+    EXPECT_THAT(runAlidade(calibrateLine({path}, output)), refusal);
+    EXPECT_THAT(runAlidade({"detect", path, "--board", kBoard, "-o", output}), refusal);
+    num_refused += 2;
+  }
+  EXPECT_EQ(num_refused, 6);
+  EXPECT_THAT(runAlidade(calibrateLine({scratch.path()}, output)),
+              FailsWith(1, AllOf(HasSubstr("3 images: none can be read"), HasSubstr("next: the first: "))));
+  EXPECT_THAT(scratch.list(), ElementsAre("view_101.png", "view_102.png", "view_103.jpg"));
+}
+
+TEST(Inputs, SkipsImagesThatCannotBeReadAndNamesThem) {
+  const ScratchFolder scratch;
+  linkImages(scratch, "photos", 8);
+  int num_bad = 0;
+  for (const BadImage& bad : badImages()) {
+    scratch.write("photos/" + bad.name, bad.bytes);
+    ++num_bad;
+  }
+  ASSERT_EQ(num_bad, 3);
+  const RunResult result = runAlidade(calibrateLine({scratch.path("photos")}, scratch.path("camera.yaml")));
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, HasSubstr("11 given, 8 with the board, 8 used"));
+  for (const BadImage& bad : badImages())
+    EXPECT_THAT(result.out, AllOf(HasSubstr("\n  " + bad.name + ": unreadable"), HasSubstr(bad.reason)))
+        << result.out;
+  EXPECT_TRUE(scratch.has("camera.yaml"));
+
+  // The reasons stay comments of the corners file, which reads back.
+  const std::string corners = scratch.path("corners.csv");
+  ASSERT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoard, "-o", corners}), EndsWith(0));
+  for (const BadImage& bad : badImages())
+    EXPECT_THAT(scratch.read("corners.csv"), HasSubstr("\n# without a board: " + bad.name + ": "));
+  EXPECT_THAT(runAlidade({"calibrate", corners}), EndsWith(0));
+}
+
+TEST(Inputs, TakesNamesOfAnyBytesButLineBreaks) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.makeFolder("photos");
+  const std::vector<std::string> names = {"latin\xE9.png", "comma, quote\" #.png", "b lank.png", "-dash.png"};
+  int image = 0;
+  for (const std::string& name : names) fs::create_symlink(imagePath(++image), fs::path(folder) / name);
+  fs::create_symlink(imagePath(++image), fs::path(folder) / "two\nlines.png");
+  ASSERT_EQ(image, 5);
+
+  const std::string corners = scratch.path("corners.csv");
+  const RunResult detected = runAlidade({"detect", folder, "--board", kBoard, "-o", corners, "--json"});
+  ASSERT_THAT(detected, EndsWith(0));
+  EXPECT_THAT(detected.err, AllOf(HasSubstr("4 of 5 images"), HasSubstr("a line break in the name")));
+  const auto document = nlohmann::json::parse(detected.out);
+  EXPECT_EQ(document.at("images").size(), 5u);
+
+  const RunResult calibrated =
+      runAlidade({"calibrate", corners, "--json", "-o", scratch.path("camera.yaml")});
+  ASSERT_THAT(calibrated, EndsWith(0));
+  EXPECT_EQ(nlohmann::json::parse(calibrated.out).at("views").size(), 4u);
+  EXPECT_THAT(runAlidade({"validate", scratch.path("camera.yaml")}), EndsWith(0));
+
+  const RunResult direct = runAlidade(calibrateLine({folder}, scratch.path("direct.yaml")));
+  ASSERT_THAT(direct, EndsWith(0));
+  EXPECT_THAT(direct.out, HasSubstr("two lines.png: unreadable"));
+}
+
+TEST(Inputs, NeedsThreeViews) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.path("camera.yaml");
+  EXPECT_THAT(runAlidade(calibrateLine({imagePath(1), imagePath(2)}, output)),
+              FailsWith(1, AllOf(HasSubstr("the board in 2 of 2 images"), HasSubstr("at least 3 views"),
+                                 HasSubstr("take more photographs"))));
+  EXPECT_THAT(scratch.list(), ElementsAre());
+  // Three are enough to calibrate, and these three too few to be sure.
+  const RunResult three = runAlidade(calibrateLine({imagePath(1), imagePath(2), imagePath(3)}, output));
+  EXPECT_THAT(three, EndsWith(3));
+  EXPECT_THAT(three.out,
+              AllOf(HasSubstr("3 used"), HasSubstr("[focal_uncertain]"), HasSubstr("[few_views]")));
+}
+
+TEST(Inputs, RefusesACornersFileOfTwoSizes) {
+  const ScratchFolder scratch;
+  const std::string corners = readFile(dataPath("corners.csv"));
+  std::string mixed = corners;
+  for (const char* name : {"view_011.png", "view_012.png"}) {
+    const std::string from = fmt::format("{},640,480,", name);
+    for (std::size_t at = mixed.find(from); at != std::string::npos; at = mixed.find(from, at))
+      mixed.replace(at, from.size(), fmt::format("{},641,481,", name));
+  }
+  EXPECT_THAT(runAlidade({"calibrate", scratch.write("corners.csv", mixed)}),
+              FailsWith(1, AllOf(HasSubstr("view_011.png"), HasSubstr("641x481; expected 640x480"),
+                                 HasSubstr("images of one size at a time"))));
+}
+
+}  // namespace
+}  // namespace alidade

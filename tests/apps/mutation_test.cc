@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// Damaged files: whatever the bytes, the readers accept them or complain with an Error, and nothing else.
+#include <random>
+
+#include "alidade/core/error.h"
+#include "alidade/io/camera_file.h"
+#include "alidade/io/corners_file.h"
+#include "alidade/io/scene_file.h"
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kNumRuns = 3000;
+constexpr int kMaxChanges = 2;
+
+class Mutator {
+ public:
+  explicit Mutator(std::uint32_t seed) : random_(seed) {}
+
+  // Bytes changed to ones that mean something in YAML and CSV, or to any; pieces dropped or doubled.
+  std::string operator()(std::string text) {
+    constexpr std::string_view kTelling = "[]{}:,-#&*!|>'\"%@`\n\t 0123456789.eEnaif";
+    const std::size_t num_changes = 1 + below(kMaxChanges);
+    for (std::size_t i = 0; i < num_changes && !text.empty(); ++i) {
+      const std::size_t at = below(text.size());
+      switch (below(4)) {
+        case 0:
+          text[at] = static_cast<char>(below(256));
+          break;
+        case 1:
+          text[at] = kTelling[below(kTelling.size())];
+          break;
+        case 2:
+          text.erase(at, 1 + below(20));
+          break;
+        default:
+          text.insert(below(text.size()), text.substr(at, 1 + below(20)));
+      }
+    }
+    return text;
+  }
+
+ private:
+  std::size_t below(std::size_t limit) { return random_() % limit; }
+
+  std::mt19937 random_;
+};
+
+struct Counts {
+  int read = 0;
+  int refused = 0;
+};
+
+template <class Read>
+Counts readMutations(const std::string& good, std::uint32_t seed, const Read& read) {
+  EXPECT_NO_THROW(read(good));
+  Mutator mutate(seed);
+  Counts counts;
+  for (int run = 0; run < kNumRuns; ++run) {
+    const std::string text = mutate(good);
+    try {
+      read(text);
+      ++counts.read;
+    } catch (const Error& error) {
+      ++counts.refused;
+      EXPECT_NE(error.code(), ErrorCode::kVerdict);
+      EXPECT_STRNE(error.what(), "");
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << "run " << run << ": " << error.what() << "\n" << text;
+    }
+  }
+  EXPECT_EQ(counts.read + counts.refused, kNumRuns);
+  return counts;
+}
+
+TEST(Mutations, OfACameraFileNeverSurprise) {
+  const Counts counts =
+      readMutations(readFile(dataPath("camera.yaml")) +
+                        "calibration:\n  rms_px: 0.1\n  num_views: 3\n  num_corners: 162\n" +
+                        "  settings: {model: radtan, input: [a, b]}\n",
+                    1, [](const std::string& text) { (void)parseCameraFile(text, "camera.yaml"); });
+  EXPECT_GT(counts.read, kNumRuns / 30);
+  EXPECT_GT(counts.refused, kNumRuns / 4);
+}
+
+TEST(Mutations, OfACornersFileNeverSurprise) {
+  const std::string all = readFile(dataPath("corners.csv"));
+  const std::string two_views = all.substr(0, all.find("camera,view_003.png"));
+  const Counts counts = readMutations(
+      two_views, 2, [](const std::string& text) { (void)parseCornersFile(text, "corners.csv"); });
+  EXPECT_GT(counts.read, kNumRuns / 30);
+  EXPECT_GT(counts.refused, kNumRuns / 4);
+}
+
+TEST(Mutations, OfASceneNeverSurprise) {
+  const Counts counts =
+      readMutations(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), 3,
+                    [](const std::string& text) { (void)parseSceneFile(text, "scene.yaml"); });
+  EXPECT_GT(counts.read, kNumRuns / 30);
+  EXPECT_GT(counts.refused, kNumRuns / 4);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include <csignal>
+#include <filesystem>
+
+#include <unistd.h>
+
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+// Command lines that write to `output`, quick ones.
+std::vector<std::vector<std::string>> writers(const std::string& output) {
+  return {{"calibrate", dataPath("corners.csv"), "-o", output},
+          {"detect", imagePath(1), "--board", kBoard, "-o", output}};
+}
+
+TEST(Outputs, RefusesPathsThatCannotBeWrittenBeforeAnyWork) {
+  const ScratchFolder scratch;
+  scratch.makeFolder("folder");
+  scratch.write("file.txt", "kept");
+  const auto before = scratch.list();
+  struct Case {
+    std::string output;
+    std::string found;
+    std::string next;
+  };
+  const std::vector<Case> cases = {
+      {"missing/out", "No such file or directory", "create the folder first"},
+      {"folder", "Is a directory", "add a file name"},
+      {"folder/", "Is a directory", "add a file name"},
+      {"file.txt/out", "Not a directory", "create the folder first"},
+  };
+  int num_refused = 0;
+  for (const Case& c : cases) {
+    const std::string output = scratch.path() + "/" + c.output;
+    const auto refusal = FailsWith(1, AllOf(HasSubstr(output), HasSubstr(c.found), HasSubstr(c.next)));
+    for (const auto& args : writers(output)) {
+      EXPECT_THAT(runAlidade(args), refusal);
+      ++num_refused;
+    }
+    // Inputs that do not exist show that the output was looked at first.
+    EXPECT_THAT(runAlidade({"calibrate", scratch.path("none.csv"), "-o", output}), refusal);
+    EXPECT_THAT(runAlidade({"detect", scratch.path("none"), "--board", kBoard, "-o", output}), refusal);
+  }
+  EXPECT_EQ(num_refused, 8);
+  EXPECT_EQ(scratch.list(), before);
+  EXPECT_EQ(scratch.read("file.txt"), "kept");
+}
+
+TEST(Outputs, RespectsWriteProtection) {
+  const ScratchFolder scratch;
+  scratch.write("closed/camera.yaml", "old");
+  fs::permissions(scratch.path("closed"), fs::perms::owner_read | fs::perms::owner_exec);
+  int num_runs = 0;
+  for (const auto& args : writers(scratch.path("closed/new"))) {
+    const RunResult result = runAlidade(args);
+    if (::geteuid() == 0) {  // writes everywhere
+      EXPECT_THAT(result, EndsWith(0));
+    } else {
+      EXPECT_THAT(result,
+                  FailsWith(1, AllOf(HasSubstr("Permission denied"), HasSubstr(scratch.path("closed")))));
+    }
+    ++num_runs;
+  }
+  fs::permissions(scratch.path("closed"), fs::perms::owner_all);
+  EXPECT_EQ(num_runs, 2);
+}
+
+TEST(Outputs, FailsOnAFullDisk) {
+  int num_failed = 0;
+  for (const auto& args : writers("/dev/full")) {
+    const RunResult result = runAlidade(args);
+    EXPECT_THAT(result, EndsWith(1));
+    EXPECT_THAT(result.err, AllOf(HasSubstr("/dev/full"), HasSubstr("No space left"),
+                                  HasSubstr("free some space"), Not(HasSubstr("written to"))));
+    ++num_failed;
+  }
+  EXPECT_EQ(num_failed, 2);
+}
+
+TEST(Outputs, FailsWhenStandardOutputIsFull) {
+  const std::string camera = dataPath("camera.yaml");
+  const std::string corners = dataPath("corners.csv");
+  const std::vector<std::vector<std::string>> lines = {{"calibrate", corners},
+                                                       {"calibrate", corners, "-o", "-"},
+                                                       {"calibrate", corners, "--json"},
+                                                       {"detect", imagePath(1), "--board", kBoard},
+                                                       {"project", camera},
+                                                       {"unproject", camera},
+                                                       {"validate", camera},
+                                                       {"validate", camera, "--json"}};
+  int num_failed = 0;
+  for (const auto& args : lines) {
+    EXPECT_THAT(runAlidade(args, {.input = "1,1,1\n", .output_path = "/dev/full"}).exit_code, 1)
+        << testing::PrintToString(args);
+    ++num_failed;
+  }
+  EXPECT_EQ(num_failed, 8);
+  EXPECT_THAT(runAlidade({"validate", camera}, {.output_path = "/dev/full"}),
+              FailsWith(1, AllOf(HasSubstr("standard output"), HasSubstr("No space left"))));
+}
+
+TEST(Outputs, ReplacesAnEarlierFileOnlyWithAWholeOne) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.write("camera.yaml", "old");
+  EXPECT_THAT(runAlidade({"calibrate", scratch.write("bad.csv", "not,corners\n"), "-o", output}),
+              EndsWith(1));
+  EXPECT_EQ(scratch.read("camera.yaml"), "old");
+  EXPECT_THAT(runAlidade({"calibrate", dataPath("corners.csv"), "-o", output}), EndsWith(0));
+  EXPECT_EQ(parametersOf(scratch.read("camera.yaml")).size(), 9u);
+  EXPECT_THAT(scratch.list(), ElementsAre("bad.csv", "camera.yaml"));
+}
+
+TEST(Outputs, EndsQuicklyWhenNobodyReads) {
+  std::string points;
+  for (int i = 0; i < 200'000; ++i) points += "0.1,0.1,1\n";
+  RunningProgram program(ALIDADE_BINARY, {"project", dataPath("camera.yaml")},
+                         {.input = points, .time_limit = std::chrono::seconds(20)});
+  program.closeOutput();
+  const RunResult result = program.wait();
+  EXPECT_FALSE(result.is_late);
+  EXPECT_TRUE(result.signal == SIGPIPE || result.exit_code == 1) << result.signal << " " << result.exit_code;
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include <filesystem>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// A small image, so that rendering takes no time.
+std::string smallScene(const std::string& views = "{random: 3}") {
+  return "alidade_scene: 1\n"
+         "camera: {model: pinhole, image_size: {width: 96, height: 72},\n"
+         "         parameters: {fx: 80, fy: 80, cx: 47.5, cy: 35.5}}\n"
+         "board: checkerboard:4x3:30mm\n"
+         "views: " +
+         views +
+         "\n"
+         "seed: 3\n"
+         "render: {samples: 32}\n";
+}
+
+TEST(Simulate, MakesTheSameBytesForAnyNumberOfThreads) {
+  const ScratchFolder scratch;
+  const std::string scene = scratch.write("scene.yaml", smallScene());
+  ASSERT_THAT(runAlidade({"simulate", scene, "-o", scratch.path("one"), "--jobs", "1"}), EndsWith(0));
+  ASSERT_THAT(runAlidade({"simulate", scene, "-o", scratch.path("two"), "--jobs", "2"}), EndsWith(0));
+  int num_same = 0;
+  for (const std::string name : {"camera.yaml", "corners.csv", "poses.yaml", "images/view_001.png",
+                                 "images/view_002.png", "images/view_003.png"}) {
+    ASSERT_TRUE(scratch.has("one/" + name)) << name;
+    EXPECT_EQ(scratch.read("one/" + name), scratch.read("two/" + name)) << name;
+    ++num_same;
+  }
+  EXPECT_EQ(num_same, 6);
+  EXPECT_EQ(scratch.list().size(), 1 + 2 * 8u);
+  EXPECT_THAT(runAlidade({"validate", scratch.path("one/camera.yaml")}), EndsWith(0));
+}
+
+TEST(Simulate, ReplacesOnlyWhatItMade) {
+  const ScratchFolder scratch;
+  const std::string scene = scratch.write("scene.yaml", smallScene());
+  const std::string output = scratch.path("out");
+  ASSERT_THAT(runAlidade({"simulate", scene, "-o", output}), EndsWith(0));
+  const std::string image = scratch.read("out/images/view_001.png");
+  const auto made = scratch.list();
+
+  EXPECT_THAT(
+      runAlidade({"simulate", scene, "-o", output}),
+      FailsWith(1, AllOf(HasSubstr(output), HasSubstr("a new or empty folder"), HasSubstr("--overwrite"))));
+  EXPECT_EQ(scratch.list(), made);
+
+  scratch.write("scene.yaml", smallScene("{random: 2}"));
+  EXPECT_THAT(runAlidade({"simulate", scene, "-o", output, "--overwrite"}), EndsWith(0));
+  EXPECT_FALSE(scratch.has("out/images/view_003.png"));
+  EXPECT_EQ(scratch.list().size(), made.size() - 1);
+
+  // One file of somebody else's keeps the whole folder.
+  int num_foreign = 0;
+  for (const std::string foreign :
+       {"notes.txt", "images/photo.png", "images/view_001.txt", "sub/camera.yaml"}) {
+    scratch.write("out/" + foreign, "precious");
+    const auto before = scratch.list();
+    EXPECT_THAT(runAlidade({"simulate", scene, "-o", output, "--overwrite"}),
+                FailsWith(1, AllOf(HasSubstr(output), HasSubstr("choose another name"))));
+    EXPECT_EQ(scratch.list(), before);
+    EXPECT_EQ(scratch.read("out/" + foreign), "precious");
+    const std::filesystem::path path = scratch.path("out/" + foreign);
+    std::filesystem::remove(path);
+    if (path.parent_path().filename() == "sub") std::filesystem::remove(path.parent_path());
+    ++num_foreign;
+  }
+  EXPECT_EQ(num_foreign, 4);
+}
+
+TEST(Simulate, NamesFoldersThatCannotBeMade) {
+  const ScratchFolder scratch;
+  const std::string scene = scratch.write("scene.yaml", smallScene());
+  const auto before = scratch.list();
+  EXPECT_THAT(runAlidade({"simulate", scene, "-o", scratch.path("missing/out")}),
+              FailsWith(1, HasSubstr(scratch.path("missing/out"))));
+  EXPECT_THAT(runAlidade({"simulate", scene, "-o", scene}),
+              FailsWith(1, AllOf(HasSubstr(scene), HasSubstr("a file"))));
+  EXPECT_THAT(runAlidade({"simulate", scene, "-o", scene + "/out"}), FailsWith(1, HasSubstr(scene)));
+  EXPECT_EQ(scratch.list(), before);
+}
+
+TEST(Simulate, SaysWhenTheBoardIsOutOfSight) {
+  const ScratchFolder scratch;
+  const std::string behind = "{rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, -1]}";
+  const std::string turned = "{rotation_vector_rad: [0, 3.1, 0], translation_m: [0, 0, 1]}";
+  const std::string seen = "{rotation_vector_rad: [0, 0, 0], translation_m: [-0.05, -0.03, 0.3]}";
+  const auto simulate = [&](const std::string& poses, const std::string& output) {
+    const std::string scene = scratch.write("scene.yaml", smallScene("{poses: [" + poses + "]}"));
+    return runAlidade({"simulate", scene, "--corners-only", "--json", "-o", scratch.path(output)});
+  };
+  EXPECT_THAT(simulate(behind + ", " + turned, "none"),
+              FailsWith(1, AllOf(HasSubstr(scratch.path("scene.yaml")),
+                                 HasSubstr("no corner of the board is visible"),
+                                 HasSubstr("next: check the poses"))));
+  EXPECT_THAT(scratch.list(), ElementsAre("scene.yaml"));
+
+  const RunResult some = simulate(seen + ", " + behind + ", " + seen, "some");
+  ASSERT_THAT(some, EndsWith(0));
+  EXPECT_THAT(some.err, HasSubstr("warning: no corner of the board is visible in view_002.png"));
+  const auto document = nlohmann::json::parse(some.out);
+  EXPECT_EQ(document.at("num_corners"), 24);
+  EXPECT_EQ(document.at("views_without_corners"), nlohmann::json::array({"view_002.png"}));
+}
+
+TEST(Simulate, FindsTheFilesThatASceneNames) {
+  const ScratchFolder scratch;
+  scratch.write("scenes/camera.yaml", smallCamera());
+  scratch.write("scenes/board.yaml", "kind: checkerboard\ncolumns: 4\nrows: 3\nsquare: 30mm\n");
+  const std::string scene = scratch.write(
+      "scenes/scene.yaml", "alidade_scene: 1\ncamera: camera.yaml\nboard: board.yaml\nviews: {random: 2}\n");
+  EXPECT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path("out")}), EndsWith(0));
+  EXPECT_THAT(scratch.read("out/corners.csv"), HasSubstr(",checkerboard:4x3:30mm,"));
+}
+
+}  // namespace
+}  // namespace alidade

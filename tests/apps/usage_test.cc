@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include <sstream>
+
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::vector<std::string> kCommands = {"calibrate", "detect",   "project",
+                                            "unproject", "validate", "simulate"};
+
+TEST(Usage, ShowsTheHelpWithoutArguments) {
+  const RunResult result = runAlidade({});
+  EXPECT_THAT(result, EndsWith(2));
+  EXPECT_EQ(result.out, "");
+  for (const std::string& command : kCommands) EXPECT_THAT(result.err, HasSubstr("\n  " + command + " "));
+}
+
+TEST(Usage, HelpsOnRequest) {
+  const RunResult all = runAlidade({"--help"});
+  EXPECT_THAT(all, EndsWith(0));
+  EXPECT_EQ(all.err, "");
+  int num_commands = 0;
+  for (const std::string& command : kCommands) {
+    EXPECT_THAT(all.out, HasSubstr("\n  " + command + " "));
+    const RunResult one = runAlidade({command, "--help"});
+    EXPECT_THAT(one, EndsWith(0));
+    EXPECT_EQ(one.err, "");
+    EXPECT_THAT(one.out, AllOf(HasSubstr("Example: "), HasSubstr("--json"), HasSubstr("--config")));
+    ++num_commands;
+  }
+  EXPECT_EQ(num_commands, 6);
+}
+
+TEST(Usage, TellsItsVersion) {
+  const RunResult result = runAlidade({"--version"});
+  EXPECT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, StartsWith("alidade "));
+  EXPECT_EQ(result.err, "");
+}
+
+TEST(Usage, FailsWhenTheHelpDoesNotArrive) {
+  const std::vector<std::vector<std::string>> lines = {{"--help"}, {"--version"}, {"detect", "--help"}};
+  int num_lines = 0;
+  for (const auto& args : lines) {
+    EXPECT_THAT(runAlidade(args, {.output_path = "/dev/full"}), FailsWith(1, HasSubstr("standard output")));
+    ++num_lines;
+  }
+  EXPECT_EQ(num_lines, 3);
+}
+
+TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
+  struct Case {
+    std::vector<std::string> args;
+    std::string found;
+    std::string next;
+  };
+  const std::vector<Case> cases = {
+      {{"calibrat"}, "unknown command 'calibrat'", "did you mean 'calibrate'?"},
+      {{"unprojekt", "camera.yaml"}, "unknown command 'unprojekt'", "did you mean 'unproject'?"},
+      {{"xyzzy"}, "expected one of calibrate, detect", "alidade --help"},
+      {{"--hlp"}, "--hlp", "did you mean '--help'?"},
+      {{"--verison"}, "--verison", "did you mean '--version'?"},
+      {{"calibrate", "--bord", "x"}, "--bord", "did you mean '--board'?"},
+      {{"calibrate", "--bord=x"}, "--bord", "did you mean '--board'?"},
+      {{"detect", "--outptu", "x"}, "--outptu", "did you mean '--output'?"},
+      {{"project", "--jobs", "2", "camera.yaml"}, "--jobs", "alidade project --help"},
+      {{"simulate", "--corner-only"}, "--corner-only", "did you mean '--corners-only'?"},
+      {{"calibrate", "photos", "--board"}, "--board", "alidade calibrate --help"},
+      {{"detect", "photos", "-o"}, "--output", "alidade detect --help"},
+      {{"calibrate", "photos", "--jobs", "many"}, "--jobs", "alidade calibrate --help"},
+      {{"calibrate", "photos", "--jobs", "-1"}, "--jobs", "alidade calibrate --help"},
+      {{"calibrate", "photos", "--model", "radtn"}, "radtan", "alidade calibrate --help"},
+      {{"calibrate"}, "no input", "alidade calibrate --help"},
+      {{"detect"}, "no images", "alidade detect --help"},
+      {{"project"}, "no camera file", "alidade project --help"},
+      {{"unproject"}, "no camera file", "alidade unproject --help"},
+      {{"validate"}, "no file", "alidade validate --help"},
+      {{"simulate"}, "no scene file", "alidade simulate --help"},
+      {{"simulate", "scene.yaml"}, "no --output", "-o FOLDER"},
+      {{"calibrate", "photos"}, "no --board", "--board checkerboard:9x6:25mm"},
+      {{"detect", "photos"}, "no --board", "--board checkerboard:9x6:25mm"},
+      {{"detect", "photos", "--board", kBoard, "--camera", "a\nb"}, "line break in --camera", "one line"},
+  };
+  std::size_t num_refused = 0;
+  for (const Case& c : cases) {
+    const RunResult result = runAlidade(c.args);
+    EXPECT_THAT(result, FailsWith(2, AllOf(HasSubstr(c.found), HasSubstr(c.next))))
+        << testing::PrintToString(c.args);
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 25u);
+}
+
+TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
+  const ScratchFolder scratch;
+  const std::string json_in_file = scratch.write("settings.yaml", "json: true\noutput: '-'\n");
+  const std::vector<std::vector<std::string>> lines = {
+      {"calibrate", dataPath("corners.csv"), "--json", "-o", "-"},
+      {"detect", imagePath(1), "--board", kBoard, "--json", "-o", "-"},
+      {"calibrate", dataPath("corners.csv"), "--config", json_in_file},
+  };
+  int num_refused = 0;
+  for (const auto& args : lines) {
+    EXPECT_THAT(runAlidade(args), FailsWith(2, AllOf(HasSubstr("--json"), HasSubstr("--output -"))));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 3);
+}
+
+// The words of a command line as a shell without variables reads it.
+std::vector<std::string> wordsOf(const std::string& line) {
+  std::vector<std::string> words;
+  std::string word;
+  bool is_quoted = false;
+  for (const char c : line + " ") {
+    if (c == '\'') {
+      is_quoted = !is_quoted;
+    } else if (c == ' ' && !is_quoted) {
+      if (!word.empty()) words.push_back(word);
+      word.clear();
+    } else {
+      word += c;
+    }
+  }
+  return words;
+}
+
+struct Example {
+  std::string input;
+  std::vector<std::string> args;
+};
+
+// "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml"
+std::vector<Example> examplesIn(const std::string& help) {
+  std::vector<Example> examples;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    constexpr std::string_view kStart = "Example: ";
+    if (!line.starts_with(kStart)) continue;
+    Example example;
+    std::string command = line.substr(kStart.size());
+    if (const std::size_t bar = command.find(" | "); bar != std::string::npos) {
+      example.input = wordsOf(command.substr(0, bar)).at(1) + "\n";
+      command = command.substr(bar + 3);
+    }
+    example.args = wordsOf(command);
+    EXPECT_EQ(example.args.front(), "alidade");
+    example.args.erase(example.args.begin());
+    examples.push_back(std::move(example));
+  }
+  return examples;
+}
+
+TEST(Usage, EveryExampleInTheHelpRuns) {
+  const ScratchFolder scratch;
+  linkImages(scratch, "photos", 4);
+  scratch.write("camera.yaml", readFile(dataPath("camera.yaml")));
+  scratch.write("points.csv", "x,y,z\n0,0,1\n");
+  // Rendering one of its views shows as much as rendering all.
+  scratch.write("config/scene.yaml",
+                replaced(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), "{random: 12}", "{random: 1}"));
+  int num_examples = 0;
+  for (const std::string& command : kCommands) {
+    for (const Example& example : examplesIn(runAlidade({command, "--help"}).out)) {
+      EXPECT_THAT(runAlidade(example.args, {.input = example.input, .folder = scratch.path()}), EndsWith(0))
+          << testing::PrintToString(example.args);
+      ++num_examples;
+    }
+  }
+  EXPECT_EQ(num_examples, 7);
+  EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/calibrator.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include "alidade/calibrate/size_groups.h"
+#include "alidade/core/error.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr ImageSize kSize{.width = 640, .height = 480};
+const std::vector<double> kTruth = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+
+SimulatedSet noisySet(int num_views, std::uint64_t seed) {
+  return simulateSet(AnyCamera::make("radtan", kTruth), kSize, num_views, 0.1, seed);
+}
+
+std::string messageOf(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+std::string findingsOf(const CalibrationResult& result) {
+  std::string text;
+  for (const Finding& finding : result.findings) text += "[" + finding.id + "] " + finding.message + "\n";
+  return text;
+}
+
+bool hasFinding(const CalibrationResult& result, const std::string& id, Finding::Severity severity) {
+  return std::any_of(result.findings.begin(), result.findings.end(),
+                     [&](const Finding& f) { return f.id == id && f.severity == severity; });
+}
+
+TEST(Calibrate, DoesNotDependOnTheOrderOfViewsAndCorners) {
+  SimulatedSet set = noisySet(10, 1);
+  const CalibrationResult first = calibrate(set.board, set.views);
+  std::reverse(set.views.begin(), set.views.end());
+  for (View& view : set.views)
+    std::rotate(view.corners.begin(), view.corners.begin() + 17, view.corners.end());
+  const CalibrationResult second = calibrate(set.board, set.views);
+  for (std::size_t i = 0; i < kTruth.size(); ++i) {
+    EXPECT_EQ(first.camera.parameters()[i], second.camera.parameters()[i]);
+  }
+  EXPECT_EQ(first.rms_px, second.rms_px);
+  EXPECT_EQ(*first.covariance, *second.covariance);
+}
+
+TEST(Calibrate, RefusesWhatItCannotUse) {
+  const SimulatedSet set = noisySet(5, 2);
+  const auto message = [&](const std::function<void(std::vector<View>&)>& spoil,
+                           const char* model = "radtan") {
+    std::vector<View> views = set.views;
+    spoil(views);
+    return messageOf([&] { static_cast<void>(calibrate(set.board, views, {.model = model})); });
+  };
+  EXPECT_THAT(message([](auto& v) { v.resize(2); }), HasSubstr("2 views of the board; expected at least 3"));
+  EXPECT_THAT(message([](auto& v) { v.clear(); }), HasSubstr("0 views"));
+  EXPECT_THAT(message([](auto& v) { v[1].size.width = 641; }),
+              HasSubstr("expected 640x480 as in the other views"));
+  EXPECT_THAT(message([](auto& v) { v[1].corners[3].id = 54; }), HasSubstr("corner id 54; expected 0 to 53"));
+  EXPECT_THAT(message([](auto& v) { v[1].corners[3].pixel.x() = std::numeric_limits<double>::quiet_NaN(); }),
+              HasSubstr("not a number"));
+  EXPECT_THAT(message([](auto& v) { v[1].image = v[0].image; }), HasSubstr("two views with this name"));
+  EXPECT_THAT(message([](auto&) {}, "radtn"), HasSubstr("did you mean 'radtan'?"));
+  EXPECT_THAT(message([](auto& v) {
+                for (std::size_t i = 0; i < 3; ++i) v[i].corners.resize(5);
+              }),
+              HasSubstr("5 corners; at least 6 are needed"));
+}
+
+TEST(Calibrate, StopsWhenCancelled) {
+  const SimulatedSet set = noisySet(5, 3);
+  const CancelFlag cancel{true};
+  EXPECT_THROW(static_cast<void>(calibrate(set.board, set.views, {.model = "radtan", .cancel = &cancel})),
+               Cancelled);
+}
+
+// Views that face the camera squarely leave focal length and distance to each other.
+TEST(Calibrate, SaysNoToFrontoParallelViews) {
+  const AnyCamera camera = AnyCamera::make("radtan", kTruth);
+  const Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
+  int num_refused = 0;
+  for (const double noise : {0.0, 0.05, 0.3}) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      Random random(seed);
+      std::vector<View> views;
+      while (views.size() < 12) {
+        SE3 pose;
+        pose.rotation = SO3::exp({0, 0, random.uniform(-0.5, 0.5)});
+        pose.translation = {random.uniform(-0.2, 0.1), random.uniform(-0.15, 0.05),
+                            random.uniform(0.25, 0.8)};
+        View view = exactView(camera, kSize, board, pose, "view_" + std::to_string(views.size()));
+        if (view.corners.size() != 54) continue;
+        addCornerNoise(view, noise, random);
+        views.push_back(view);
+      }
+      const CalibrationResult result = calibrate(board, views);
+      EXPECT_FALSE(result.isTrustworthy());
+      EXPECT_TRUE(hasFinding(result, "fronto_parallel", Finding::Severity::kFailure))
+          << "noise " << noise << ", seed " << seed << "\n"
+          << findingsOf(result);
+      ++num_refused;
+    }
+  }
+  EXPECT_EQ(num_refused, 30);
+}
+
+TEST(Calibrate, TrustsGoodSetsAndWarnsOfFewViews) {
+  int num_trusted = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const SimulatedSet set = noisySet(25, seed);
+    const CalibrationResult result = calibrate(set.board, set.views);
+    EXPECT_TRUE(result.isTrustworthy()) << "seed " << seed << "\n" << findingsOf(result);
+    ++num_trusted;
+    EXPECT_FALSE(hasFinding(result, "few_views", Finding::Severity::kWarning));
+  }
+  EXPECT_EQ(num_trusted, 20);
+  const SimulatedSet set = noisySet(4, 1);
+  EXPECT_TRUE(hasFinding(calibrate(set.board, set.views), "few_views", Finding::Severity::kWarning));
+}
+
+// Distortion learnt near the middle of the image bends back before its corners.
+TEST(Calibrate, SaysNoToALensThatFoldsInTheImage) {
+  const std::vector<double> folding = {535, 535, 319.5, 239.5, -1.0 / 3, 0, 0, 0, 0};
+  RandomViewOptions options;
+  options.max_fill = 0.5;
+  const AnyCamera camera = AnyCamera::make("radtan", folding);
+  const SimulatedSet set = simulateSet(camera, kSize, 15, 0.02, 4, options);
+  const CalibrationResult result = calibrate(set.board, set.views);
+  EXPECT_TRUE(hasFinding(result, "folds_in_image", Finding::Severity::kFailure));
+  EXPECT_FALSE(result.isTrustworthy());
+}
+
+TEST(GroupBySize, TakesTheLargestGroup) {
+  const std::vector<ImageSize> sizes = {{641, 480}, {640, 480}, {640, 480}, {320, 240}, {640, 480}};
+  const SizeGroups groups = groupBySize(sizes);
+  EXPECT_EQ(groups.size, (ImageSize{640, 480}));
+  EXPECT_THAT(groups.in_group, ElementsAre(1, 2, 4));
+  EXPECT_THAT(groups.others, ElementsAre(0, 3));
+  EXPECT_TRUE(groupBySize({}).in_group.empty());
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/covariance.h"
+
+#include <gtest/gtest.h>
+
+#include <ceres/ceres.h>
+
+#include "alidade/calibrate/start.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{.width = 1280, .height = 960};
+constexpr HuberLoss kNoLoss{.threshold_px = 1e9};
+
+TEST(IntrinsicsInformation, InverseEqualsCeresCovariance) {
+  const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, 10, 0.1, 1);
+  const auto observations = observationsOf(set.board, set.views);
+  BundleState state{.params = truth, .camera_from_board = set.poses};
+  ASSERT_EQ(solveBundle("radtan", observations, state, {.loss = kNoLoss}).termination,
+            Termination::kConverged);
+
+  ceres::Problem problem;
+  std::vector<PoseBlock> poses;
+  for (const SE3& pose : state.camera_from_board) poses.push_back(toBlock(pose));
+  for (std::size_t v = 0; v < poses.size(); ++v) {
+    problem.AddResidualBlock(new ViewCost<Radtan>(observations[v], kNoLoss), nullptr, state.params.data(),
+                             poses[v].data());
+    problem.SetManifold(poses[v].data(), new SE3Manifold);
+  }
+  ceres::Covariance::Options options;
+  options.algorithm_type = ceres::DENSE_SVD;
+  ceres::Covariance covariance(options);
+  const std::vector<std::pair<const double*, const double*>> blocks = {
+      {state.params.data(), state.params.data()}};
+  ASSERT_TRUE(covariance.Compute(blocks, &problem));
+  Eigen::Matrix<double, 9, 9, Eigen::RowMajor> expected;
+  ASSERT_TRUE(covariance.GetCovarianceBlock(state.params.data(), state.params.data(), expected.data()));
+
+  const IntrinsicsInformation information = intrinsicsInformation("radtan", observations, state);
+  ASSERT_TRUE(information.inverse);
+  for (int i = 0; i < 9; ++i) {
+    for (int j = 0; j < 9; ++j) {
+      const double scale = std::sqrt(expected(i, i) * expected(j, j));
+      EXPECT_NEAR((*information.inverse)(i, j), expected(i, j), 1e-6 * scale) << i << "," << j;
+    }
+  }
+}
+
+TEST(IntrinsicsInformation, FrontoParallelViewsAreSingular) {
+  const std::vector<double> truth = {1003, 1003, 639.5, 479.5};
+  const AnyCamera camera = AnyCamera::make("pinhole", truth);
+  BundleState state{.params = truth, .camera_from_board = {}};
+  std::vector<View> views;
+  const Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
+  for (int i = 0; i < 6; ++i) {
+    SE3 pose;
+    pose.translation = {-0.1 + 0.02 * i, -0.05, 0.4 + 0.05 * i};
+    state.camera_from_board.push_back(pose);
+    views.push_back(exactView(camera, kSize, board, pose, std::to_string(i)));
+  }
+  const auto information = intrinsicsInformation("pinhole", observationsOf(board, views), state);
+  EXPECT_FALSE(information.inverse);
+  EXPECT_LT(information.scaled_condition, 1e-10);
+}
+
+TEST(CoordinateVariance, CountsCoordinatesAndParameters) {
+  // 8 corners off by (3, 4): 8 * 25 over 16 coordinates less 6 parameters.
+  const std::vector<Eigen::Vector2d> errors(8, Eigen::Vector2d(3, 4));
+  EXPECT_DOUBLE_EQ(coordinateVariance(errors, kNoLoss, 6), 20.0);
+  EXPECT_TRUE(std::isinf(coordinateVariance(errors, kNoLoss, 16)));
+}
+
+TEST(CoordinateVariance, HuberOnCleanNoiseIsUnbiased) {
+  Random random(1);
+  std::vector<Eigen::Vector2d> errors;
+  for (int i = 0; i < 200000; ++i) errors.emplace_back(0.3 * random.normal(), 0.3 * random.normal());
+  // At 3 sigma the estimate's own variance is that of least squares to 1 %; five standard errors of the mean
+  // besides.
+  EXPECT_NEAR(coordinateVariance(errors, {.threshold_px = 0.9}, 0), 0.09, 0.09 * 0.015);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/view_cost.h"
+
+#include <gtest/gtest.h>
+
+#include <ceres/ceres.h>
+
+#include "support/model_fixture.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+// One corner, differentiated automatically, under Ceres' own loss: the plainest form of the same problem.
+template <class M>
+struct CornerCost {
+  Observation observation;
+
+  template <class T>
+  bool operator()(const T* params, const T* pose, T* residual) const {
+    const Eigen::Quaternion<T> q(pose[3], pose[0], pose[1], pose[2]);
+    const Eigen::Matrix<T, 3, 1> t(pose[4], pose[5], pose[6]);
+    const Eigen::Matrix<T, 3, 1> p = q * observation.p_board.cast<T>() + t;
+    T px[2];
+    if (!projectFormula<M>(params, p.data(), px)) return false;
+    residual[0] = px[0] - observation.pixel.x();
+    residual[1] = px[1] - observation.pixel.y();
+    return true;
+  }
+};
+
+// Corners with noise, every ninth of them far off, and a start beside the truth.
+template <class M>
+struct Problem {
+  std::vector<std::vector<Observation>> views;
+  std::vector<double> params;
+  std::vector<PoseBlock> poses;
+
+  explicit Problem(int num_views) {
+    const auto p = ModelFixture<M>::paramSets().front();
+    const SimulatedSet set = simulateSet(AnyCamera(Camera<M>(p)), kTestImage, num_views, 0.2, 5);
+    Random random(6);
+    for (std::size_t v = 0; v < set.views.size(); ++v) {
+      views.emplace_back();
+      for (const Corner& corner : set.views[v].corners) {
+        const double off = corner.id % 9 == 4 ? 15.0 : 0.0;
+        views.back().push_back({set.board.corner(corner.id), corner.pixel + Eigen::Vector2d(off, -off)});
+      }
+      SE3 pose = set.poses[v];
+      pose.translation.z() *= 1.03;
+      poses.push_back(toBlock(pose));
+    }
+    params.assign(p.begin(), p.end());
+    params[0] *= 1.02;
+    params[2] += 3;
+  }
+};
+
+constexpr double kThreshold = 1.5;
+
+template <class M>
+class ViewCostOf : public testing::Test {};
+TYPED_TEST_SUITE(ViewCostOf, AllModelTypes, ModelName);
+
+// Builds both forms of the problem over the same parameter blocks.
+template <class M>
+void addViews(ceres::Problem& problem, Problem<M>& data) {
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    problem.AddResidualBlock(new ViewCost<M>(data.views[v], {.threshold_px = kThreshold}), nullptr,
+                             data.params.data(), data.poses[v].data());
+    problem.SetManifold(data.poses[v].data(), new SE3Manifold);
+  }
+}
+
+template <class M>
+void addCorners(ceres::Problem& problem, Problem<M>& data) {
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    for (const Observation& observation : data.views[v]) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<CornerCost<M>, 2, kNumParams<M>, 7>(new CornerCost<M>{observation}),
+          new ceres::HuberLoss(kThreshold), data.params.data(), data.poses[v].data());
+    }
+    problem.SetManifold(data.poses[v].data(), new SE3Manifold);
+  }
+}
+
+TYPED_TEST(ViewCostOf, CostAndGradientEqualThoseOfCornersUnderCeresLoss) {
+  using M = TypeParam;
+  Problem<M> data(5);
+  ceres::Problem by_view;
+  ceres::Problem by_corner;
+  addViews(by_view, data);
+  addCorners(by_corner, data);
+  double cost_view = 0;
+  double cost_corner = 0;
+  std::vector<double> gradient_view;
+  std::vector<double> gradient_corner;
+  ASSERT_TRUE(by_view.Evaluate({}, &cost_view, nullptr, &gradient_view, nullptr));
+  ASSERT_TRUE(by_corner.Evaluate({}, &cost_corner, nullptr, &gradient_corner, nullptr));
+  EXPECT_NEAR(cost_view, cost_corner, 1e-12 * cost_corner);
+  ASSERT_EQ(gradient_view.size(), gradient_corner.size());
+  ASSERT_EQ(gradient_view.size(), static_cast<std::size_t>(kNumParams<M> + 5 * 6));
+  for (std::size_t i = 0; i < gradient_view.size(); ++i) {
+    EXPECT_NEAR(gradient_view[i], gradient_corner[i], 1e-9 * (1 + std::abs(gradient_corner[i]))) << i;
+  }
+}
+
+TYPED_TEST(ViewCostOf, ReachesTheOptimumOfPlainCeres) {
+  using M = TypeParam;
+  Problem<M> data(12);
+  Problem<M> same = data;
+  const auto solve = [](ceres::Problem& problem) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_SCHUR;
+    options.max_num_iterations = 200;
+    options.function_tolerance = 1e-15;
+    options.parameter_tolerance = 1e-13;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    EXPECT_EQ(summary.termination_type, ceres::CONVERGENCE) << summary.message;
+    return summary.final_cost;
+  };
+  ceres::Problem by_view;
+  ceres::Problem by_corner;
+  addViews(by_view, data);
+  addCorners(by_corner, same);
+  const double cost_view = solve(by_view);
+  const double cost_corner = solve(by_corner);
+  EXPECT_NEAR(cost_view, cost_corner, 1e-9 * cost_corner);
+  for (std::size_t i = 0; i < data.params.size(); ++i) {
+    EXPECT_NEAR(data.params[i], same.params[i], 1e-6 * (1 + std::abs(same.params[i]))) << kParamNames<M>[i];
+  }
+}
+
+TYPED_TEST(ViewCostOf, RefusesAStepThatPutsACornerBehindTheCamera) {
+  using M = TypeParam;
+  Problem<M> data(1);
+  data.poses[0][6] = -1.0;
+  const ViewCost<M> cost(data.views[0], {.threshold_px = kThreshold});
+  std::vector<double> residuals(static_cast<std::size_t>(cost.num_residuals()));
+  const double* blocks[] = {data.params.data(), data.poses[0].data()};
+  EXPECT_FALSE(cost.Evaluate(blocks, residuals.data(), nullptr));
+}
+
+TEST(ViewCost, RefusesAFoldedLens) {
+  Problem<Radtan> data(1);
+  const ViewCost<Radtan> cost(data.views[0], {.threshold_px = kThreshold});
+  std::vector<double> residuals(static_cast<std::size_t>(cost.num_residuals()));
+  const double* blocks[] = {data.params.data(), data.poses[0].data()};
+  EXPECT_TRUE(cost.Evaluate(blocks, residuals.data(), nullptr));
+  data.params[4] = -30;  // folds at six degrees from the axis
+  EXPECT_FALSE(cost.Evaluate(blocks, residuals.data(), nullptr));
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/camera/any_camera.h"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+#include <limits>
+
+#include "alidade/camera/self_check.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string messageOf(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(AnyCamera, ListsModelsAndParameterNames) {
+  EXPECT_THAT(modelIds(), ElementsAre("pinhole", "radtan"));
+  EXPECT_THAT(parameterNames("pinhole"), ElementsAre("fx", "fy", "cx", "cy"));
+  EXPECT_THAT(parameterNames("radtan"), ElementsAre("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"));
+}
+
+TEST(AnyCamera, RefusesUnknownModelsWithTheNearestName) {
+  const std::string message = messageOf([] { static_cast<void>(AnyCamera::make("radtn", {})); });
+  EXPECT_THAT(message, HasSubstr("'radtn'"));
+  EXPECT_THAT(message, HasSubstr("pinhole, radtan"));
+  EXPECT_THAT(message, HasSubstr("did you mean 'radtan'?"));
+}
+
+TEST(AnyCamera, RefusesParametersThatAreNone) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto message = [](std::vector<double> params) {
+    return messageOf([&] { static_cast<void>(AnyCamera::make("pinhole", params)); });
+  };
+  EXPECT_THAT(message({500, 500, 320}), HasSubstr("3 numbers; expected 4"));
+  EXPECT_THAT(message({500, nan, 320, 240}), HasSubstr("parameter fy: nan"));
+  EXPECT_THAT(message({-500, 500, 320, 240}), HasSubstr("parameter fx: -500; expected a positive"));
+  EXPECT_THAT(message({500, 500, 320, std::numeric_limits<double>::infinity()}), HasSubstr("parameter cy"));
+  EXPECT_EQ(message({500, 500, 320, 240}), "no error");
+}
+
+TEST(AnyCamera, BatchEqualsOneByOne) {
+  const std::vector<double> params = {500, 510, 320, 240, -0.2, 0, 1e-3, -1e-3, 0};
+  const AnyCamera camera = AnyCamera::make("radtan", params);
+  const std::vector<Eigen::Vector3d> points = {{0, 0, 1}, {0.3, -0.2, 1}, {0, 0, -1}, {50, 0, 1}};
+  std::vector<Projection> batch(points.size());
+  camera.project(points, batch);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Projection single = camera.project(points[i]);
+    EXPECT_EQ(batch[i].status, single.status);
+    if (single.ok()) {
+      EXPECT_EQ(batch[i].pixel, single.pixel);
+    }
+  }
+  EXPECT_EQ(batch[2].status, ProjectStatus::kBehind);
+  EXPECT_EQ(batch[3].status, ProjectStatus::kOutside);
+}
+
+TEST(AnyCamera, StartsUndistortedAtTheImagesMiddle) {
+  EXPECT_THAT(startParameters("radtan", 700, {.width = 640, .height = 480}),
+              ElementsAre(700, 700, 319.5, 239.5, 0, 0, 0, 0, 0));
+}
+
+TEST(SelfCheck, PointsProjectToTheirPixelsAllOverTheImage) {
+  const ImageSize size{.width = 640, .height = 480};
+  const std::vector<double> params = {500, 510, 320, 240, -0.2, 0.05, 1e-3, -1e-3, 0};
+  const AnyCamera camera = AnyCamera::make("radtan", params);
+  const std::vector<SelfCheckPoint> points = makeSelfCheck(camera, size);
+  ASSERT_EQ(points.size(), 9U);
+  for (const SelfCheckPoint& point : points) EXPECT_EQ(camera.project(point.point).pixel, point.pixel);
+  EXPECT_LT(points.front().pixel.norm(), 30);
+  EXPECT_LT((points.back().pixel - Eigen::Vector2d(640, 480)).norm(), 30);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/checkerboard_detector.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "alidade/core/error.h"
+#include "alidade/detect/board_hint.h"
+#include "alidade/detect/detect_images.h"
+#include "alidade/simulate/render.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+const Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.025};
+
+struct RenderedSet {
+  SimulatedSet truth;
+  std::vector<GrayImage> images;
+};
+
+RenderedSet rendered(ImageSize size, int num_views, std::uint64_t seed, double max_roll_deg = 30) {
+  const double f = 0.85 * size.width;
+  const std::vector<double> params = {f,     f,    0.5 * size.width, 0.5 * size.height, -0.28, 0.08, 8e-4,
+                                      -4e-4, -0.01};
+  RandomViewOptions options;
+  options.max_roll_deg = max_roll_deg;
+  RenderedSet set{.truth = simulateSet(AnyCamera::make("radtan", params), size, num_views, 0, seed, options),
+                  .images = {}};
+  const Renderer renderer(set.truth.camera, size);
+  for (std::size_t i = 0; i < set.truth.poses.size(); ++i) {
+    RenderOptions render;
+    render.read_noise = 1.0;
+    render.seed = seed + i;
+    set.images.push_back(renderer.render(kBoard, set.truth.poses[i], render));
+  }
+  return set;
+}
+
+// Root mean square of du and dv together, per axis.
+double perAxisRms(const Detection& detection, const View& truth) {
+  double sum = 0;
+  for (std::size_t i = 0; i < truth.corners.size(); ++i) {
+    sum += (detection.corners[i].pixel - truth.corners[i].pixel).squaredNorm();
+  }
+  return std::sqrt(sum / (2.0 * static_cast<double>(truth.corners.size())));
+}
+
+TEST(DetectCheckerboard, FindsEveryCornerUnderItsOwnIdHoweverTheBoardIsTurned) {
+  constexpr double kMaxRmsPx =
+      0.08;  // a stock corner refinement at this noise; a wrong id would be tens of pixels
+  const RenderedSet set = rendered({.width = 640, .height = 480}, 12, 3, 180);
+  int num_found = 0;
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    const Detection detection = detectCheckerboard(set.images[i], kBoard);
+    ASSERT_TRUE(detection.found()) << "view " << i << ": " << detection.detail;
+    ASSERT_EQ(detection.corners.size(), 54U);
+    for (int id = 0; id < 54; ++id) EXPECT_EQ(detection.corners[static_cast<std::size_t>(id)].id, id);
+    EXPECT_LE(perAxisRms(detection, set.truth.views[i]), kMaxRmsPx) << "view " << i;
+    ++num_found;
+  }
+  EXPECT_EQ(num_found, 12);
+}
+
+TEST(DetectCheckerboard, RefinesOnTheFullImageWhatItFoundOnAReducedOne) {
+  // Searched at 720 px and left there, the error would be half a reduced pixel, 1.4 px here.
+  const RenderedSet set = rendered({.width = 2000, .height = 1500}, 3, 4);
+  int num_found = 0;
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    const Detection detection = detectCheckerboard(set.images[i], kBoard);
+    ASSERT_TRUE(detection.found()) << detection.detail;
+    EXPECT_LE(perAxisRms(detection, set.truth.views[i]), 0.08);
+    ++num_found;
+  }
+  EXPECT_EQ(num_found, 3);
+}
+
+TEST(DetectCheckerboard, NeverTakesAPartOfALargerBoard) {
+  const RenderedSet set = rendered({.width = 480, .height = 360}, 2, 5);
+  int num_refused = 0;
+  for (const GrayImage& image : set.images) {
+    for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{8, 6}, {9, 5}, {8, 5}, {7, 6}}) {
+      const Detection detection =
+          detectCheckerboard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
+      EXPECT_FALSE(detection.found()) << columns << "x" << rows;
+      EXPECT_FALSE(detection.detail.empty());
+      ++num_refused;
+    }
+  }
+  EXPECT_EQ(num_refused, 8);
+}
+
+TEST(DetectCheckerboard, SidewaysCountsFindTheSameCorners) {
+  const RenderedSet set = rendered({.width = 640, .height = 480}, 2, 6);
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    const Detection upright = detectCheckerboard(set.images[i], kBoard);
+    const Detection sideways =
+        detectCheckerboard(set.images[i], {.columns = 6, .rows = 9, .square_m = 0.025});
+    ASSERT_TRUE(upright.found() && sideways.found());
+    double worst = 0;
+    for (const Corner& corner : sideways.corners) {
+      double nearest = 1e9;
+      for (const Corner& other : upright.corners)
+        nearest = std::min(nearest, (corner.pixel - other.pixel).norm());
+      worst = std::max(worst, nearest);
+    }
+    EXPECT_LT(worst, 0.1);
+  }
+}
+
+TEST(DetectCheckerboard, FindsNothingInNoise) {
+  Random random(1);
+  GrayImage image{.size = {.width = 320, .height = 240}, .pixels = {}};
+  for (int i = 0; i < 320 * 240; ++i) image.pixels.push_back(static_cast<std::uint8_t>(random.index(256)));
+  const Detection detection = detectCheckerboard(image, kBoard);
+  EXPECT_EQ(detection.reason, DetectionReason::kNoBoard);
+  EXPECT_TRUE(detection.corners.empty());
+}
+
+TEST(DetectInImages, KeepsTheOrderAndReportsWhatCannotBeRead) {
+  const RenderedSet set = rendered({.width = 640, .height = 480}, 3, 7);
+  const std::vector<std::string> names = {"0", "broken", "2", "1"};
+  const auto load = [&](const std::string& name) -> SourceImage {
+    if (name == "broken") throw inputError({.where = name, .found = "nothing"});
+    return {.image = set.images[std::stoul(name)], .exif_orientation = name == "2" ? 6 : 1};
+  };
+  std::vector<std::vector<ImageOutcome>> runs;
+  for (const int jobs : {1, 4}) {
+    DetectImagesOptions options;
+    options.num_jobs = jobs;
+    std::size_t last_done = 0;
+    options.progress = [&](std::size_t done, std::size_t total) {
+      EXPECT_EQ(total, 4U);
+      EXPECT_EQ(done, ++last_done);
+    };
+    runs.push_back(detectInImages(names, load, kBoard, options));
+    EXPECT_EQ(last_done, 4U);
+  }
+  for (const auto& outcomes : runs) {
+    ASSERT_EQ(outcomes.size(), 4U);
+    EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kUnreadable);
+    EXPECT_THAT(outcomes[1].detection.detail, testing::HasSubstr("broken: nothing"));
+    EXPECT_EQ(outcomes[2].exif_orientation, 6);
+    for (const std::size_t i : {0U, 2U, 3U}) {
+      EXPECT_TRUE(outcomes[i].detection.found());
+      EXPECT_EQ(outcomes[i].image, names[i]);
+    }
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    ASSERT_EQ(runs[0][i].detection.corners.size(), runs[1][i].detection.corners.size());
+    for (std::size_t k = 0; k < runs[0][i].detection.corners.size(); ++k) {
+      EXPECT_EQ(runs[0][i].detection.corners[k].pixel, runs[1][i].detection.corners[k].pixel);
+    }
+  }
+}
+
+TEST(GuessBoardSize, NamesTheSizeThatIsThere) {
+  const RenderedSet set = rendered({.width = 480, .height = 360}, 1, 8);
+  const std::vector<std::string> names = {"a"};
+  const auto load = [&](const std::string&) {
+    return SourceImage{.image = set.images[0], .exif_orientation = 1};
+  };
+  int num_checked = 0;
+  for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{10, 7}, {8, 5}, {10, 6}}) {
+    const auto hint = guessBoardSize(names, load, {.columns = columns, .rows = rows, .square_m = 0.025}, {});
+    ASSERT_TRUE(hint) << columns << "x" << rows;
+    EXPECT_EQ(hint->columns, 9);
+    EXPECT_EQ(hint->rows, 6);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 3);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Projects points with cameras whose pixels are known beforehand, with nothing but alidade::camera.
+#include "all_headers.h"
+
+#if defined(CV_VERSION) || defined(CV_VERSION_MAJOR)
+#error "a header of alidade::camera includes OpenCV"
+#endif
+#if defined(CERES_VERSION_MAJOR) || defined(CERES_PUBLIC_CERES_H_)
+#error "a header of alidade::camera includes Ceres"
+#endif
+
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+namespace {
+
+int num_checks = 0;
+int num_failures = 0;
+
+void check(bool is_right, const char* what) {
+  ++num_checks;
+  if (is_right) return;
+  ++num_failures;
+  std::fprintf(stderr, "camera_only: wrong: %s\n", what);
+}
+
+bool isNear(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  constexpr double kRoundingPx = 1e-9;
+  return (a - b).norm() <= kRoundingPx;
+}
+
+}  // namespace
+
+int main() {
+  using alidade::AnyCamera;
+  const Eigen::Vector3d point(0.2, -0.1, 2.0);
+
+  const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{800, 820, 319.5, 239.5});
+  check(isNear(pinhole.project(point).pixel, {399.5, 198.5}), "pixel of the pinhole camera");
+
+  // Brown's formula written out for x = 0.1, y = -0.05, r^2 = 0.0125.
+  const AnyCamera radtan =
+      AnyCamera::make("radtan", std::vector<double>{800, 820, 319.5, 239.5, -0.2, 0.05, 1e-3, -2e-3, 0.0});
+  const double a = 1 - 0.2 * 0.0125 + 0.05 * 0.0125 * 0.0125;
+  const double mx = 0.1 * a + 2 * 1e-3 * 0.1 * -0.05 - 2e-3 * (0.0125 + 2 * 0.01);
+  const double my = -0.05 * a + 1e-3 * (0.0125 + 2 * 0.0025) - 2 * 2e-3 * 0.1 * -0.05;
+  check(isNear(radtan.project(point).pixel, {800 * mx + 319.5, 820 * my + 239.5}),
+        "pixel of the radtan camera");
+
+  const auto ray = radtan.unproject(radtan.project(point).pixel);
+  check(ray && (*ray - point.normalized()).norm() < 1e-9, "ray of that pixel");
+  check(radtan.project(-point).status == alidade::ProjectStatus::kBehind, "a point behind the camera");
+
+  // The board's second corner, seen from half a metre with the board turned by 90 degrees about the axis.
+  const alidade::Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
+  alidade::SE3 camera_from_board;
+  camera_from_board.rotation = alidade::SO3::exp({0, 0, std::numbers::pi / 2});
+  camera_from_board.translation = {0, 0, 0.5};
+  check(isNear(pinhole.project(camera_from_board * board.corner(1)).pixel, {319.5, 239.5 + 820 * 0.05}),
+        "pixel of a board's corner");
+
+  constexpr int kNumChecks = 5;
+  return num_failures == 0 && num_checks == kNumChecks ? 0 : 1;
+}

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Calibrates from exact corners of a known camera, writes the camera file into the folder given, and reads it
+// back.
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/io/camera_file.h"
+
+namespace {
+
+constexpr alidade::ImageSize kSize{640, 480};
+const std::vector<double> kTrueParams = {532, 533, 321, 237, -0.28, 0.06, 1e-3, -5e-4, 0.0};
+
+// Boards tilted about both axes, at the image's middle and towards its corners.
+std::vector<alidade::View> exactViews(const alidade::AnyCamera& camera, const alidade::Checkerboard& board) {
+  std::vector<alidade::View> views;
+  for (int i = 0; i < 12; ++i) {
+    alidade::SE3 camera_from_board;
+    camera_from_board.rotation = alidade::SO3::exp({0.5 * std::cos(i), 0.5 * std::sin(i), 0.1 * i});
+    const Eigen::Vector3d centre(0.06 * std::cos(2 * i), 0.04 * std::sin(2 * i), 0.35);
+    const Eigen::Vector3d middle = board.corner(board.numCorners() - 1) / 2;
+    camera_from_board.translation = centre - camera_from_board.rotation * middle;
+    alidade::View view{.image = "view_" + std::to_string(i), .size = kSize, .corners = {}};
+    for (int id = 0; id < board.numCorners(); ++id) {
+      const auto projection = camera.project(camera_from_board * board.corner(id));
+      if (projection.ok()) view.corners.push_back({.id = id, .pixel = projection.pixel});
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  const alidade::Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
+  const auto truth = alidade::AnyCamera::make("radtan", kTrueParams);
+  const auto result = alidade::calibrate(board, exactViews(truth, board));
+
+  const std::string path = std::string(argv[1]) + "/camera.yaml";
+  alidade::writeCameraFile(path, {.camera = result.camera,
+                                  .image_size = kSize,
+                                  .domain = {},
+                                  .self_check = {},
+                                  .calibration = {},
+                                  .created_by = "package test"});
+  const alidade::CameraFile file = alidade::readCameraFile(path);
+
+  const auto params = file.camera.parameters();
+  if (file.camera.modelId() != "radtan" || params.size() != kTrueParams.size()) return 1;
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    // Exact corners give the truth back up to the solver's last digits.
+    if (std::abs(params[i] - kTrueParams[i]) <= 1e-6 * (1 + std::abs(kTrueParams[i]))) continue;
+    std::fprintf(stderr, "everything: parameter %zu is %.9g, not %.9g\n", i, params[i], kTrueParams[i]);
+    return 1;
+  }
+  return 0;
+}

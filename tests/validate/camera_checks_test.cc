@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/camera_checks.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{.width = 640, .height = 480};
+const std::vector<double> kGood = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+
+CheckStatus statusOf(const std::vector<Check>& checks, const std::string& id) {
+  const auto check = std::find_if(checks.begin(), checks.end(), [&](const Check& c) { return c.id == id; });
+  if (check == checks.end()) throw std::out_of_range(id);
+  return check->status;
+}
+
+// Checks of `params` with the claims of `claimed`, as if a file's numbers had been edited.
+std::vector<Check> checksOf(const std::vector<double>& params, const std::vector<double>& claimed = kGood) {
+  const AnyCamera camera = AnyCamera::make("radtan", params);
+  const AnyCamera original = AnyCamera::make("radtan", claimed);
+  const std::vector<SelfCheckPoint> points = makeSelfCheck(original, kSize);
+  const DomainCertificate domain = certifyDomain(original, kSize);
+  CameraClaims claims;
+  claims.camera = &camera;
+  claims.image_size = kSize;
+  claims.domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image};
+  claims.self_check = points;
+  return checkCamera(claims);
+}
+
+TEST(CheckCamera, PassesAGoodCamera) {
+  const std::vector<Check> checks = checksOf(kGood);
+  EXPECT_EQ(checks.size(), 7U);
+  for (const Check& check : checks) {
+    EXPECT_EQ(check.status, check.id == "covariance" ? CheckStatus::kWarn : CheckStatus::kPass) << check.id;
+    EXPECT_FALSE(check.message.empty() || check.value.empty() || check.limit.empty()) << check.id;
+  }
+}
+
+TEST(CheckCamera, SelfCheckCatchesEveryEditedParameter) {
+  int num_caught = 0;
+  for (std::size_t i = 0; i < kGood.size(); ++i) {
+    std::vector<double> edited = kGood;
+    edited[i] += i < 4 ? 1e-4 : 1e-6;
+    num_caught += statusOf(checksOf(edited), "self_check") == CheckStatus::kFail ? 1 : 0;
+  }
+  EXPECT_EQ(num_caught, 9);
+}
+
+TEST(CheckCamera, CatchesAFoldInTheImage) {
+  EXPECT_EQ(statusOf(checksOf({535, 535, 320, 240, -0.4, 0, 0, 0, 0}), "one_to_one"), CheckStatus::kFail);
+}
+
+TEST(CheckCamera, CatchesAStatedDomainThatIsNotTheParameters) {
+  EXPECT_EQ(statusOf(checksOf({535, 534, 322, 238, -0.25, 0.08, 8e-4, -4e-4, -0.01}), "domain"),
+            CheckStatus::kFail);
+}
+
+TEST(CheckCamera, JudgesAspectFocalLengthAndPrincipalPoint) {
+  const auto status = [](std::size_t i, double value, const char* id) {
+    std::vector<double> params = kGood;
+    params[i] = value;
+    return statusOf(checksOf(params), id);
+  };
+  EXPECT_EQ(status(0, 560, "aspect"), CheckStatus::kWarn);
+  EXPECT_EQ(status(0, 900, "aspect"), CheckStatus::kFail);
+  EXPECT_EQ(status(0, 2e5, "focal_length"), CheckStatus::kWarn);
+  EXPECT_EQ(status(2, 450, "principal_point"), CheckStatus::kWarn);
+  EXPECT_EQ(status(2, 700, "principal_point"), CheckStatus::kFail);
+}
+
+TEST(CheckCamera, CatchesACovarianceThatIsNone) {
+  const std::vector<double> params = {535, 534, 322, 238};
+  const AnyCamera camera = AnyCamera::make("pinhole", params);
+  const std::vector<double> good = {4, 1, 4, 0, 0, 1, 0, 0, 0.1, 1};
+  const std::vector<double> indefinite = {4, 9, 4, 0, 0, 1, 0, 0, 0.1, 1};
+  const std::vector<double> std = {2, 2, 1, 1};
+  const std::vector<double> other_std = {2, 2, 1, 1.1};
+  const auto status = [&](const std::vector<double>& covariance, const std::vector<double>& parameter_std) {
+    CameraClaims claims;
+    claims.camera = &camera;
+    claims.image_size = kSize;
+    claims.covariance = covariance;
+    claims.parameter_std = parameter_std;
+    return statusOf(checkCamera(claims), "covariance");
+  };
+  EXPECT_EQ(status(good, std), CheckStatus::kPass);
+  EXPECT_EQ(status(good, other_std), CheckStatus::kFail);
+  EXPECT_EQ(status(indefinite, std), CheckStatus::kFail);
+}
+
+}  // namespace
+}  // namespace alidade
