@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/size_groups.h"
 #include "alidade/core/error.h"
 #include "alidade/io/board_file.h"
 #include "alidade/io/corners_file.h"
@@ -43,7 +44,7 @@ class CalibrateCommand final : public Command {
                         .found = "no input",
                         .expected = "folders, images or a corners file",
                         .next_step = "alidade calibrate --help"});
-    checkOutput(output_, common_);
+    checkOutput(output_, inputs_, common_);
     const CancelFlag* cancel = catchInterrupts();
     CalibrationInput input;
     std::vector<View> views = isCornersFile(inputs_.front()) ? readViews(input) : detectViews(input, cancel);
@@ -106,7 +107,16 @@ class CalibrateCommand final : public Command {
     }
     input.board = file.board;
     input.num_images = input.num_found = file.views.size();
-    return std::move(file.views);
+    std::vector<ImageSize> sizes;
+    for (const View& view : file.views) sizes.push_back(view.size);
+    const SizeGroups groups = groupBySize(sizes);
+    for (const std::size_t i : groups.others) {
+      input.reasons.push_back(fmt::format("{}: other_size: is {}, while most images are {}",
+                                          file.views[i].image, sizeText(sizes[i]), sizeText(groups.size)));
+    }
+    std::vector<View> views;
+    for (const std::size_t i : groups.in_group) views.push_back(std::move(file.views[i]));
+    return views;
   }
 
   std::vector<View> detectViews(CalibrationInput& input, const CancelFlag* cancel) const {

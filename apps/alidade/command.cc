@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -62,8 +63,17 @@ std::string jsonText(const nlohmann::json& document) {
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-void checkOutput(const std::string& output, const CommonOptions& options) {
+void checkOutput(const std::string& output, const std::vector<std::string>& inputs,
+                 const CommonOptions& options) {
   if (output.empty()) return;
+  for (const std::string& input : inputs) {
+    std::error_code ignored;  // of paths that do not exist, which are not the same then
+    if (!std::filesystem::equivalent(output, input, ignored)) continue;
+    throw usageError({.where = "--output " + output,
+                      .found = "the name of an input",
+                      .expected = "another file",
+                      .next_step = "the input would be overwritten; choose another name"});
+  }
   if (output != "-") return checkWritable(output);
   if (options.json) {
     throw usageError({.where = "--json beside --output -",

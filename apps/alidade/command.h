@@ -68,7 +68,8 @@ void addBoardOption(CLI::App& app, std::string& board);
 /// Checks before any long work that its result can go where `output` says (nothing: nowhere; "-": standard
 /// output, which --json has for itself).
 /// @throws Error (kUsage, kInput)
-void checkOutput(const std::string& output, const CommonOptions& options);
+void checkOutput(const std::string& output, const std::vector<std::string>& inputs,
+                 const CommonOptions& options);
 
 /// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk
 /// full).

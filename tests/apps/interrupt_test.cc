@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <thread>
+
+#include <fmt/format.h>
 
 #include "apps/command_line.h"
 
@@ -26,10 +29,25 @@ void expectInterrupted(const RunResult& result, int signal) {
   EXPECT_EQ(result.out, "");
 }
 
+// Enough images to be at work for seconds. Hard links, as of symbolic links to one file all but one are left
+// out.
+std::string manyImages(const ScratchFolder& scratch, const std::string& folder) {
+  constexpr int kCount = 600;
+  const std::string path = scratch.makeFolder(folder);
+  const auto nameOf = [&path](int i) { return fmt::format("{}/view_{:03}.png", path, i); };
+  for (int i = 1; i <= kCount; ++i) {
+    if (i <= kNumImages) {
+      std::filesystem::copy_file(imagePath(i), nameOf(i));
+    } else {
+      std::filesystem::create_hard_link(nameOf(1 + i % kNumImages), nameOf(i));
+    }
+  }
+  return path;
+}
+
 TEST(Interrupt, LeavesNothingBehind) {
   const ScratchFolder scratch;
-  // Enough images to be at work for seconds.
-  const std::string photos = linkImages(scratch, "photos", 600);
+  const std::string photos = manyImages(scratch, "photos");
   const auto before = scratch.list();
   const std::string output = scratch.path("out");
   int num_interrupted = 0;

@@ -139,8 +139,10 @@ class Estimator {
     return std::all_of(errors.begin(), errors.end(), [](const auto& e) { return e.allFinite(); });
   }
 
-  void solve() {
-    summary_ = solveBundle(options_.model, observations_, state_, {.loss = loss_, .cancel = options_.cancel});
+  void solve(double function_tolerance = BundleOptions().function_tolerance) {
+    summary_ =
+        solveBundle(options_.model, observations_, state_,
+                    {.loss = loss_, .function_tolerance = function_tolerance, .cancel = options_.cancel});
     errors_.clear();
     for (std::size_t v = 0; v < views_.size(); ++v) {
       errors_.push_back(
@@ -160,17 +162,21 @@ class Estimator {
     return std::max(kMinSigmaPx, *middle / std::sqrt(2 * std::log(2.0)));
   }
 
+  // The loss needs the noise and the noise needs a fit: both settle together, and only then is the fit made
+  // exact.
   void solveRobustly() {
+    constexpr double kLoose = 1e-6;   // of the cost: enough to read the noise off the errors
+    constexpr double kSteady = 0.02;  // a change of the threshold by 2 % moves no parameter visibly
     const ImageSize size = views_.front().size;
     loss_.threshold_px = 0.005 * std::hypot(size.width, size.height);
-    solve();
-    constexpr double kSteady = 0.02;  // a change of the threshold by 2 % moves no parameter visibly
+    solve(kLoose);
     for (int round = 0; round < kMaxRounds; ++round) {
       const double threshold = kLossSigmas * robustSigma();
-      if (std::abs(threshold / loss_.threshold_px - 1) < kSteady) return;
+      if (std::abs(threshold / loss_.threshold_px - 1) < kSteady) break;
       loss_.threshold_px = threshold;
-      solve();
+      solve(kLoose);
     }
+    solve();
   }
 
   // Outliers are judged anew in each round, among all corners, until the same ones come out.

@@ -37,8 +37,8 @@ double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
 }
 
-// Median angle between the image plane and the board, degrees. Where the focal length is unknown, noise feigns tilts
-// in single views; the median keeps away from those.
+// Median angle between the image plane and the board, degrees. Where the focal length is unknown, noise
+// feigns tilts in single views; the median keeps away from those.
 double medianTiltDeg(const CalibrationResult& result) {
   std::vector<double> tilts;
   for (const ViewResult& view : result.views) {

@@ -43,7 +43,7 @@ std::optional<Eigen::Matrix3d> fitHomography(std::span<const Eigen::Vector2d> fr
     Eigen::Matrix<double, 2, 9> rows;
     rows << a.transpose(), Eigen::RowVector3d::Zero(), -b.x() * a.transpose(),  //
         Eigen::RowVector3d::Zero(), a.transpose(), -b.y() * a.transpose();
-    normal += rows.transpose() * rows;
+    normal += rows.transpose().lazyProduct(rows);  // small enough that Eigen's general product costs more
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
   // A second (near-)zero eigenvalue means a family of solutions: the points lie on a line.
