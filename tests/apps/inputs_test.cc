@@ -166,18 +166,27 @@ TEST(Inputs, NeedsThreeViews) {
   EXPECT_THAT(three.out, AllOf(HasSubstr("3 used"), HasSubstr("FAILED"), HasSubstr("[few_views]")));
 }
 
-TEST(Inputs, RefusesACornersFileOfTwoSizes) {
+TEST(Inputs, UsesTheLargestSizeOfACornersFileAndNamesTheRest) {
   const ScratchFolder scratch;
-  const std::string corners = readFile(dataPath("corners.csv"));
-  std::string mixed = corners;
+  std::string mixed = readFile(dataPath("corners.csv"));
   for (const char* name : {"view_011.png", "view_012.png"}) {
     const std::string from = fmt::format("{},640,480,", name);
     for (std::size_t at = mixed.find(from); at != std::string::npos; at = mixed.find(from, at))
       mixed.replace(at, from.size(), fmt::format("{},641,481,", name));
   }
-  EXPECT_THAT(runAlidade({"calibrate", scratch.write("corners.csv", mixed)}),
-              FailsWith(1, AllOf(HasSubstr("view_011.png"), HasSubstr("641x481; expected 640x480"),
-                                 HasSubstr("images of one size at a time"))));
+  const RunResult run = runAlidade({"calibrate", scratch.write("corners.csv", mixed)});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.out, AllOf(HasSubstr("12 given, 12 with the board, 10 used"),
+                             HasSubstr("view_011.png: other_size: is 641x481, while most images are 640x480"),
+                             HasSubstr("view_012.png: other_size")));
+}
+
+TEST(Inputs, AreNeverOverwrittenByTheOutput) {
+  const ScratchFolder scratch;
+  const std::string corners = readFile(dataPath("corners.csv"));
+  const std::string path = scratch.write("corners.csv", corners);
+  EXPECT_THAT(runAlidade({"calibrate", path, "-o", path}), FailsWith(2, HasSubstr("the name of an input")));
+  EXPECT_EQ(readFile(path), corners);
 }
 
 }  // namespace

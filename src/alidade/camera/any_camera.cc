@@ -77,7 +77,7 @@ std::vector<double> startParameters(std::string_view model_id, double focal_px, 
 AnyCamera AnyCamera::make(std::string_view model_id, std::span<const double> params) {
   std::optional<AnyCamera> camera;
   withModel(model_id, [&](auto tag) { camera.emplace(makeCamera<typename decltype(tag)::Model>(params)); });
-  return *std::move(camera);
+  return *camera;
 }
 
 std::string_view AnyCamera::modelId() const {

@@ -62,8 +62,8 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
       moved = true;
       break;
     }
-    // Rounding stops the descent a few bits above zero residual; anything larger is a wall, not a root. Near a fold
-    // the step stays long even there, so the residual decides.
+    // Rounding stops the descent a few bits above zero residual; anything larger is a wall, not a root. Near
+    // a fold the step stays long even there, so the residual decides.
     if (!moved) return residual <= 64 * kEpsilon * (std::hypot(mx, my) + std::hypot(x, y));
   }
   return false;

@@ -46,8 +46,8 @@ class YamlNode {
                             const std::string& next_step = "") const;
 
  private:
-  YamlNode(YAML::Node node, std::string file, std::string path)
-      : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {}
+  YamlNode(const YAML::Node& node, std::string file, std::string path)
+      : node_(node), file_(std::move(file)), path_(std::move(path)) {}
   [[nodiscard]] std::string describe() const;
 
   YAML::Node node_;

@@ -20,7 +20,9 @@ struct Checkerboard {
 
   /// Where corner `id` lies on the board, metres.
   [[nodiscard]] Eigen::Vector3d corner(int id) const {
-    return {square_m * (id % columns), square_m * (id / columns), 0.0};
+    const int column = id % columns;
+    const int row = id / columns;
+    return {square_m * column, square_m * row, 0.0};
   }
 
   /// True if turning the board by 180 degrees gives the same pattern of black and white: both counts even or
