@@ -44,7 +44,9 @@ class CalibrateCommand final : public Command {
                         .found = "no input",
                         .expected = "folders, images or a corners file",
                         .next_step = "alidade calibrate --help"});
-    checkOutput(output_, inputs_, common_);
+    std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
+    sources.insert(sources.end(), {board_, common_.config});
+    checkOutput(output_, sources, common_);
     const CancelFlag* cancel = catchInterrupts();
     CalibrationInput input;
     std::vector<View> views = isCornersFile(inputs_.front()) ? readViews(input) : detectViews(input, cancel);

@@ -76,6 +76,7 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
                   .created_by = programName()};
   CalibrationRecord record;
   record.rms_px = result.rms_px;
+  record.is_trustworthy = result.isTrustworthy();
   record.num_views = static_cast<int>(result.views.size());
   record.num_corners = result.num_corners;
   record.num_outliers = static_cast<int>(result.outliers.size());
@@ -179,6 +180,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"rms_px", result.rms_px},
       {"num_corners", result.num_corners},
       {"coordinate_sigma_px", result.coordinate_sigma_px},
+      {"local_sigma_px", std::isfinite(result.local_sigma_px) ? json(result.local_sigma_px) : json(nullptr)},
       {"parameters", parameters},
       {"parameter_std", sigmas},
       {"domain",

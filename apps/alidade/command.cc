@@ -12,6 +12,7 @@
 #include "alidade/core/error.h"
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/board_file.h"
+#include "alidade/io/image_list.h"
 
 namespace alidade {
 
@@ -63,12 +64,22 @@ std::string jsonText(const nlohmann::json& document) {
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-void checkOutput(const std::string& output, const std::vector<std::string>& inputs,
+std::vector<std::string> withImages(std::vector<std::string> inputs) {
+  try {
+    const std::vector<std::string> images = listImages(inputs);
+    inputs.insert(inputs.end(), images.begin(), images.end());
+  } catch (const Error&) {
+    // A complaint about the output comes first; this one comes again when the images are read.
+  }
+  return inputs;
+}
+
+void checkOutput(const std::string& output, const std::vector<std::string>& sources,
                  const CommonOptions& options) {
   if (output.empty()) return;
-  for (const std::string& input : inputs) {
+  for (const std::string& source : sources) {
     std::error_code ignored;  // of paths that do not exist, which are not the same then
-    if (!std::filesystem::equivalent(output, input, ignored)) continue;
+    if (!std::filesystem::equivalent(output, source, ignored)) continue;
     throw usageError({.where = "--output " + output,
                       .found = "the name of an input",
                       .expected = "another file",

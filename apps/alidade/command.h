@@ -65,10 +65,15 @@ void addBoardOption(CLI::App& app, std::string& board);
 /// A document as text. Names of files may be anything; bytes that are not UTF-8 become U+FFFD.
 [[nodiscard]] std::string jsonText(const nlohmann::json& document);
 
+/// `inputs` and the images that they stand for. Without the images if the inputs are at fault: reading them
+/// says how.
+[[nodiscard]] std::vector<std::string> withImages(std::vector<std::string> inputs);
+
 /// Checks before any long work that its result can go where `output` says (nothing: nowhere; "-": standard
-/// output, which --json has for itself).
+/// output, which --json has for itself), and would overwrite none of the `sources`. These may be anything
+/// that was given; what is not the path of a file is left aside.
 /// @throws Error (kUsage, kInput)
-void checkOutput(const std::string& output, const std::vector<std::string>& inputs,
+void checkOutput(const std::string& output, const std::vector<std::string>& sources,
                  const CommonOptions& options);
 
 /// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk

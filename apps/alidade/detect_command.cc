@@ -38,7 +38,9 @@ class DetectCommand final : public Command {
     if (camera_.find_first_of("\r\n") != std::string::npos)
       throw usageError(
           {.where = "detect", .found = "a line break in --camera", .expected = "a name of one line"});
-    checkOutput(output_, inputs_, common_);
+    std::vector<std::string> sources = withImages(inputs_);
+    sources.insert(sources.end(), {board_, common_.config});
+    checkOutput(output_, sources, common_);
     const DetectionStage stage = runDetection(inputs_, readBoard(board_), common_, catchInterrupts());
 
     CornersFile file;

@@ -6,10 +6,10 @@
 #include <sstream>
 
 #include <CLI/CLI.hpp>
-#include <opencv2/core/utility.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "alidade/detect/detect_images.h"
 #include "command.h"
 #include "interrupt.h"
 #include "settings.h"
@@ -111,7 +111,7 @@ int runProgram(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace alidade;
   try {
-    cv::setNumThreads(1);  // images are shared out over threads; each is worked on by one
+    useOneThreadPerImage();
     return runProgram(argc, argv);
   } catch (const Cancelled&) {
     printMessage("interrupted; nothing was written");

@@ -2,6 +2,7 @@
 #include "pending_folder.h"
 
 #include <algorithm>
+#include <system_error>
 #include <vector>
 
 #include <unistd.h>
@@ -24,6 +25,27 @@ void makeFolder(const fs::path& folder, const fs::path& named) {
        .expected = "a folder that exists and can be written to around it"});
 }
 
+Error unreadableError(const fs::path& folder, const std::error_code& error) {
+  return inputError({.where = folder.string(),
+                     .found = "cannot be read: " + error.message(),
+                     .expected = "a folder that can be read, or a new name"});
+}
+
+// All that is below a folder, each folder before what it holds.
+std::vector<fs::directory_entry> entriesBelow(const fs::path& folder, std::error_code& error) {
+  std::vector<fs::directory_entry> entries;
+  fs::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
+    entries.push_back(*entry);
+  return entries;
+}
+
+fs::file_type typeOf(const fs::path& path, std::error_code& error) {
+  const fs::file_type type = fs::symlink_status(path, error).type();
+  if (type == fs::file_type::not_found) error.clear();
+  return type;
+}
+
 // True if `folder` is `inner` or one of the folders above it.
 bool contains(const fs::path& folder, const fs::path& inner) {
   const auto [end, ignored] = std::mismatch(folder.begin(), folder.end(), inner.begin(), inner.end());
@@ -35,17 +57,18 @@ bool contains(const fs::path& folder, const fs::path& inner) {
 PendingFolder::PendingFolder(const std::string& target, bool may_replace, IsOurs is_ours)
     : is_ours_(std::move(is_ours)) {
   std::error_code error;
-  target_ = fs::weakly_canonical(fs::absolute(target), error);
+  const fs::path absolute = fs::absolute(target, error);
+  if (!error) target_ = fs::weakly_canonical(absolute, error);
   if (!target_.has_filename()) target_ = target_.parent_path();
-  if (error || contains(target_, fs::current_path())) {
+  const fs::path current = error ? fs::path() : fs::current_path(error);
+  if (error || contains(target_, current)) {
     throw inputError({.where = target,
                       .found = error ? error.message() : "the current folder or one above it",
                       .expected = "the name of a new folder",
                       .next_step = "choose another name"});
   }
-  if (fs::exists(target_, error)) refuseForeignEntries(may_replace);
-  const fs::path pending =
-      target_.parent_path() / fmt::format(".{}.{}.tmp", target_.filename().string().substr(0, 200), getpid());
+  if (targetExists()) refuseForeignEntries(may_replace);
+  const fs::path pending = siblingPath("tmp");
   makeFolder(pending, target);
   pending_ = pending;
 }
@@ -56,16 +79,36 @@ PendingFolder::~PendingFolder() {
   if (!pending_.empty()) fs::remove_all(pending_, ignored);
 }
 
+fs::path PendingFolder::siblingPath(const char* ending) const {
+  constexpr std::size_t kMaxBytes = 200;  // of a name, so that the longer one is none too long
+  return target_.parent_path() /
+         fmt::format(".{}.{}.{}", target_.filename().string().substr(0, kMaxBytes), getpid(), ending);
+}
+
+bool PendingFolder::targetExists() const {
+  std::error_code error;
+  const bool exists = fs::exists(target_, error);
+  // Below a file there is nothing; making the folder says so.
+  if (error && error != std::errc::not_a_directory) throw unreadableError(target_, error);
+  return exists;
+}
+
 void PendingFolder::refuseForeignEntries(bool may_replace) const {
-  if (!fs::is_directory(target_)) {
+  std::error_code error;
+  const bool is_folder = fs::is_directory(target_, error);
+  if (error) throw unreadableError(target_, error);
+  if (!is_folder) {
     throw inputError(
         {.where = target_.string(), .found = "a file", .expected = "the name of a folder to make"});
   }
-  for (const auto& entry : fs::recursive_directory_iterator(target_)) {
+  const auto entries = entriesBelow(target_, error);
+  if (error) throw unreadableError(target_, error);
+  for (const auto& entry : entries) {
     const fs::path relative = entry.path().lexically_relative(target_);
-    if (entry.is_directory() && !entry.is_symlink() && is_ours_(relative)) continue;
-    if (may_replace && entry.symlink_status().type() == fs::file_type::regular && is_ours_(relative))
-      continue;
+    const fs::file_type type = typeOf(entry.path(), error);
+    if (error) throw unreadableError(target_, error);
+    if (type == fs::file_type::directory && is_ours_(relative)) continue;
+    if (may_replace && type == fs::file_type::regular && is_ours_(relative)) continue;
     throw inputError(
         {.where = target_.string(),
          .found = "a folder that holds '" + relative.string() + "'",
@@ -80,20 +123,39 @@ void PendingFolder::makeSubfolder(const std::string& name) const {
   makeFolder(pending_ / name, target_ / name);
 }
 
-void PendingFolder::commit() {
-  std::error_code error;
-  if (fs::exists(target_)) {
-    refuseForeignEntries(true);  // again: time has passed
-    std::vector<fs::path> entries;
-    for (const auto& entry : fs::recursive_directory_iterator(target_)) entries.push_back(entry.path());
-    // Deepest first; fs::remove deletes one file or one empty folder and nothing more.
-    for (auto entry = entries.rbegin(); entry != entries.rend() && !error; ++entry) fs::remove(*entry, error);
-    if (!error) fs::remove(target_, error);
+void PendingFolder::removeOurEntries(const fs::path& folder) const {
+  std::error_code ignored;  // what cannot be removed stays under a name that is in nobody's way
+  const auto entries = entriesBelow(folder, ignored);
+  // Deepest first; fs::remove deletes one file or one empty folder and nothing more.
+  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
+    const fs::file_type type = typeOf(entry->path(), ignored);
+    if (type != fs::file_type::directory && type != fs::file_type::regular) continue;
+    if (is_ours_(entry->path().lexically_relative(folder))) fs::remove(entry->path(), ignored);
   }
-  if (!error) fs::rename(pending_, target_, error);
-  if (error)
-    throw inputError({.where = target_.string(), .found = "cannot be put in place: " + error.message()});
+  fs::remove(folder, ignored);
+}
+
+void PendingFolder::commit() {
+  const fs::path old = siblingPath("old");
+  const bool replaces = targetExists();
+  std::error_code error;
+  if (replaces) {
+    refuseForeignEntries(true);  // again: time has passed
+    fs::rename(target_, old, error);
+    if (error) {
+      throw inputError({.where = target_.string(), .found = "cannot be replaced: " + error.message()});
+    }
+  }
+  fs::rename(pending_, target_, error);
+  if (error) {
+    std::error_code stuck;
+    if (replaces) fs::rename(old, target_, stuck);
+    throw inputError({.where = target_.string(),
+                      .found = "cannot be put in place: " + error.message(),
+                      .next_step = stuck ? "the earlier result is now in '" + old.string() + "'" : ""});
+  }
   pending_.clear();
+  if (replaces) removeOurEntries(old);
 }
 
 }  // namespace alidade

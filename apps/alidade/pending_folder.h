@@ -9,6 +9,7 @@ namespace alidade {
 
 /// A folder that appears under its name only when it is complete; until then it has another one beside it.
 ///
+/// An earlier folder is moved aside, and deleted when the new one is in its place.
 /// Replacing a folder deletes only regular files that `is_ours` knows by their path inside of it, and then
 /// folders that are empty: whatever else is there makes the constructor refuse, and is never deleted.
 class PendingFolder {
@@ -30,7 +31,10 @@ class PendingFolder {
   void commit();
 
  private:
+  [[nodiscard]] std::filesystem::path siblingPath(const char* ending) const;
+  [[nodiscard]] bool targetExists() const;
   void refuseForeignEntries(bool may_replace) const;
+  void removeOurEntries(const std::filesystem::path& folder) const;
 
   IsOurs is_ours_;
   std::filesystem::path target_;

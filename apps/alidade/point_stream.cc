@@ -5,8 +5,11 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <utility>
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
@@ -26,37 +29,42 @@ bool isBlank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
-std::FILE* openInput(const std::string& path) {
-  if (path.empty() || path == "-") return stdin;
+int openInput(const std::string& path) {
+  if (path.empty() || path == "-") return STDIN_FILENO;
   struct stat info {};
   if (stat(path.c_str(), &info) != 0 && errno == ENOENT) throw missingPathError(path);
   if (S_ISDIR(info.st_mode))
     throw inputError({.where = path, .found = "a folder", .expected = "a file of points"});
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (file == nullptr)
-    throw inputError({.where = path, .found = std::strerror(errno), .expected = "a readable file"});
-  return file;
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) throw inputError({.where = path, .found = std::strerror(errno), .expected = "a readable file"});
+  return fd;
 }
 
 }  // namespace
 
-PointReader::PointReader(const std::string& path, std::vector<std::string> columns)
+PointReader::PointReader(const std::string& path, std::vector<std::string> columns,
+                         std::function<void()> before_read)
     : name_(path.empty() || path == "-" ? "standard input" : path),
-      file_(openInput(path)),
+      fd_(openInput(path)),
       columns_(std::move(columns)),
+      before_read_(std::move(before_read)),
       buffer_(kBufferBytes) {}
 
 PointReader::~PointReader() {
-  if (file_ != stdin) std::fclose(file_);
+  if (fd_ != STDIN_FILENO) ::close(fd_);
 }
 
 bool PointReader::refill() {
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
-  const std::size_t got = std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_);
-  if (got == 0 && std::ferror(file_) != 0) fail(std::strerror(errno), "readable data");
-  end_ += got;
+  before_read_();
+  ssize_t got = 0;
+  do {
+    got = ::read(fd_, buffer_.data() + end_, buffer_.size() - end_);
+  } while (got < 0 && errno == EINTR);
+  if (got < 0) fail(std::strerror(errno), "readable data");
+  end_ += static_cast<std::size_t>(got);
   return got > 0;
 }
 
@@ -103,7 +111,6 @@ void PointReader::splitFields(std::string_view line) {
 }
 
 void PointReader::readHeader() {
-  has_header_ = true;
   for (const std::string& column : columns_) {
     const auto at = std::find(fields_.begin(), fields_.end(), column);
     if (at == fields_.end()) {

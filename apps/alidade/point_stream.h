@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <cstdio>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,8 +16,10 @@ namespace alidade {
 class PointReader {
  public:
   /// @param path  a file; "-" or nothing for standard input
+  /// @param before_read  called before each read, which may wait for whoever writes the input
   /// @throws Error (kInput)
-  PointReader(const std::string& path, std::vector<std::string> columns);
+  PointReader(
+      const std::string& path, std::vector<std::string> columns, std::function<void()> before_read = [] {});
   ~PointReader();
   PointReader(const PointReader&) = delete;
   PointReader& operator=(const PointReader&) = delete;
@@ -36,11 +38,11 @@ class PointReader {
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const;
 
   std::string name_;
-  std::FILE* file_;
+  int fd_;
   std::vector<std::string> columns_;
+  std::function<void()> before_read_;
   std::vector<std::size_t> field_of_column_;
   std::size_t num_fields_ = 0;  // a row's; 0 = not known yet
-  bool has_header_ = false;
   std::vector<std::string_view> fields_;
   std::vector<char> buffer_;
   std::size_t begin_ = 0;

@@ -36,9 +36,12 @@ class StreamCommand : public Command {
                         .next_step = "alidade " + app.get_name() + " --help"});
     const CameraFile file = readCameraFile(camera_path_);
     prepare();
-    PointReader reader(points_path_, inputColumns());
     OutputStream out;
     bool is_first = true;
+    // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.
+    PointReader reader(points_path_, inputColumns(), [&] {
+      if (!is_first) out.flush();
+    });
     if (common_.json) {
       out.write("{\"points\": [");
     } else {

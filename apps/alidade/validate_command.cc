@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/text.h"
 #include "alidade/io/camera_file.h"
 #include "alidade/validate/camera_checks.h"
 #include "command.h"
@@ -31,25 +32,17 @@ class ValidateCommand final : public Command {
                         .next_step = "alidade validate --help"});
     nlohmann::json documents = nlohmann::json::array();
     std::string text;
+    std::size_t num_unreadable = 0;
     bool has_failed = false;
     for (const std::string& path : files_) {
-      const CameraFile file = readCameraFile(path);
-      CameraClaims claims{.camera = &file.camera,
-                          .image_size = file.image_size,
-                          .domain = file.domain,
-                          .self_check = file.self_check,
-                          .parameter_std = {},
-                          .covariance = {}};
-      if (file.calibration) {
-        claims.parameter_std = file.calibration->parameter_std;
-        claims.covariance = file.calibration->covariance;
+      std::vector<Check> checks;
+      try {
+        checks = checkFile(path);
+      } catch (const Error& e) {
+        if (files_.size() == 1) throw;
+        checks = {schemaCheck(CheckStatus::kFail, "cannot be read", e.what())};
+        ++num_unreadable;
       }
-      std::vector<Check> checks = checkCamera(claims);
-      checks.insert(checks.begin(), {.id = "schema",
-                                     .status = CheckStatus::kPass,
-                                     .value = std::string(file.camera.modelId()),
-                                     .limit = "camera file, format 1",
-                                     .message = "all keys are known, all numbers are finite"});
       const auto num_failed = std::count_if(checks.begin(), checks.end(),
                                             [](const Check& c) { return c.status == CheckStatus::kFail; });
       has_failed = has_failed || num_failed > 0;
@@ -57,14 +50,46 @@ class ValidateCommand final : public Command {
       documents.push_back(json(path, checks));
     }
     printResult(common_.json ? jsonText({{"files", documents}}) : text);
+    if (num_unreadable > 0) {
+      printMessage(fmt::format("error: {} of {} files cannot be read", num_unreadable, files_.size()));
+      return static_cast<int>(ErrorCode::kInput);
+    }
     return has_failed ? static_cast<int>(ErrorCode::kVerdict) : 0;
   }
 
  private:
+  static Check schemaCheck(CheckStatus status, std::string value, std::string message) {
+    return {.id = "schema",
+            .status = status,
+            .value = std::move(value),
+            .limit = "camera file, format 1",
+            .message = std::move(message)};
+  }
+
+  static std::vector<Check> checkFile(const std::string& path) {
+    const CameraFile file = readCameraFile(path);
+    CameraClaims claims{.camera = &file.camera,
+                        .image_size = file.image_size,
+                        .domain = file.domain,
+                        .self_check = file.self_check,
+                        .parameter_std = {},
+                        .covariance = {}};
+    if (file.calibration) {
+      claims.parameter_std = file.calibration->parameter_std;
+      claims.covariance = file.calibration->covariance;
+    }
+    std::vector<Check> checks = checkCamera(claims);
+    checks.insert(checks.begin(), schemaCheck(CheckStatus::kPass, std::string(file.camera.modelId()),
+                                              "all keys are known, all numbers are finite"));
+    return checks;
+  }
+
   static std::string table(const std::string& path, const std::vector<Check>& checks, int num_failed) {
     std::string text = path + "\n";
     for (const Check& check : checks) {
-      text += fmt::format("  {}  {:<16} {}\n", checkStatusName(check.status), check.id, check.message);
+      // A message of several lines stays in its column.
+      text += fmt::format("  {}  {:<16} {}\n", checkStatusName(check.status), check.id,
+                          fmt::join(split(check.message, '\n'), fmt::format("\n{:25}", "")));
       text += fmt::format("        {:<16} found {}; accepted {}\n", "", check.value, check.limit);
     }
     return text + (num_failed == 0

@@ -54,6 +54,33 @@ TEST(Outputs, RefusesPathsThatCannotBeWrittenBeforeAnyWork) {
   EXPECT_EQ(scratch.read("file.txt"), "kept");
 }
 
+TEST(Outputs, RefusesToOverwriteWhatItReads) {
+  const ScratchFolder scratch;
+  scratch.makeFolder("folder");
+  for (int i = 1; i <= 3; ++i) {
+    std::filesystem::copy_file(imagePath(i), scratch.path("folder/view_00" + std::to_string(i) + ".png"));
+  }
+  const std::string board =
+      scratch.write("board.yaml", "kind: checkerboard\ncolumns: 9\nrows: 6\nsquare: 25mm\n");
+  const std::string config = scratch.write("config.yaml", "quiet: true\n");
+  const std::string image = scratch.read("folder/view_001.png");
+  const auto before = scratch.list();
+  int num_refused = 0;
+  for (const std::string command : {"calibrate", "detect"}) {
+    for (const std::string input : {"folder", "folder/*.png"}) {
+      for (const std::string output : {"folder/view_001.png", "board.yaml", "config.yaml"}) {
+        EXPECT_THAT(runAlidade({command, scratch.path(input), "--board", board, "--config", config, "-o",
+                                scratch.path(output)}),
+                    FailsWith(2, AllOf(HasSubstr(output), HasSubstr("would be overwritten"))));
+        ++num_refused;
+      }
+    }
+  }
+  EXPECT_EQ(num_refused, 12);
+  EXPECT_EQ(scratch.list(), before);
+  EXPECT_EQ(scratch.read("folder/view_001.png"), image);
+}
+
 TEST(Outputs, RespectsWriteProtection) {
   const ScratchFolder scratch;
   scratch.write("closed/camera.yaml", "old");

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <sstream>
+#include <thread>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -48,6 +54,32 @@ std::string manyPoints(int count) {
     text += fmt::format("{:.4f},{:.4f},{:.4f}\n", -0.4 + 0.8 * (i % 1009) / 1009,
                         -0.3 + 0.6 * (i % 997) / 997, 1 + (i % 991) / 991.0);
   return text;
+}
+
+TEST(Project, AnswersBeforeItsInputEnds) {
+  const ScratchFolder scratch;
+  const std::string fifo = scratch.path("points");
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  const int points = ::open(fifo.c_str(), O_RDWR | O_CLOEXEC);  // open for both, so that nobody waits here
+  ASSERT_GE(points, 0);
+  RunningProgram program(ALIDADE_BINARY, {"project", dataPath("camera.yaml")},
+                         {.input_path = fifo, .output_path = scratch.write("out.csv", "")});
+  int num_answers = 0;
+  for (const std::string point : {"0,0,1\n", "0.1,0,1\n"}) {
+    ASSERT_EQ(::write(points, point.data(), point.size()), static_cast<ssize_t>(point.size()));
+    const auto numLines = [&] {
+      const std::string out = scratch.read("out.csv");
+      return std::count(out.begin(), out.end(), '\n');
+    };
+    constexpr int kMaxTries = 1000;
+    for (int i = 0; i < kMaxTries && numLines() < num_answers + 2; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ++num_answers;
+    EXPECT_EQ(numLines(), num_answers + 1);
+  }
+  EXPECT_EQ(num_answers, 2);
+  ::close(points);
+  EXPECT_THAT(program.wait(), EndsWith(0));
 }
 
 TEST(Project, StreamsAMillionPoints) {

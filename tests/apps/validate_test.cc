@@ -67,9 +67,38 @@ TEST(Validate, NamesAMissingFile) {
   scratch.write("camera.yaml", smallCamera());
   EXPECT_THAT(runAlidade({"validate", scratch.path("camra.yaml")}),
               FailsWith(1, HasSubstr("did you mean '" + scratch.path("camera.yaml") + "'?")));
-  // No half of an answer: the good file before it is not reported.
-  EXPECT_THAT(runAlidade({"validate", scratch.path("camera.yaml"), scratch.path("camra.yaml")}),
-              FailsWith(1, HasSubstr("no such file")));
+}
+
+TEST(Validate, ChecksTheOtherFilesWhenOneCannotBeRead) {
+  const ScratchFolder scratch;
+  const std::string bad =
+      scratch.write("bad.yaml", replaced(readFile(dataPath("camera.yaml")), "cy: 238.1", "cy: 237.1"));
+  const std::string broken = scratch.write("broken.yaml", "alidade_camera: 1\nmodel: pinhole\n");
+  const std::vector<std::string> files = {broken, dataPath("camera.yaml"), scratch.path("none.yaml"), bad};
+  std::vector<std::string> args = {"validate"};
+  args.insert(args.end(), files.begin(), files.end());
+
+  const RunResult table = runAlidade(args);
+  EXPECT_THAT(table, EndsWith(1));  // worse than a check that failed
+  EXPECT_THAT(table.out, AllOf(HasSubstr("FAIL  schema"), HasSubstr("no such file"), HasSubstr("  valid\n"),
+                               HasSubstr("FAIL  self_check")));
+  EXPECT_EQ(table.err, "error: 2 of 4 files cannot be read\n");
+
+  args.emplace_back("--json");
+  const RunResult json = runAlidade(args);
+  EXPECT_THAT(json, EndsWith(1));
+  const auto documents = nlohmann::json::parse(json.out).at("files");
+  ASSERT_EQ(documents.size(), files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    EXPECT_EQ(documents[i].at("file"), files[i]);
+    EXPECT_EQ(documents[i].at("valid"), i == 1) << files[i];
+    const auto& schema = documents[i].at("checks").at(0);
+    EXPECT_EQ(schema.at("id"), "schema");
+    EXPECT_EQ(schema.at("status"), i % 2 == 0 ? "FAIL" : "PASS") << files[i];
+  }
+  const auto& missing = documents[2].at("checks");
+  EXPECT_EQ(missing.size(), 1u);
+  EXPECT_THAT(missing[0].at("message").get<std::string>(), HasSubstr("no such file"));
 }
 
 TEST(Validate, KeepsAbsurdNumbersShort) {

@@ -144,6 +144,47 @@ TEST(Calibrate, SaysNoToALensThatFoldsInTheImage) {
   EXPECT_FALSE(result.isTrustworthy());
 }
 
+TEST(Calibrate, SaysNoToAModelThatIsTooLean) {
+  int num_refused = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const SimulatedSet set = noisySet(15, seed);
+    const CalibrationResult lean = calibrate(set.board, set.views, {.model = "pinhole"});
+    EXPECT_TRUE(hasFinding(lean, "model_too_lean", Finding::Severity::kFailure)) << findingsOf(lean);
+    const std::vector<double> undistorted = {535, 534, 322, 238};
+    const SimulatedSet plain = simulateSet(AnyCamera::make("pinhole", undistorted), kSize, 15, 0.1, seed);
+    const CalibrationResult enough = calibrate(plain.board, plain.views, {.model = "pinhole"});
+    EXPECT_TRUE(enough.isTrustworthy()) << findingsOf(enough);
+    EXPECT_FALSE(enough.better_model);
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 10);
+}
+
+TEST(Calibrate, CountsCopiesOfAViewOnce) {
+  SimulatedSet set = noisySet(10, 1);
+  const CalibrationResult once = calibrate(set.board, set.views);
+  for (int i = 0; i < 50; ++i) {
+    View copy = set.views[3];
+    copy.image = "copy_" + std::to_string(i);
+    set.views.push_back(copy);
+  }
+  const CalibrationResult copied = calibrate(set.board, set.views);
+  EXPECT_EQ(copied.excluded_views.size(), 50U);
+  EXPECT_EQ(copied.views.size(), 10U);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR(copied.parameterStd(i), once.parameterStd(i), 1e-9 * once.parameterStd(i));
+  }
+}
+
+TEST(Calibrate, OneDegenerateViewIsLeftOutAndTheRestCalibrated) {
+  SimulatedSet set = noisySet(25, 2);
+  set.views[4].corners.resize(9);  // the first row alone: a line, which gives no pose
+  const CalibrationResult result = calibrate(set.board, set.views);
+  ASSERT_EQ(result.excluded_views.size(), 1U);
+  EXPECT_EQ(result.excluded_views[0].image, set.views[4].image);
+  EXPECT_TRUE(result.isTrustworthy()) << findingsOf(result);
+}
+
 TEST(GroupBySize, TakesTheLargestGroup) {
   const std::vector<ImageSize> sizes = {{641, 480}, {640, 480}, {640, 480}, {320, 240}, {640, 480}};
   const SizeGroups groups = groupBySize(sizes);

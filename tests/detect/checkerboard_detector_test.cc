@@ -119,6 +119,18 @@ TEST(DetectCheckerboard, FindsNothingInNoise) {
   EXPECT_TRUE(detection.corners.empty());
 }
 
+TEST(DetectCheckerboard, FindsNothingInImagesOfAnyOddShape) {
+  int num_checked = 0;
+  for (const auto& [width, height] :
+       std::vector<std::pair<int, int>>{{1, 1}, {5000, 1}, {1, 3000}, {15, 15}, {17, 3}}) {
+    const GrayImage image{.size = {.width = width, .height = height},
+                          .pixels = std::vector<std::uint8_t>(static_cast<std::size_t>(width * height), 128)};
+    EXPECT_EQ(detectCheckerboard(image, kBoard).reason, DetectionReason::kNoBoard) << width << "x" << height;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 5);
+}
+
 TEST(DetectInImages, KeepsTheOrderAndReportsWhatCannotBeRead) {
   const RenderedSet set = rendered({.width = 640, .height = 480}, 3, 7);
   const std::vector<std::string> names = {"0", "broken", "2", "1"};

@@ -158,13 +158,19 @@ TEST_F(ImageFile, IgnoresAlpha) {
 
   const LoadedImage deep = readBack("16.png", with_alpha_16);
   EXPECT_EQ(deep.bits_per_sample, 16);
-  const double least = luminance(color.at<cv::Vec3b>(0, 0));
-  const double greatest = luminance(color.at<cv::Vec3b>(kHeight - 1, kWidth - 1));
+  std::vector<double> sorted;
+  for (int i = 0; i < kWidth * kHeight; ++i)
+    sorted.push_back(luminance(color.at<cv::Vec3b>(i / kWidth, i % kWidth)));
+  std::sort(sorted.begin(), sorted.end());
+  constexpr std::size_t kTail = kWidth * kHeight / 1000;
+  const double least = sorted[kTail];
+  const double greatest = sorted[sorted.size() - 1 - kTail];
   constexpr double kTwoRoundings = 2.5;  // of the luminance, then scaled by 255 / (greatest - least) < 2
   EXPECT_LE(worstDifference(deep.image,
                             [&](int x, int y) {
-                              return (luminance(color.at<cv::Vec3b>(y, x)) - least) * 255.0 /
-                                     (greatest - least);
+                              const double share =
+                                  (luminance(color.at<cv::Vec3b>(y, x)) - least) / (greatest - least);
+                              return 255.0 * std::clamp(share, 0.0, 1.0);
                             }),
             kTwoRoundings);
 }
@@ -188,12 +194,40 @@ TEST_F(ImageFile, ScalesFloatsAndSurvivesThoseThatAreNoNumbers) {
   image.at<float>(0, 1) = std::numeric_limits<float>::quiet_NaN();
   image.at<float>(0, 2) = std::numeric_limits<float>::infinity();
   image.at<float>(0, 3) = -std::numeric_limits<float>::infinity();
+  image.rowRange(kHeight / 2, kHeight).setTo(3.0F);
   image.at<float>(0, 4) = 3.0F;
   image.at<float>(0, 5) = 0.5F;
   const LoadedImage loaded = readBack("float.tiff", image);
   EXPECT_EQ(loaded.bits_per_sample, 32);
   const std::vector<std::uint8_t> start(loaded.image.pixels.begin(), loaded.image.pixels.begin() + 6);
   EXPECT_THAT(start, ElementsAre(0, 0, 255, 0, 255, 128));
+}
+
+TEST_F(ImageFile, KeepsTheContrastBesideHotAndDeadPixels) {
+  cv::Mat deep(kHeight, kWidth, CV_16UC1);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x)
+      deep.at<ushort>(y, x) = static_cast<ushort>(1000 + 400 * x / (kWidth - 1));
+  }
+  deep.at<ushort>(20, 30) = 65535;
+  deep.at<ushort>(40, 50) = 0;
+  const auto expected = [](int x, int y) {
+    if (x == 30 && y == 20) return 255.0;
+    if (x == 50 && y == 40) return 0.0;
+    return 255.0 * x / (kWidth - 1);
+  };
+  EXPECT_LE(worstDifference(readBack("hot.png", deep).image, expected), 1.5);
+}
+
+TEST_F(ImageFile, ScalesLargeDeepImagesByASampleOfTheirPixels) {
+  constexpr int kSide = 1500;
+  cv::Mat deep(kSide, kSide, CV_16UC1, cv::Scalar(1000));
+  deep.rowRange(kSide / 2, kSide).setTo(1400);
+  deep.at<ushort>(0, 0) = 65535;
+  const GrayImage image = readBack("large.png", deep).image;
+  EXPECT_EQ(image.at(0, 0), 255);
+  EXPECT_EQ(image.at(1, 0), 0);
+  EXPECT_EQ(image.at(kSide - 1, kSide - 1), 255);
 }
 
 TEST_F(ImageFile, TurnsConstantDeepImagesBlack) {

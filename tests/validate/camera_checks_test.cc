@@ -33,9 +33,11 @@ std::vector<Check> checksOf(const std::vector<double>& params, const std::vector
 
 TEST(CheckCamera, PassesAGoodCamera) {
   const std::vector<Check> checks = checksOf(kGood);
-  EXPECT_EQ(checks.size(), 7U);
+  EXPECT_EQ(checks.size(), 8U);
   for (const Check& check : checks) {
-    EXPECT_EQ(check.status, check.id == "covariance" ? CheckStatus::kWarn : CheckStatus::kPass) << check.id;
+    EXPECT_EQ(check.status,
+              check.id == "covariance" || check.id == "calibration" ? CheckStatus::kWarn : CheckStatus::kPass)
+        << check.id;
     EXPECT_FALSE(check.message.empty() || check.value.empty() || check.limit.empty()) << check.id;
   }
 }
@@ -70,6 +72,17 @@ TEST(CheckCamera, JudgesAspectFocalLengthAndPrincipalPoint) {
   EXPECT_EQ(status(0, 2e5, "focal_length"), CheckStatus::kWarn);
   EXPECT_EQ(status(2, 450, "principal_point"), CheckStatus::kWarn);
   EXPECT_EQ(status(2, 700, "principal_point"), CheckStatus::kFail);
+}
+
+TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
+  const AnyCamera camera = AnyCamera::make("radtan", kGood);
+  CameraClaims claims;
+  claims.camera = &camera;
+  claims.image_size = kSize;
+  claims.is_trustworthy = false;
+  EXPECT_EQ(statusOf(checkCamera(claims), "calibration"), CheckStatus::kFail);
+  claims.is_trustworthy = true;
+  EXPECT_EQ(statusOf(checkCamera(claims), "calibration"), CheckStatus::kPass);
 }
 
 TEST(CheckCamera, CatchesACovarianceThatIsNone) {

@@ -34,10 +34,18 @@ std::unique_ptr<ceres::CostFunction> makeViewCost(std::string_view model_id,
   return cost;
 }
 
+// Ceres also calls it convergence when no step however small lowers the cost. At the rounding of a perfect
+// fit that is an optimum; elsewhere it is not known to be one.
+bool isStalled(const ceres::Solver::Summary& summary) {
+  constexpr double kPerfect = 1e-12;  // px^2 a residual
+  return summary.message.find("trust region radius") != std::string::npos &&
+         summary.final_cost > kPerfect * summary.num_residuals;
+}
+
 Termination terminationOf(const ceres::Solver::Summary& summary) {
   switch (summary.termination_type) {
     case ceres::CONVERGENCE:
-      return Termination::kConverged;
+      return isStalled(summary) ? Termination::kStalled : Termination::kConverged;
     case ceres::NO_CONVERGENCE:
       return Termination::kIterationLimit;
     default:
@@ -53,6 +61,8 @@ std::string_view terminationName(Termination termination) {
       return "converged";
     case Termination::kIterationLimit:
       return "iteration_limit";
+    case Termination::kStalled:
+      return "stalled";
     case Termination::kFailed:
       return "failed";
   }
@@ -99,7 +109,7 @@ BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector
   BundleSummary result;
   result.termination = terminationOf(summary);
   result.reason = summary.message;
-  result.num_iterations = static_cast<int>(summary.iterations.size());
+  result.num_iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
   result.cost = summary.final_cost;
   return result;
 }

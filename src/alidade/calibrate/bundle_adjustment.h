@@ -31,7 +31,8 @@ struct BundleOptions {
 enum class Termination {
   kConverged,
   kIterationLimit,
-  kFailed,  ///< the start cannot be evaluated or the linear algebra broke down
+  kStalled,  ///< no step lowers the cost any more, far from a stationary point
+  kFailed,   ///< the start cannot be evaluated or the linear algebra broke down
 };
 
 /// Stable name for files and JSON.

@@ -46,6 +46,12 @@ struct Finding {
   std::string next_step;  ///< what to do about it
 };
 
+/// A model with more parameters that explains the same views significantly better.
+struct BetterModel {
+  std::string id;
+  double rms_px = 0;
+};
+
 struct CalibrationResult {
   explicit CalibrationResult(AnyCamera estimated) : camera(std::move(estimated)) {}
 
@@ -57,12 +63,18 @@ struct CalibrationResult {
   int num_corners = 0;             ///< used
   double rms_px = 0;               ///< sqrt(mean over used corners of dx^2 + dy^2)
   double coordinate_sigma_px = 0;  ///< one standard deviation of a corner's coordinate, from the residuals
+  /// The same from differences between neighbouring corners alone, in which errors that vary smoothly over
+  /// the board (a lens that does not follow the model, a bent board) cancel; NaN without neighbours.
+  double local_sigma_px = 0;
+  int num_corners_outside = 0;  ///< used corners that the final camera says it cannot see
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
   std::optional<Eigen::MatrixXd> covariance;
   double scaled_condition = 0;  ///< see IntrinsicsInformation
   DomainCertificate domain;
   BundleSummary solver;
   HuberLoss loss{.threshold_px = 0};
+  bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed
+  std::optional<BetterModel> better_model;
   std::vector<Finding> findings;
 
   /// One standard deviation of parameter i; NaN without a covariance.

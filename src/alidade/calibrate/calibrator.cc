@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <tuple>
 
 #include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/size_groups.h"
 #include "alidade/calibrate/start.h"
 #include "alidade/core/error.h"
@@ -104,6 +107,34 @@ class Estimator {
                       .next_step = "check the board's size and that all images are of the same camera"});
   }
 
+  // Copies of one image see the same noise and would feign more certainty than there is.
+  void excludeTwins() {
+    const auto position = [](const View& view) {
+      const Corner& first = view.corners.front();
+      return std::tuple(first.pixel.x(), first.pixel.y(), first.id);
+    };
+    std::vector<std::size_t> order(views_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return position(views_[a]) < position(views_[b]); });
+    const auto is_same = [&](std::size_t a, std::size_t b) {
+      return std::equal(views_[a].corners.begin(), views_[a].corners.end(), views_[b].corners.begin(),
+                        views_[b].corners.end(),
+                        [](const Corner& x, const Corner& y) { return x.id == y.id && x.pixel == y.pixel; });
+    };
+    std::vector<std::pair<std::size_t, std::string>> twins;
+    std::size_t original = 0;  // of the run of equal views, as an index into `order`
+    for (std::size_t i = 1; i < order.size(); ++i) {
+      if (is_same(order[original], order[i])) {
+        twins.emplace_back(order[i], views_[order[original]].image);
+      } else {
+        original = i;
+      }
+    }
+    std::sort(twins.rbegin(), twins.rend());
+    for (const auto& [v, image] : twins) exclude(v, "shows exactly the corners of " + image);
+  }
+
   void start() {
     for (std::size_t v = views_.size(); v-- > 0;) {
       if (views_[v].corners.size() < kMinCornersPerView) {
@@ -111,6 +142,7 @@ class Estimator {
                        std::to_string(kMinCornersPerView) + " are needed");
       }
     }
+    excludeTwins();
     requireViews();
     const auto params = findStart(options_.model, board_, views_, options_.cancel);
     if (!params) {
@@ -170,9 +202,11 @@ class Estimator {
     const ImageSize size = views_.front().size;
     loss_.threshold_px = 0.005 * std::hypot(size.width, size.height);
     solve(kLoose);
+    is_settled_ = false;
     for (int round = 0; round < kMaxRounds; ++round) {
       const double threshold = kLossSigmas * robustSigma();
-      if (std::abs(threshold / loss_.threshold_px - 1) < kSteady) break;
+      is_settled_ = std::abs(threshold / loss_.threshold_px - 1) < kSteady;
+      if (is_settled_) break;
       loss_.threshold_px = threshold;
       solve(kLoose);
     }
@@ -219,6 +253,7 @@ class Estimator {
       observations_ = std::move(kept);
       solve();
     }
+    is_settled_ = false;
   }
 
   [[nodiscard]] ViewResult viewResult(std::size_t v) const {
@@ -240,6 +275,7 @@ class Estimator {
     CalibrationResult result(AnyCamera::make(options_.model, state_.params));
     result.image_size = views_.front().size;
     std::vector<Eigen::Vector2d> all_errors;
+    result.local_sigma_px = localSigma(board_, observations_, errors_);
     double sum = 0;
     for (std::size_t v = 0; v < views_.size(); ++v) {
       result.views.push_back(viewResult(v));
@@ -261,9 +297,16 @@ class Estimator {
     if (information.inverse) result.covariance = variance * *information.inverse;
 
     result.domain = certifyDomain(result.camera, result.image_size);
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      for (const Observation& observation : observations_[v]) {
+        const Projection projection =
+            result.camera.project(state_.camera_from_board[v] * observation.p_board);
+        if (!projection.ok()) ++result.num_corners_outside;
+      }
+    }
     result.solver = summary_;
     result.loss = loss_;
-    result.findings = judge(result);
+    result.is_settled = is_settled_;
     return result;
   }
 
@@ -274,10 +317,42 @@ class Estimator {
   BundleState state_;
   HuberLoss loss_{.threshold_px = 0};
   BundleSummary summary_;
+  bool is_settled_ = false;
   Errors errors_;  // of the corners in use
   std::vector<Outlier> outliers_;
   std::vector<ExcludedView> excluded_;
 };
+
+// The models that have all parameters of `model` and more: with the rest at zero they are the same camera.
+std::vector<std::string> largerModels(const std::string& model) {
+  const auto names = parameterNames(model);
+  std::vector<std::string> larger;
+  for (const std::string& id : modelIds()) {
+    const auto others = parameterNames(id);
+    const bool has_all = std::all_of(names.begin(), names.end(), [&](std::string_view name) {
+      return std::find(others.begin(), others.end(), name) != others.end();
+    });
+    if (has_all && others.size() > names.size()) larger.push_back(id);
+  }
+  return larger;
+}
+
+// F test of the parameters that a larger model has more: the drop of the sum of squares for each of them over
+// the variance that the larger model leaves. 1 on average if they are not needed.
+double gainOfLargerModel(const CalibrationResult& small, const CalibrationResult& large) {
+  const auto sum_of_squares = [](const CalibrationResult& r) { return r.rms_px * r.rms_px * r.num_corners; };
+  const auto num_params = [](const CalibrationResult& r) {
+    return static_cast<double>(r.camera.parameters().size());
+  };
+  const double freedom =
+      2.0 * large.num_corners - num_params(large) - 6.0 * static_cast<double>(large.views.size());
+  // Corners that either of them left out would make the sums incomparable; per corner they stay so.
+  const double per_corner =
+      sum_of_squares(small) / small.num_corners - sum_of_squares(large) / large.num_corners;
+  const double variance =
+      std::max(sum_of_squares(large), 2 * kMinSigmaPx * kMinSigmaPx * large.num_corners) / freedom;
+  return per_corner * large.num_corners / (num_params(large) - num_params(small)) / variance;
+}
 
 }  // namespace
 
@@ -285,7 +360,19 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
                             const CalibratorOptions& options) {
   static_cast<void>(parameterNames(options.model));  // throws for an unknown model
   prepare(board, views);
-  return Estimator(board, std::move(views), options).run();
+  CalibrationResult result = Estimator(board, views, options).run();
+  constexpr double kNeeded = 10;  // chance alone exceeds this once in a billion times
+  for (const std::string& id : largerModels(options.model)) {
+    CalibratorOptions larger = options;
+    larger.model = id;
+    const CalibrationResult other = Estimator(board, views, larger).run();
+    if (other.solver.termination != Termination::kConverged || !(gainOfLargerModel(result, other) > kNeeded))
+      continue;
+    result.better_model = {.id = id, .rms_px = other.rms_px};
+    break;
+  }
+  result.findings = judge(result);
+  return result;
 }
 
 }  // namespace alidade

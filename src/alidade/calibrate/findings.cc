@@ -25,6 +25,9 @@ constexpr double kSmallTiltDeg = 15.0;
 // second.
 constexpr double kMisfitNo = 0.002;
 constexpr double kMisfitWarn = 0.0005;
+// Errors this many times as large as what neighbouring corners differ by are not noise alone.
+constexpr double kSmoothWarn = 1.5;
+constexpr double kSmallRmsPx = 0.02;  // below this, smooth or not, nobody is hurt
 constexpr int kFewViews = 8;
 
 std::string number(const char* format, double value) {
@@ -116,6 +119,14 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                         .message = "the solver stopped before the optimum: " + result.solver.reason,
                         .next_step = "look for wrong views; the worst ones are listed"});
   }
+  if (!result.is_settled) {
+    findings.push_back(
+        {.severity = Severity::kFailure,
+         .id = "not_settled",
+         .message =
+             "each fit changes which corners look like outliers: there is no stable answer to these views",
+         .next_step = "look for wrong views; the worst ones are listed"});
+  }
   const double diagonal = std::hypot(result.image_size.width, result.image_size.height);
   const double share = result.rms_px / diagonal;
   if (!(share <= kMisfitWarn)) {
@@ -126,6 +137,36 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                     " px is more than corners' noise: the lens does not follow the model, the board is not "
                     "flat, or images are blurred",
          .next_step = "try another model; check that the board is flat and rigid; look at the worst views"});
+  }
+  if (result.better_model) {
+    findings.push_back(
+        {.severity = Severity::kFailure,
+         .id = "model_too_lean",
+         .message = result.better_model->id + " explains the same corners with an RMS of " +
+                    number("%.3g", result.better_model->rms_px) + " px instead of " +
+                    number("%.3g", result.rms_px) +
+                    " px: the lens has distortion that this model lacks, and its other parameters "
+                    "are bent to make up for it",
+         .next_step = "use --model " + result.better_model->id});
+  }
+  const double smoothness = result.rms_px / std::sqrt(2.0) / result.local_sigma_px;
+  if (smoothness > kSmoothWarn && result.rms_px > kSmallRmsPx) {
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "systematic_errors",
+         .message =
+             "the errors are " + number("%.1f", smoothness) +
+             " times what neighbouring corners differ by, so they vary smoothly and are not noise alone: the "
+             "stated sigmas are too small",
+         .next_step =
+             "check that the board is flat and the images are sharp; a richer model may suit the lens"});
+  }
+  if (result.num_corners_outside > 0) {
+    findings.push_back({.severity = Severity::kFailure,
+                        .id = "corners_outside_domain",
+                        .message = std::to_string(result.num_corners_outside) +
+                                   " corners lie beyond the angle at which the distortion folds over",
+                        .next_step = "use a model that suits the lens"});
   }
   const auto params = result.camera.parameters();
   const bool is_centred = params[2] > 0 && params[2] < result.image_size.width && params[3] > 0 &&

@@ -48,7 +48,7 @@ class Camera {
               double m[2];
               return M::lensJacobian(params.data() + 4, ray.data(), m, J, nullptr);
             },
-            M::kMaxAngle, M::kAxiallySymmetric(params.data() + 4))),
+            M::kMaxAngle, M::isAxiallySymmetric(params.data() + 4))),
         cos_max_angle_(std::cos(cone_.max_angle_rad)) {}
 
   [[nodiscard]] const Params& params() const { return params_; }

@@ -17,7 +17,7 @@ namespace alidade {
 ///   kLensParamNames  their names, in storage order
 ///   kStartLens       values from which a calibration may start: the lens closest to a plain perspective
 ///   kMaxAngle        field angle from the optical axis up to which the formula makes sense, radians
-///   kAxiallySymmetric(k)  true if the lens treats all azimuths alike
+///   isAxiallySymmetric(k)  true if the lens treats all azimuths alike
 ///   lens<T>(k, ray, m)    the map itself, for double and for automatic differentiation; false outside the
 ///   formula lensJacobian(k, ray, m, J_m_ray, J_m_lens)  the same with row-major 2x3 and 2xN Jacobians (null
 ///   = not wanted) unlens(k, m, max_angle, ray)  the inverse inside the cone of half-angle max_angle; false
@@ -33,7 +33,7 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   requires std::same_as < decltype(M::kStartLens), const std::array < double,
       static_cast<std::size_t>(M::kNumLensParams)
   >> ;
-  { M::kAxiallySymmetric(in) } -> std::same_as<bool>;
+  { M::isAxiallySymmetric(in) } -> std::same_as<bool>;
   { M::template lens<double>(in, in, out) } -> std::same_as<bool>;
   { M::lensJacobian(in, in, out, out, out) } -> std::same_as<bool>;
   { M::unlens(in, in, angle, out) } -> std::same_as<bool>;

@@ -19,7 +19,7 @@ struct Pinhole {
   static constexpr std::array<double, 0> kStartLens = {};
   static constexpr double kMaxAngle = std::numbers::pi / 2;
 
-  static bool kAxiallySymmetric(const double*) { return true; }
+  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool lens(const T*, const T* ray, T* m) {

@@ -27,7 +27,7 @@ struct Radtan {
   static constexpr std::array<double, 5> kStartLens = {0, 0, 0, 0, 0};
   static constexpr double kMaxAngle = kPerspectiveMaxAngle;
 
-  static bool kAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
+  static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
 
   template <class T>
   static bool lens(const T* k, const T* ray, T* m) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -44,7 +45,11 @@ void parallelFor(std::size_t count, int num_jobs, const std::function<void(std::
 
   const auto num_threads = std::min(count, static_cast<std::size_t>(resolveJobs(num_jobs)));
   std::vector<std::jthread> threads;
-  for (std::size_t t = 1; t < num_threads; ++t) threads.emplace_back(run);
+  try {
+    for (std::size_t t = 1; t < num_threads; ++t) threads.emplace_back(run);
+  } catch (const std::system_error&) {
+    // No more threads to be had: those there are, and this one, do the work.
+  }
   run();
   threads.clear();
   throwIfCancelled(cancel);

@@ -33,7 +33,13 @@ cv::Mat asMat(const GrayImage& image) {
 bool searchAt(const cv::Mat& image, int side_px, const Checkerboard& board, CornerGrid& grid) {
   const double scale = std::min(1.0, static_cast<double>(side_px) / std::max(image.cols, image.rows));
   cv::Mat reduced = image;
-  if (scale < 1.0) cv::resize(image, reduced, {}, scale, scale, cv::INTER_AREA);
+  if (scale < 1.0) {
+    const auto side = [scale](int full) { return std::max(1, static_cast<int>(std::lround(scale * full))); };
+    cv::resize(image, reduced, {side(image.cols), side(image.rows)}, 0, 0, cv::INTER_AREA);
+  }
+  // The search filters with windows of some pixels; in less than this no board is to be seen anyway.
+  constexpr int kMinSide = 16;
+  if (std::min(reduced.cols, reduced.rows) < kMinSide) return false;
   std::vector<cv::Point2f> found;
   if (!cv::findChessboardCorners(reduced, {board.columns, board.rows}, found,
                                  cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE)) {

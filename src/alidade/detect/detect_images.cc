@@ -3,10 +3,16 @@
 
 #include <mutex>
 
+#include <opencv2/core/utility.hpp>
+
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 
 namespace alidade {
+
+void useOneThreadPerImage() {
+  cv::setNumThreads(1);
+}
 
 std::vector<ImageOutcome> detectInImages(std::span<const std::string> images,
                                          const std::function<SourceImage(const std::string&)>& load,

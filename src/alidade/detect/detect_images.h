@@ -32,6 +32,10 @@ struct DetectImagesOptions {
   const CancelFlag* cancel = nullptr;
 };
 
+/// Tells OpenCV to use the calling thread alone. For programs that share images out over threads by
+/// detectInImages(): more threads within each image would only get in each other's way. Process-wide.
+void useOneThreadPerImage();
+
 /// Loads and searches images in parallel; a thread holds one image at a time. The result is in the order of
 /// `images`, whatever the number of threads. An image that `load` cannot read (Error) becomes an outcome with
 /// reason kUnreadable; the others go on.

@@ -32,6 +32,7 @@ struct CalibrationRecord {
   std::vector<double> parameter_std;  ///< one sigma, in parameter order; empty = unknown
   std::vector<double> covariance;     ///< lower triangle row by row, in parameter order; empty = unknown
   std::string termination;            ///< why the solver stopped
+  bool is_trustworthy = true;         ///< false for a result that was written although the answer was no
   std::string board;                  ///< SPEC
   std::vector<std::string> findings;  ///< ids of warnings and failures
   std::vector<ViewRecord> views;

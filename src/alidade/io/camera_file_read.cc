@@ -75,7 +75,7 @@ Setting readSetting(const YamlNode& node, const std::string& key) {
 
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   node.allowKeys({"rms_px", "num_views", "num_corners", "num_outliers", "parameter_std", "covariance",
-                  "termination", "board", "findings", "views", "settings"});
+                  "termination", "trustworthy", "board", "findings", "views", "settings"});
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
   record.num_views = readCount(node.at("num_views"));
@@ -90,6 +90,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     record.covariance = n->numbers(parameter_names.size() * (parameter_names.size() + 1) / 2);
   }
   if (const auto n = node.find("termination")) record.termination = n->text();
+  if (const auto n = node.find("trustworthy")) record.is_trustworthy = n->boolean();
   if (const auto n = node.find("board")) record.board = n->text();
   if (const auto n = node.find("findings")) {
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());

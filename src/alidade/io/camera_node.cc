@@ -2,6 +2,8 @@
 #include "alidade/io/camera_node.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <string>
 
 #include "alidade/core/text.h"
 
@@ -16,7 +18,13 @@ ImageSize readImageSize(const YamlNode& node) {
     if (pixels < 1 || pixels > kMaxSide) throw value.error(std::to_string(pixels), "1 to 1000000 pixels");
     return pixels;
   };
-  return {.width = side("width"), .height = side("height")};
+  const ImageSize size{.width = side("width"), .height = side("height")};
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30U;
+  if (std::int64_t{size.width} * size.height > kMaxPixels) {
+    throw node.error(std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+                     "at most " + std::to_string(kMaxPixels) + " pixels in all");
+  }
+  return size;
 }
 
 AnyCamera readCamera(const YamlNode& root) {

@@ -14,8 +14,9 @@ struct LoadedImage {
 };
 
 /// Reads an image of any kind that OpenCV decodes: grey or colour, with or without alpha. Samples of more
-/// than 8 bits are scaled linearly so that the least becomes 0 and the greatest 255, as 10 and 12-bit data in
-/// 16-bit files would be almost black otherwise; where all are the same they become 0, and so do samples that
+/// than 8 bits are scaled linearly so that their 0.1 % quantile becomes 0 and their 99.9 % quantile 255, and
+/// clamped: 10 and 12-bit data in 16-bit files would be almost black otherwise, and so would be any image
+/// with one hot pixel if that were the greatest. Where all are the same they become 0, and so do samples that
 /// are not a number. Fit for finding features, not for measuring light.
 /// @throws Error (kInput) when the file is missing, unreadable, empty, truncated, damaged, too large or no
 /// image, and for a TIFF file that asks to be turned.

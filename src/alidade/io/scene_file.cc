@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/io/scene_file.h"
 
+#include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "alidade/io/board_file.h"
 #include "alidade/io/camera_file.h"
@@ -73,6 +75,14 @@ Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& f
   return readNamed(node, [&] { return readBoard(is_spec ? source : (folder / source).string()); });
 }
 
+// `node` is the one that says how large the images are. Rendering takes memory for several of them.
+void checkRenderSize(const YamlNode& node, const ImageSize& size) {
+  constexpr std::int64_t kMaxPixels = 100'000'000;
+  if (std::int64_t{size.width} * size.height <= kMaxPixels) return;
+  throw node.error("images of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+                   "at most " + std::to_string(kMaxPixels) + " pixels in all for a scene");
+}
+
 Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
   const YamlNode camera = root.at("camera");
   const Checkerboard board = readSceneBoard(root.at("board"), folder);
@@ -89,10 +99,14 @@ Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
   };
   if (camera.isMap()) {
     camera.allowKeys({"model", "image_size", "parameters"});
-    return make(detail::readCamera(camera), detail::readImageSize(camera.at("image_size")));
+    const YamlNode size_node = camera.at("image_size");
+    const ImageSize size = detail::readImageSize(size_node);
+    checkRenderSize(size_node, size);
+    return make(detail::readCamera(camera), size);
   }
   const std::string file = (folder / camera.text()).string();
   const CameraFile read = readNamed(camera, [&] { return readCameraFile(file); });
+  checkRenderSize(camera, read.image_size);
   return make(read.camera, read.image_size);
 }
 

@@ -177,6 +177,20 @@ Check checkCovariance(const CameraClaims& claims) {
   return check;
 }
 
+Check checkCalibration(const CameraClaims& claims) {
+  Check check{.id = "calibration",
+              .status = CheckStatus::kWarn,
+              .value = "not stated",
+              .limit = "trustworthy",
+              .message = "the file does not say how its numbers came about"};
+  if (!claims.is_trustworthy) return check;
+  check.status = *claims.is_trustworthy ? CheckStatus::kPass : CheckStatus::kFail;
+  check.value = *claims.is_trustworthy ? "trustworthy" : "not trustworthy";
+  check.message = *claims.is_trustworthy ? "the calibration found no reason to doubt itself"
+                                         : "the calibration itself said that it is not to be trusted";
+  return check;
+}
+
 }  // namespace
 
 std::string_view checkStatusName(CheckStatus status) {
@@ -200,7 +214,8 @@ std::vector<Check> checkCamera(const CameraClaims& claims) {
           checkOneToOne(domain),
           checkDomainClaim(claims, domain),
           checkSelfCheck(claims),
-          checkCovariance(claims)};
+          checkCovariance(claims),
+          checkCalibration(claims)};
 }
 
 }  // namespace alidade

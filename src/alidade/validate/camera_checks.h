@@ -34,10 +34,12 @@ struct CameraClaims {
   std::span<const SelfCheckPoint> self_check;
   std::span<const double> parameter_std;  ///< empty = not stated
   std::span<const double> covariance;     ///< lower triangle row by row; empty = not stated
+  /// What the calibration said of itself; nothing = the file does not come from a calibration.
+  std::optional<bool> is_trustworthy = std::nullopt;
 };
 
 /// Focal lengths, aspect, principal point, one-to-one over the image, the stated domain, self-check points,
-/// covariance.
+/// covariance, and what the calibration said of itself.
 [[nodiscard]] std::vector<Check> checkCamera(const CameraClaims& claims);
 
 }  // namespace alidade
