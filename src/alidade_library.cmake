@@ -14,6 +14,9 @@ function(alidade_compile_options target)
     target_compile_options(${target} PRIVATE -fsanitize=${ALIDADE_SANITIZE} -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${ALIDADE_SANITIZE})
+    # Under AddressSanitizer Eigen takes another allocator than in the Ceres library, which is built without, and memory
+    # goes from one to the other.
+    target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
   endif()
 endfunction()
 
