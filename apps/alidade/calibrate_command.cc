@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/size_groups.h"
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/io/board_file.h"
 #include "alidade/io/corners_file.h"
 #include "calibration_output.h"
@@ -31,6 +31,7 @@ class CalibrateCommand final : public Command {
     app.add_option("--model", model_, "Camera model: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
         ->check(CLI::IsMember(modelIds()))
         ->capture_default_str();
+    addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
@@ -126,7 +127,8 @@ class CalibrateCommand final : public Command {
       throw usageError({.where = "calibrate",
                         .found = "no --board",
                         .expected = "for example --board checkerboard:9x6:25mm"});
-    DetectionStage stage = runDetection(inputs_, readBoard(board_), common_, cancel);
+    DetectionStage stage = runDetection(
+        {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, cancel);
     input.board = stage.board;
     input.num_images = stage.outcomes.size();
     input.num_found = stage.numFound();
@@ -138,6 +140,7 @@ class CalibrateCommand final : public Command {
   std::vector<std::string> inputs_;
   std::string board_;
   std::string model_ = "radtan";
+  std::string debug_;
   std::string output_;
   bool keep_untrustworthy_ = false;
 };

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/calibrate/size_groups.h"
 #include "alidade/camera/self_check.h"
+#include "alidade/core/size_groups.h"
 #include "command.h"
 
 namespace alidade {
@@ -109,6 +109,10 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
   text += fmt::format(
       "RMS      {:.4g} px over {} corners (sqrt of the mean of dx^2 + dy^2); sigma {:.3g} px an axis\n",
       result.rms_px, result.num_corners, result.coordinate_sigma_px);
+  if (std::isfinite(result.unexplained_sigma_px)) {
+    text += fmt::format("Noise    {:.3g} px an axis beyond what detection states of its corners\n",
+                        result.unexplained_sigma_px);
+  }
   text += parameterTable(result);
   text += domainText(result);
   text += "Worst views\n";
@@ -181,6 +185,9 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"num_corners", result.num_corners},
       {"coordinate_sigma_px", result.coordinate_sigma_px},
       {"local_sigma_px", std::isfinite(result.local_sigma_px) ? json(result.local_sigma_px) : json(nullptr)},
+      {"weighted_rms_px", result.weighted_rms_px},
+      {"unexplained_sigma_px",
+       std::isfinite(result.unexplained_sigma_px) ? json(result.unexplained_sigma_px) : json(nullptr)},
       {"parameters", parameters},
       {"parameter_std", sigmas},
       {"domain",

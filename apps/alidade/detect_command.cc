@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -21,6 +23,7 @@ class DetectCommand final : public Command {
     app.add_option("input", inputs_, "Folders, image files or patterns");
     addBoardOption(app, board_);
     app.add_option("--camera", camera_, "Name of the camera, for the corners file")->capture_default_str();
+    addDebugOption(app, debug_);
     app.add_option("-o,--output", output_, "Corners file to write (CSV); - or none: standard output");
     addCommonOptions(app, common_, true);
   }
@@ -41,7 +44,8 @@ class DetectCommand final : public Command {
     std::vector<std::string> sources = withImages(inputs_);
     sources.insert(sources.end(), {board_, common_.config});
     checkOutput(output_, sources, common_);
-    const DetectionStage stage = runDetection(inputs_, readBoard(board_), common_, catchInterrupts());
+    const DetectionStage stage = runDetection(
+        {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, catchInterrupts());
 
     CornersFile file;
     file.camera = camera_;
@@ -50,7 +54,8 @@ class DetectCommand final : public Command {
     file.comments.push_back(programName() + " detect; pixel (0, 0) is the centre of the top-left pixel");
     for (const auto& [key, values] : effectiveSettings(app))
       file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
-    for (const std::string& line : reasonLines(stage)) file.comments.push_back("without a board: " + line);
+    for (const std::string& note : stage.notes) file.comments.push_back("note: " + note);
+    for (const std::string& line : imageTable(stage)) file.comments.push_back(line);
     const bool to_stdout = output_.empty() || output_ == "-";
     if (!to_stdout) writeCornersFile(output_, file);
 
@@ -71,10 +76,26 @@ class DetectCommand final : public Command {
                               {"reason", reasonCode(outcome.detection.reason)},
                               {"width", outcome.size.width},
                               {"height", outcome.size.height}};
-      if (!outcome.detection.detail.empty()) image["detail"] = outcome.detection.detail;
+      const Detection& detection = outcome.detection;
+      if (!detection.detail.empty()) image["detail"] = detection.detail;
+      if (std::isfinite(detection.measures.spacing_px)) {
+        image["measures"] = {{"blur_px", detection.measures.blur_px},
+                             {"spacing_px", detection.measures.spacing_px},
+                             {"area_share", detection.measures.area_share},
+                             {"tilt_deg", detection.measures.tilt_deg}};
+      }
+      if (detection.seen) {
+        image["seen"] = {{"columns", detection.seen->columns},
+                         {"rows", detection.seen->rows},
+                         {"num_corners", detection.seen->num_corners},
+                         {"whole", detection.seen->is_closed}};
+      }
       nlohmann::json corners = nlohmann::json::array();
-      for (const Corner& corner : outcome.detection.corners)
-        corners.push_back({{"id", corner.id}, {"u", corner.pixel.x()}, {"v", corner.pixel.y()}});
+      for (const Corner& corner : detection.corners)
+        corners.push_back({{"id", corner.id},
+                           {"u", corner.pixel.x()},
+                           {"v", corner.pixel.y()},
+                           {"sigma_px", corner.sigma_px}});
       image["corners"] = corners;
       images.push_back(image);
     }
@@ -82,8 +103,10 @@ class DetectCommand final : public Command {
   }
 
   void report(const DetectionStage& stage, bool to_stdout) const {
-    printMessage(fmt::format("{} of {} images show the whole board ({} corners each){}", stage.numFound(),
+    const std::size_t num_partial = stage.numFound() - stage.numWhole();
+    printMessage(fmt::format("{} of {} images show the whole board ({} corners each){}{}", stage.numWhole(),
                              stage.outcomes.size(), stage.board.numCorners(),
+                             num_partial > 0 ? fmt::format(", {} a part of it", num_partial) : "",
                              to_stdout ? "" : "; written to " + output_));
     for (const std::string& line : reasonLines(stage)) printMessage("  " + line);
     for (const std::string& note : stage.notes) printMessage("note: " + note);
@@ -92,6 +115,7 @@ class DetectCommand final : public Command {
   std::vector<std::string> inputs_;
   std::string board_;
   std::string camera_ = "camera";
+  std::string debug_;
   std::string output_;
 };
 

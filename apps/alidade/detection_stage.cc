@@ -2,14 +2,18 @@
 #include "detection_stage.h"
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <map>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
-#include "alidade/calibrate/size_groups.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/detect/board_hint.h"
+#include "alidade/detect/draw_detection.h"
+#include "alidade/detect/triage.h"
+#include "alidade/io/csv.h"
 #include "alidade/io/image_file.h"
 #include "alidade/io/image_list.h"
 #include "progress.h"
@@ -54,29 +58,6 @@ std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
   return names;
 }
 
-void markOtherSizes(DetectionStage& stage) {
-  std::vector<ImageSize> sizes;
-  std::vector<std::size_t> readable;
-  for (std::size_t i = 0; i < stage.outcomes.size(); ++i) {
-    if (stage.outcomes[i].detection.reason == DetectionReason::kUnreadable) continue;
-    sizes.push_back(stage.outcomes[i].size);
-    readable.push_back(i);
-  }
-  const SizeGroups groups = groupBySize(sizes);
-  for (const std::size_t k : groups.others) {
-    ImageOutcome& outcome = stage.outcomes[readable[k]];
-    outcome.detection.reason = DetectionReason::kOtherSize;
-    outcome.detection.detail =
-        fmt::format("is {}, while most images are {}", sizeText(outcome.size), sizeText(groups.size));
-    outcome.detection.corners.clear();
-  }
-  if (!groups.others.empty()) {
-    stage.notes.push_back(fmt::format("images of {} sizes were given; the {} of {} are used",
-                                      groups.others.size() == 1 ? "two" : "several", groups.in_group.size(),
-                                      sizeText(groups.size)));
-  }
-}
-
 void noteOrientations(DetectionStage& stage) {
   std::map<int, int> counts;
   for (const ImageOutcome& outcome : stage.outcomes) ++counts[outcome.exif_orientation];
@@ -89,8 +70,7 @@ void noteOrientations(DetectionStage& stage) {
   }
 }
 
-[[noreturn]] void throwNoBoard(const DetectionStage& stage, const std::vector<std::string>& paths,
-                               const DetectImagesOptions& options) {
+[[noreturn]] void throwNoBoard(const DetectionStage& stage, const std::vector<std::string>& paths) {
   std::map<DetectionReason, int> counts;
   for (const ImageOutcome& outcome : stage.outcomes) ++counts[outcome.detection.reason];
   if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
@@ -104,58 +84,122 @@ void noteOrientations(DetectionStage& stage) {
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
     reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
-  const std::string size = fmt::format("{}x{}", stage.board.columns, stage.board.rows);
-  std::string next = "check that the whole board is in the image, sharp, and with a white margin";
-  if (const auto hint = guessBoardSize(paths, loadImage, stage.board, options)) {
-    next = fmt::format(
-        "{} of {} images looked at show {}x{} inner corners; did you count squares? Use {}", hint->num_images,
-        hint->num_looked_at, hint->columns, hint->rows,
-        specText({.columns = hint->columns, .rows = hint->rows, .square_m = stage.board.square_m}));
+  const auto hint = diagnoseBoard(stage.outcomes);
+  throw inputError(
+      {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
+       .found = fmt::format("no board ({})", join(reasons, ", ")),
+       .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", stage.board.columns,
+                               stage.board.rows),
+       .next_step = hint
+                        ? hintText(*hint, stage.board)
+                        : "check that the board is in the image, sharp, and with a white margin; --debug DIR "
+                          "writes the images with what was found"});
+}
+
+// Where the debug image of an input goes. Names that differ in folders only stay apart.
+std::string debugPath(const std::string& folder, std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return (std::filesystem::path(folder) / (name + ".detection.png")).string();
+}
+
+void prepareDebugFolder(const std::string& folder, const std::vector<std::string>& images) {
+  std::error_code error;
+  for (const std::string& image : images) {
+    const std::filesystem::path parent = std::filesystem::path(image).parent_path();
+    if (!std::filesystem::equivalent(parent.empty() ? "." : parent, folder, error)) continue;
+    throw usageError({.where = "--debug " + folder,
+                      .found = "the folder of the input " + image,
+                      .expected = "another folder",
+                      .next_step = "the images written there would be taken for inputs next time"});
   }
-  throw inputError({.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
-                    .found = fmt::format("no board ({})", join(reasons, ", ")),
-                    .expected = "a checkerboard of " + size + " inner corners (columns x rows)",
-                    .next_step = next});
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    throw inputError({.where = "--debug " + folder,
+                      .found = error ? error.message() : "a file of this name",
+                      .expected = "a folder that can be made and written to"});
+  }
 }
 
 }  // namespace
 
 std::size_t DetectionStage::numFound() const {
-  return static_cast<std::size_t>(std::count_if(outcomes.begin(), outcomes.end(),
-                                                [](const ImageOutcome& o) { return o.detection.found(); }));
+  return static_cast<std::size_t>(std::count_if(
+      outcomes.begin(), outcomes.end(), [](const ImageOutcome& o) { return o.detection.hasCorners(); }));
 }
 
-DetectionStage runDetection(const std::vector<std::string>& inputs, const Checkerboard& board,
-                            const CommonOptions& options, const CancelFlag* cancel) {
-  const std::vector<std::string> paths = listImages(inputs);
+std::size_t DetectionStage::numWhole() const {
+  return static_cast<std::size_t>(std::count_if(outcomes.begin(), outcomes.end(), [](const ImageOutcome& o) {
+    return o.detection.reason == DetectionReason::kFound;
+  }));
+}
+
+DetectionStage runDetection(const DetectionRequest& request, const CommonOptions& options,
+                            const CancelFlag* cancel) {
+  const std::vector<std::string> paths = listImages(request.inputs);
+  const std::vector<std::string> names = shortNames(paths);
   DetectionStage stage;
-  stage.board = board;
+  stage.board = request.board;
   DetectImagesOptions detect_options;
   detect_options.num_jobs = options.jobs;
   detect_options.cancel = cancel;
+  std::map<std::string, std::string> debug_paths;  // by path of the image
+  if (!request.debug_folder.empty()) {
+    prepareDebugFolder(request.debug_folder, paths);
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      debug_paths[paths[i]] = debugPath(request.debug_folder, names[i]);
+    detect_options.inspect = [&](const GrayImage& image, const ImageOutcome& outcome) {
+      writeColorPng(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, request.board));
+    };
+  }
   {
     ProgressBar bar("finding boards", options.quiet);
     detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
-    stage.outcomes = detectInImages(paths, loadImage, board, detect_options);
+    stage.outcomes = detectInImages(paths, loadImage, request.board, detect_options);
   }
-  const std::vector<std::string> names = shortNames(paths);
   for (std::size_t i = 0; i < names.size(); ++i) stage.outcomes[i].image = names[i];
-  markOtherSizes(stage);
+  stage.notes = triage(stage.outcomes);
   noteOrientations(stage);
   for (const ImageOutcome& outcome : stage.outcomes) {
-    if (outcome.detection.found())
+    if (outcome.detection.hasCorners())
       stage.views.push_back({outcome.image, outcome.size, outcome.detection.corners});
   }
-  if (stage.views.empty()) throwNoBoard(stage, paths, detect_options);
+  if (stage.views.empty()) throwNoBoard(stage, paths);
+  if (const std::string ambiguity = ambiguityText(stage.board); !ambiguity.empty())
+    stage.notes.push_back(ambiguity);
+  const auto hint = diagnoseBoard(stage.outcomes);
+  if (hint && hint->is_closed) stage.notes.push_back(hintText(*hint, stage.board));
   return stage;
+}
+
+void addDebugOption(CLI::App& app, std::string& folder) {
+  app.add_option("--debug", folder, "Folder for the images with corners, ids and directions drawn on them");
 }
 
 std::vector<std::string> reasonLines(const DetectionStage& stage) {
   std::vector<std::string> lines;
   for (const ImageOutcome& outcome : stage.outcomes) {
-    if (outcome.detection.found()) continue;
+    if (outcome.detection.reason == DetectionReason::kFound) continue;
     lines.push_back(oneLine(fmt::format("{}: {}: {}", outcome.image, reasonCode(outcome.detection.reason),
                                         outcome.detection.detail)));
+  }
+  return lines;
+}
+
+std::vector<std::string> imageTable(const DetectionStage& stage) {
+  std::vector<std::string> lines = {
+      "image,reason,corners,blur_px,spacing_px,area_share,tilt_deg,columns_seen,rows_seen,detail"};
+  const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : ""; };
+  for (const ImageOutcome& outcome : stage.outcomes) {
+    const Detection& detection = outcome.detection;
+    const ViewMeasures& measures = detection.measures;
+    const bool is_measured = std::isfinite(measures.spacing_px);
+    lines.push_back(oneLine(
+        fmt::format("{},{},{},{},{},{},{},{},{},{}", detail::csvField(outcome.image),
+                    reasonCode(detection.reason), detection.corners.size(), number(measures.blur_px),
+                    number(measures.spacing_px), is_measured ? number(measures.area_share) : "",
+                    number(measures.tilt_deg), detection.seen ? std::to_string(detection.seen->columns) : "",
+                    detection.seen ? std::to_string(detection.seen->rows) : "",
+                    detail::csvField(oneLine(detection.detail)))));
   }
   return lines;
 }

@@ -16,19 +16,34 @@ struct DetectionStage {
   Checkerboard board;
   std::vector<ImageOutcome>
       outcomes;                    ///< in natural order; image names without the part that all paths share
-  std::vector<View> views;         ///< of the images with a board and of the commonest size
+  std::vector<View> views;         ///< of the images that give corners
   std::vector<std::string> notes;  ///< things noticed that are no failure of an image
 
+  /// Images that give corners, and those that show every corner.
   [[nodiscard]] std::size_t numFound() const;
+  [[nodiscard]] std::size_t numWhole() const;
 };
 
-/// Finds the board in all images that `inputs` stand for, with progress on a terminal. Images of another size
-/// than most are marked so (kOtherSize) and give no view.
-/// @throws Error (kInput) when there is no image, or no board in any; Cancelled
-[[nodiscard]] DetectionStage runDetection(const std::vector<std::string>& inputs, const Checkerboard& board,
-                                          const CommonOptions& options, const CancelFlag* cancel);
+struct DetectionRequest {
+  std::vector<std::string> inputs;  ///< folders, files, patterns
+  Checkerboard board;
+  std::string debug_folder;  ///< where to write the images with what was found drawn on them; empty: nowhere
+};
 
-/// One line an image without a board, "name: why", for people.
+/// Finds the board in all images that the inputs stand for, with progress on a terminal, and sorts out those
+/// that must not be used (see triage).
+/// @throws Error (kInput) when there is no image, or no board in any; (kUsage) when the debug folder holds
+/// inputs; Cancelled
+[[nodiscard]] DetectionStage runDetection(const DetectionRequest& request, const CommonOptions& options,
+                                          const CancelFlag* cancel);
+
+/// The flag --debug, for commands that find boards.
+void addDebugOption(CLI::App& app, std::string& folder);
+
+/// One line an image that does not show the whole board, "name: reason: why", for people.
 [[nodiscard]] std::vector<std::string> reasonLines(const DetectionStage& stage);
+
+/// One CSV line an image with its reason and measures, after a header line.
+[[nodiscard]] std::vector<std::string> imageTable(const DetectionStage& stage);
 
 }  // namespace alidade

@@ -88,6 +88,23 @@ TEST(Calibrate, WritesOneJsonDocument) {
   EXPECT_EQ(document.at("parameters").at("fx").get<double>(), parameters[0]);
 }
 
+TEST(Calibrate, TellsWhatTheStatedSigmasLeaveUnexplained) {
+  const ScratchFolder scratch;
+  const RunResult unknown = runAlidade({"calibrate", dataPath("corners.csv"), "--json"});
+  EXPECT_TRUE(nlohmann::json::parse(unknown.out).at("unexplained_sigma_px").is_null());
+  std::string text = readFile(dataPath("corners.csv"));
+  bool is_poor = false;
+  for (std::size_t at = 0; (at = text.find(",\n", at)) != std::string::npos; is_poor = !is_poor) {
+    text.insert(at + 1, is_poor ? "0.5" : "0.05");
+  }
+  const std::string corners = scratch.write("corners.csv", text);
+  const auto document = nlohmann::json::parse(runAlidade({"calibrate", corners, "--json"}).out);
+  EXPECT_EQ(document.at("unexplained_sigma_px"), 0.0);
+  EXPECT_LT(document.at("weighted_rms_px"), 1e-6);
+  EXPECT_THAT(runAlidade({"calibrate", corners}).out,
+              HasSubstr("0 px an axis beyond what detection states of its corners"));
+}
+
 TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
   const ScratchFolder scratch;
   const std::string config = scratch.write("settings.yaml", "model: pinhole\nboard: checkerboard:9x6:25mm\n");

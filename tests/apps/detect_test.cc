@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <filesystem>
 
 #include <nlohmann/json.hpp>
 
 #include "alidade/io/corners_file.h"
+#include "alidade/io/image_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -39,25 +41,82 @@ TEST(Detect, FindsTheTrueCorners) {
   const CornersFile found = parseCornersFile(result.out, "found");
   const CornersFile truth = readCornersFile(dataPath("corners.csv"));
   ASSERT_EQ(found.views.size(), truth.views.size());
-  constexpr double kWorstPx = 0.3;  // images with noise; a corner on the wrong square would be 20 px off
+  constexpr double kWorstPx = 0.1;  // images with noise; a corner on the wrong square would be 20 px off
   std::size_t num_corners = 0;
   double worst = 0;
   for (std::size_t v = 0; v < found.views.size(); ++v) {
     EXPECT_EQ(found.views[v].image, truth.views[v].image);
     const auto& corners = found.views[v].corners;
     ASSERT_EQ(corners.size(), 54u);
-    // The board looks the same after half a turn.
-    const auto worstOf = [&](bool is_turned) {
-      double off = 0;
-      for (std::size_t i = 0; i < corners.size(); ++i)
-        off = std::max(off, (corners[i].pixel - truth.views[v].corners[is_turned ? 53 - i : i].pixel).norm());
-      return off;
-    };
-    worst = std::max(worst, std::min(worstOf(false), worstOf(true)));
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      worst = std::max(worst, (corners[i].pixel - truth.views[v].corners[i].pixel).norm());
+      EXPECT_GT(corners[i].sigma_px, 0);
+      EXPECT_LT(corners[i].sigma_px, kWorstPx);
+    }
     num_corners += corners.size();
   }
   EXPECT_EQ(num_corners, 648u);
   EXPECT_LE(worst, kWorstPx);
+}
+
+TEST(Detect, SaysInTheFileWhatCameOfEachImage) {
+  const RunResult result = detect({1, 2}, {"--quiet"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, HasSubstr("\n# image,reason,corners,blur_px,spacing_px,area_share,tilt_deg,"));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("\n# view_001.png,found,54,"), HasSubstr("\n# view_002.png,found,54,")));
+}
+
+TEST(Detect, DrawsWhatItFoundIntoAFolderOfItsOwn) {
+  const ScratchFolder scratch;
+  const RunResult result =
+      detect({1, 2}, {"--debug", scratch.path("drawn"), "-o", scratch.path("corners.csv")});
+  ASSERT_THAT(result, EndsWith(0));
+  int num_drawn = 0;
+  for (const std::string name : {"view_001.png", "view_002.png"}) {
+    const std::string path = scratch.path("drawn/" + name + ".detection.png");
+    ASSERT_TRUE(std::filesystem::exists(path)) << path;
+    const LoadedImage drawn = readGrayImage(path);
+    const LoadedImage photo = readGrayImage(dataPath("images/" + name));
+    EXPECT_EQ(drawn.image.size, photo.image.size);
+    EXPECT_NE(drawn.image.pixels, photo.image.pixels);
+    ++num_drawn;
+  }
+  EXPECT_EQ(num_drawn, 2);
+
+  // Among the inputs, the drawings would be inputs of the next run.
+  std::filesystem::create_directory(scratch.path("photos"));
+  std::filesystem::copy(imagePath(1), scratch.path("photos/a.png"));
+  EXPECT_THAT(
+      runAlidade({"detect", scratch.path("photos"), "--board", kBoard, "--debug", scratch.path("photos")}),
+      FailsWith(2, AllOf(HasSubstr("--debug"), HasSubstr("folder of the input"))));
+  EXPECT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoard, "--debug",
+                          scratch.path("photos/a.png")}),
+              FailsWith(1, HasSubstr("--debug")));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path("photos")), {}), 1);
+}
+
+TEST(Detect, TellsWhatBoardTheImagesShowInstead) {
+  struct Case {
+    std::string board;
+    std::string hint;
+  };
+  int num_checked = 0;
+  for (const Case& c :
+       {Case{"checkerboard:10x7:25mm", "did you count squares? Use checkerboard:9x6:25mm"},
+        Case{"checkerboard:7x10:25mm", "did you count squares? Use checkerboard:6x9:25mm"},
+        Case{"checkerboard:8x5:25mm", "did you leave out a line of corners each way? Use checkerboard:9x6"},
+        Case{"checkerboard:13x12:25mm", "3 images show 9x6 inner corners; use checkerboard:9x6:25mm"}}) {
+    EXPECT_THAT(runAlidade({"detect", imagePath(1), imagePath(2), imagePath(4), "--board", c.board}),
+                FailsWith(1, HasSubstr(c.hint)))
+        << c.board;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 4);
+  EXPECT_THAT(
+      runAlidade({"detect", imagePath(1), imagePath(2), "--board", "checkerboard:6x9:25mm", "--quiet"}),
+      EndsWith(0))
+      << "swapped sides are the same board";
 }
 
 TEST(Detect, WritesOneJsonDocument) {
@@ -71,6 +130,10 @@ TEST(Detect, WritesOneJsonDocument) {
     EXPECT_EQ(images[i].at("image"), file.views[i].image);
     ASSERT_EQ(images[i].at("corners").size(), 54u);
     EXPECT_EQ(images[i].at("corners")[53].at("u").get<double>(), file.views[i].corners[53].pixel.x());
+    EXPECT_EQ(images[i].at("corners")[53].at("sigma_px").get<double>(), file.views[i].corners[53].sigma_px);
+    EXPECT_EQ(images[i].at("reason"), "found");
+    EXPECT_EQ(images[i].at("seen").at("columns"), 9);
+    EXPECT_GT(images[i].at("measures").at("blur_px").get<double>(), 0.3);
   }
 }
 

@@ -122,7 +122,7 @@ TEST(Inputs, SkipsImagesThatCannotBeReadAndNamesThem) {
   const std::string corners = scratch.path("corners.csv");
   ASSERT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoard, "-o", corners}), EndsWith(0));
   for (const BadImage& bad : badImages())
-    EXPECT_THAT(scratch.read("corners.csv"), HasSubstr("\n# without a board: " + bad.name + ": "));
+    EXPECT_THAT(scratch.read("corners.csv"), HasSubstr("\n# " + bad.name + ",unreadable,"));
   EXPECT_THAT(runAlidade({"calibrate", corners}), EndsWith(0));
 }
 
@@ -160,10 +160,10 @@ TEST(Inputs, NeedsThreeViews) {
               FailsWith(1, AllOf(HasSubstr("the board in 2 of 2 images"), HasSubstr("at least 3 views"),
                                  HasSubstr("take more photographs"))));
   EXPECT_THAT(scratch.list(), ElementsAre());
-  // Three are enough to calibrate, and these three too few to be sure.
+  // Three are enough to calibrate sharp images like these, but few.
   const RunResult three = runAlidade(calibrateLine({imagePath(1), imagePath(2), imagePath(3)}, output));
-  EXPECT_THAT(three, EndsWith(3));
-  EXPECT_THAT(three.out, AllOf(HasSubstr("3 used"), HasSubstr("FAILED"), HasSubstr("[few_views]")));
+  EXPECT_THAT(three, EndsWith(0));
+  EXPECT_THAT(three.out, AllOf(HasSubstr("3 used"), HasSubstr("[few_views]")));
 }
 
 TEST(Inputs, UsesTheLargestSizeOfACornersFileAndNamesTheRest) {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <limits>
 
-#include "alidade/calibrate/size_groups.h"
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "support/simulated_set.h"
 
 namespace alidade {

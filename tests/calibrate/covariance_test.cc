@@ -20,7 +20,11 @@ constexpr HuberLoss kNoLoss{.threshold_px = 1e9};
 TEST(IntrinsicsInformation, InverseEqualsCeresCovariance) {
   const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
   const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, 10, 0.1, 1);
-  const auto observations = observationsOf(set.board, set.views);
+  auto observations = observationsOf(set.board, set.views);
+  Random random(2);
+  for (auto& view : observations) {
+    for (Observation& observation : view) observation.weight = random.uniform(0.1, 3.0);
+  }
   BundleState state{.params = truth, .camera_from_board = set.poses};
   ASSERT_EQ(solveBundle("radtan", observations, state, {.loss = kNoLoss}).termination,
             Termination::kConverged);

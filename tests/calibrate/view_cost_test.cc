@@ -23,13 +23,14 @@ struct CornerCost {
     const Eigen::Matrix<T, 3, 1> p = q * observation.p_board.cast<T>() + t;
     T px[2];
     if (!projectFormula<M>(params, p.data(), px)) return false;
-    residual[0] = px[0] - observation.pixel.x();
-    residual[1] = px[1] - observation.pixel.y();
+    const double root = std::sqrt(observation.weight);
+    residual[0] = root * (px[0] - observation.pixel.x());
+    residual[1] = root * (px[1] - observation.pixel.y());
     return true;
   }
 };
 
-// Corners with noise, every ninth of them far off, and a start beside the truth.
+// Corners with noise and all kinds of weights, every ninth of them far off, and a start beside the truth.
 template <class M>
 struct Problem {
   std::vector<std::vector<Observation>> views;
@@ -44,7 +45,9 @@ struct Problem {
       views.emplace_back();
       for (const Corner& corner : set.views[v].corners) {
         const double off = corner.id % 9 == 4 ? 15.0 : 0.0;
-        views.back().push_back({set.board.corner(corner.id), corner.pixel + Eigen::Vector2d(off, -off)});
+        views.back().push_back({.p_board = set.board.corner(corner.id),
+                                .pixel = corner.pixel + Eigen::Vector2d(off, -off),
+                                .weight = random.uniform(0.2, 3.0)});
       }
       SE3 pose = set.poses[v];
       pose.translation.z() *= 1.03;

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "alidade/core/error.h"
-#include "alidade/detect/board_hint.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/simulate/render.h"
 #include "support/simulated_set.h"
@@ -21,7 +20,8 @@ struct RenderedSet {
   std::vector<GrayImage> images;
 };
 
-RenderedSet rendered(ImageSize size, int num_views, std::uint64_t seed, double max_roll_deg = 30) {
+RenderedSet rendered(ImageSize size, int num_views, std::uint64_t seed, double max_roll_deg = 30,
+                     double blur_px = 0.7) {
   const double f = 0.85 * size.width;
   const std::vector<double> params = {f,     f,    0.5 * size.width, 0.5 * size.height, -0.28, 0.08, 8e-4,
                                       -4e-4, -0.01};
@@ -33,6 +33,7 @@ RenderedSet rendered(ImageSize size, int num_views, std::uint64_t seed, double m
   for (std::size_t i = 0; i < set.truth.poses.size(); ++i) {
     RenderOptions render;
     render.read_noise = 1.0;
+    render.blur_px = blur_px;
     render.seed = seed + i;
     set.images.push_back(renderer.render(kBoard, set.truth.poses[i], render));
   }
@@ -78,18 +79,142 @@ TEST(DetectCheckerboard, RefinesOnTheFullImageWhatItFoundOnAReducedOne) {
 }
 
 TEST(DetectCheckerboard, NeverTakesAPartOfALargerBoard) {
-  const RenderedSet set = rendered({.width = 480, .height = 360}, 2, 5);
+  const RenderedSet set = rendered({.width = 480, .height = 360}, 4, 5);
   int num_refused = 0;
   for (const GrayImage& image : set.images) {
-    for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{8, 6}, {9, 5}, {8, 5}, {7, 6}}) {
+    for (const auto& [columns, rows] :
+         std::vector<std::pair<int, int>>{{8, 6}, {9, 5}, {8, 5}, {7, 6}, {3, 3}}) {
       const Detection detection =
           detectCheckerboard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
-      EXPECT_FALSE(detection.found()) << columns << "x" << rows;
-      EXPECT_FALSE(detection.detail.empty());
+      EXPECT_EQ(detection.reason, DetectionReason::kLargerBoard) << columns << "x" << rows;
+      EXPECT_THAT(detection.detail, testing::HasSubstr("9x6"));
+      EXPECT_TRUE(detection.corners.empty());
       ++num_refused;
     }
   }
-  EXPECT_EQ(num_refused, 8);
+  EXPECT_EQ(num_refused, 20);
+}
+
+TEST(DetectCheckerboard, NamesAWholeBoardOfFewerCorners) {
+  const RenderedSet set = rendered({.width = 480, .height = 360}, 4, 5);
+  int num_refused = 0;
+  for (const GrayImage& image : set.images) {
+    for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{10, 7}, {9, 7}, {10, 6}, {13, 12}}) {
+      const Detection detection =
+          detectCheckerboard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
+      EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << columns << "x" << rows;
+      ASSERT_TRUE(detection.seen);
+      EXPECT_TRUE(detection.seen->is_closed);
+      EXPECT_EQ(detection.seen->columns, 9);
+      EXPECT_EQ(detection.seen->rows, 6);
+      ++num_refused;
+    }
+  }
+  EXPECT_EQ(num_refused, 16);
+}
+
+GrayImage cropped(const GrayImage& image, int x0, int y0, int width, int height) {
+  GrayImage out{.size = {.width = width, .height = height}, .pixels = {}};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) out.pixels.push_back(image.at(x0 + x, y0 + y));
+  }
+  return out;
+}
+
+// How many corners carry the id of the truth; any that does not is a failure.
+int countRightIds(const Detection& detection, const View& truth, Eigen::Vector2d offset) {
+  constexpr double kSamePx = 1.0;  // neighbours are tens of pixels away
+  int count = 0;
+  for (const Corner& corner : detection.corners) {
+    const Eigen::Vector2d expected = truth.corners[static_cast<std::size_t>(corner.id)].pixel - offset;
+    EXPECT_LT((corner.pixel - expected).norm(), kSamePx) << "corner " << corner.id;
+    ++count;
+  }
+  return count;
+}
+
+TEST(DetectCheckerboard, GivesABoardCutByTheBorderItsTrueIdsOrNone) {
+  const RenderedSet set = rendered({.width = 640, .height = 480}, 10, 9, 180);
+  int num_cut = 0;
+  int num_placed = 0;
+  int num_corners = 0;
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    // The border runs through the board at a share of its extent, from each of the four sides.
+    Eigen::Vector2d low(1e9, 1e9);
+    Eigen::Vector2d high(-1e9, -1e9);
+    for (const Corner& corner : set.truth.views[i].corners) {
+      low = low.cwiseMin(corner.pixel);
+      high = high.cwiseMax(corner.pixel);
+    }
+    for (const double share : {0.1, 0.25, 0.4}) {
+      const auto x = [&](double s) { return static_cast<int>(low.x() + s * (high.x() - low.x())); };
+      const auto y = [&](double s) { return static_cast<int>(low.y() + s * (high.y() - low.y())); };
+      struct Crop {
+        int x0, y0, width, height;
+      };
+      for (const Crop& crop : {Crop{x(share), 0, 640 - x(share), 480}, Crop{0, y(share), 640, 480 - y(share)},
+                               Crop{0, 0, x(1 - share), 480}, Crop{0, 0, 640, y(1 - share)}}) {
+        const GrayImage image = cropped(set.images[i], crop.x0, crop.y0, crop.width, crop.height);
+        const Detection detection = detectCheckerboard(image, kBoard);
+        ++num_cut;
+        EXPECT_NE(detection.reason, DetectionReason::kFound);
+        EXPECT_FALSE(detection.detail.empty());
+        num_placed += detection.hasCorners() ? 1 : 0;
+        num_corners += countRightIds(detection, set.truth.views[i], {crop.x0, crop.y0});
+      }
+    }
+  }
+  EXPECT_EQ(num_cut, 120);
+  EXPECT_GE(num_placed, 60);
+  EXPECT_GE(num_corners, 60 * 20);
+}
+
+TEST(DetectCheckerboard, FindsTheCornersBesideAHand) {
+  const RenderedSet set = rendered({.width = 640, .height = 480}, 12, 10, 180);
+  int num_placed = 0;
+  int num_corners = 0;
+  Random random(4);
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    GrayImage image = set.images[i];
+    const Eigen::Vector2d center = set.truth.views[i].corners[random.index(54)].pixel;
+    constexpr double kRadius = 45;
+    for (int y = 0; y < 480; ++y) {
+      for (int x = 0; x < 640; ++x) {
+        if ((Eigen::Vector2d(x, y) - center).norm() > kRadius) continue;
+        image.pixels[static_cast<std::size_t>(y * 640 + x)] =
+            static_cast<std::uint8_t>(150 + random.index(20));
+      }
+    }
+    const Detection detection = detectCheckerboard(image, kBoard);
+    EXPECT_NE(detection.reason, DetectionReason::kFound);
+    num_placed += detection.hasCorners() ? 1 : 0;
+    num_corners += countRightIds(detection, set.truth.views[i], {0, 0});
+  }
+  EXPECT_GE(num_placed, 11);
+  EXPECT_GE(num_corners, 11 * 40);
+}
+
+TEST(DetectCheckerboard, FindsSmallSquaresAndBlurredOnes) {
+  int num_checked = 0;
+  for (const int width : {200, 240}) {
+    const RenderedSet small = rendered({.width = width, .height = width * 3 / 4}, 6, 11, 180);
+    for (std::size_t i = 0; i < small.images.size(); ++i) {
+      const Detection detection = detectCheckerboard(small.images[i], kBoard);
+      EXPECT_TRUE(detection.hasCorners()) << width << " px, view " << i << ": " << detection.detail;
+      countRightIds(detection, small.truth.views[i], {0, 0});
+      ++num_checked;
+    }
+  }
+  const RenderedSet soft = rendered({.width = 640, .height = 480}, 6, 12, 180, 4.0);
+  for (std::size_t i = 0; i < soft.images.size(); ++i) {
+    const Detection detection = detectCheckerboard(soft.images[i], kBoard);
+    EXPECT_TRUE(detection.found()) << "blurred view " << i << ": " << detection.detail;
+    countRightIds(detection, soft.truth.views[i], {0, 0});
+    EXPECT_GT(detection.measures.blur_px, 3.5);
+    EXPECT_LT(detection.measures.blur_px, 6) << "windows clear of the next squares are narrow for such blur";
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 18);
 }
 
 TEST(DetectCheckerboard, SidewaysCountsFindTheSameCorners) {
@@ -166,23 +291,6 @@ TEST(DetectInImages, KeepsTheOrderAndReportsWhatCannotBeRead) {
       EXPECT_EQ(runs[0][i].detection.corners[k].pixel, runs[1][i].detection.corners[k].pixel);
     }
   }
-}
-
-TEST(GuessBoardSize, NamesTheSizeThatIsThere) {
-  const RenderedSet set = rendered({.width = 480, .height = 360}, 1, 8);
-  const std::vector<std::string> names = {"a"};
-  const auto load = [&](const std::string&) {
-    return SourceImage{.image = set.images[0], .exif_orientation = 1};
-  };
-  int num_checked = 0;
-  for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{10, 7}, {8, 5}, {10, 6}}) {
-    const auto hint = guessBoardSize(names, load, {.columns = columns, .rows = rows, .square_m = 0.025}, {});
-    ASSERT_TRUE(hint) << columns << "x" << rows;
-    EXPECT_EQ(hint->columns, 9);
-    EXPECT_EQ(hint->rows, 6);
-    ++num_checked;
-  }
-  EXPECT_EQ(num_checked, 3);
 }
 
 }  // namespace

@@ -42,18 +42,19 @@ struct BundleSummary {
   Termination termination = Termination::kFailed;
   std::string reason;  ///< the solver's own words
   int num_iterations = 0;
-  double cost = 0;  ///< half the sum of rho over all corners, px^2
+  double cost = 0;  ///< half the sum of rho over all corners, px^2 of a corner of weight 1
 };
 
-/// Minimises the robust reprojection error over intrinsics and poses with Ceres: one residual block a view,
-/// poses eliminated by the Schur complement, one thread (Ceres' threads sum in varying order, which changes
-/// the last bits).
+/// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres: one residual block
+/// a view, poses eliminated by the Schur complement, one thread (Ceres' threads sum in varying order, which
+/// changes the last bits).
 /// @param views  the corners of each view; as many as state.camera_from_board
 [[nodiscard]] BundleSummary solveBundle(std::string_view model_id,
                                         std::span<const std::vector<Observation>> views, BundleState& state,
                                         const BundleOptions& options);
 
-/// Errors (projected minus observed, px) of all corners of a view; NaN where a corner cannot be projected.
+/// Errors (projected minus observed, px, not weighted) of all corners of a view; NaN where a corner cannot be
+/// projected.
 [[nodiscard]] std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id,
                                                               std::span<const double> params,
                                                               const SE3& camera_from_board,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -49,7 +50,8 @@ struct Finding {
 /// A model with more parameters that explains the same views significantly better.
 struct BetterModel {
   std::string id;
-  double rms_px = 0;
+  double rms_px = 0;       ///< weighted, with the weights that this model's errors suggest
+  double lean_rms_px = 0;  ///< that of the model in use, with the same weights
 };
 
 struct CalibrationResult {
@@ -60,11 +62,19 @@ struct CalibrationResult {
   std::vector<ViewResult> views;  ///< in order of image name
   std::vector<ExcludedView> excluded_views;
   std::vector<Outlier> outliers;
-  int num_corners = 0;             ///< used
-  double rms_px = 0;               ///< sqrt(mean over used corners of dx^2 + dy^2)
-  double coordinate_sigma_px = 0;  ///< one standard deviation of a corner's coordinate, from the residuals
-  /// The same from differences between neighbouring corners alone, in which errors that vary smoothly over
-  /// the board (a lens that does not follow the model, a bent board) cancel; NaN without neighbours.
+  int num_corners = 0;  ///< used
+  double rms_px = 0;    ///< sqrt(mean over used corners of dx^2 + dy^2)
+  /// The same with each corner's square times its weight, see CornerNoise; the mean weight is 1.
+  double weighted_rms_px = 0;
+  /// One standard deviation of the coordinate of a corner of weight 1, from the residuals: as many corners
+  /// all as good as this would know as much as these do.
+  double coordinate_sigma_px = 0;
+  /// tau of CornerNoise: one standard deviation an axis that detection's own noise does not explain. NaN
+  /// where no corner states its sigma.
+  double unexplained_sigma_px = std::numeric_limits<double>::quiet_NaN();
+  /// coordinate_sigma_px from differences between neighbouring corners alone, in which errors that vary
+  /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
+  /// neighbours.
   double local_sigma_px = 0;
   int num_corners_outside = 0;  ///< used corners that the final camera says it cannot see
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.

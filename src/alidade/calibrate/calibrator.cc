@@ -3,14 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <tuple>
 
+#include "alidade/calibrate/corner_noise.h"
 #include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/leverage.h"
 #include "alidade/calibrate/local_sigma.h"
-#include "alidade/calibrate/size_groups.h"
 #include "alidade/calibrate/start.h"
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/init/pose_from_homography.h"
 
@@ -19,11 +22,11 @@ namespace {
 
 // Huber's threshold in standard deviations of a coordinate: 1.1 % of clean corners lie beyond it.
 constexpr double kLossSigmas = 3.0;
-// No corner is known better than this; it keeps the loss meaningful on noise-free data.
-constexpr double kMinSigmaPx = 0.003;
 // Beyond this many standard deviations a corner is not noise (chance 1e-14) and is left out by name.
 constexpr double kOutlierSigmas = 8.0;
 constexpr int kMaxRounds = 10;
+// Weights that have not come to rest by then are kept: any weights give an unbiased estimate.
+constexpr int kMaxWeightRounds = 6;
 constexpr std::size_t kMinCornersPerView = 6;
 
 using Observations = std::vector<std::vector<Observation>>;
@@ -42,6 +45,11 @@ void checkView(const Checkerboard& board, const View& view, ImageSize size) {
           {.where = view.image,
            .found = "corner id " + std::to_string(corner.id),
            .expected = "0 to " + std::to_string(board.numCorners() - 1) + " on " + specText(board)});
+    }
+    if (corner.sigma_px < 0) {
+      throw inputError({.where = view.image,
+                        .found = "corner " + std::to_string(corner.id) + " with a negative sigma",
+                        .expected = "a standard deviation in pixels, or NaN where it is unknown"});
     }
     if (corner.pixel.allFinite()) continue;
     throw inputError(
@@ -86,6 +94,20 @@ class Estimator {
     leaveOutOutliers();
     return result();
   }
+
+  /// Mean over the corners in use of weight (dx^2 + dy^2), px^2, with the weights that `noise` gives them.
+  [[nodiscard]] double meanWeightedSquare(const CornerNoise& noise) const {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t v = 0; v < errors_.size(); ++v) {
+      for (std::size_t i = 0; i < errors_[v].size(); ++i) {
+        sum += noise.weight(observations_[v][i].sigma_px) * errors_[v][i].squaredNorm();
+        ++count;
+      }
+    }
+    return sum / count;
+  }
+  [[nodiscard]] const CornerNoise& noise() const { return noise_; }
 
  private:
   void exclude(std::size_t v, std::string reason) {
@@ -182,30 +204,56 @@ class Estimator {
     }
   }
 
-  // The standard deviation of a coordinate from the median error, which outliers hardly move. The error of a
-  // clean corner follows Rayleigh's distribution, whose median is sqrt(2 ln 2) sigma.
+  // Gives each corner its weight; the largest relative change of one.
+  double weigh(Observations& views) const {
+    double change = 0;
+    for (auto& view : views) {
+      for (Observation& observation : view) {
+        const double weight = noise_.weight(observation.sigma_px);
+        change = std::max(change, std::abs(weight / observation.weight - 1));
+        observation.weight = weight;
+      }
+    }
+    return change;
+  }
+
+  // Weights from the errors of the fit so far; the largest relative change of one.
+  double updateWeights() {
+    if (noise_.isUniform()) return 0;
+    noise_.estimateUnexplained(observations_, errors_, leverages(options_.model, observations_, state_));
+    return weigh(observations_);
+  }
+
+  // The standard deviation of a coordinate of a corner of weight 1 from the median error, which outliers
+  // hardly move. The error of a clean corner follows Rayleigh's distribution, whose median is
+  // sqrt(2 ln 2) sigma.
   [[nodiscard]] double robustSigma() const {
     std::vector<double> lengths;
-    for (const auto& view : errors_) {
-      for (const auto& error : view) lengths.push_back(error.norm());
+    for (std::size_t v = 0; v < errors_.size(); ++v) {
+      for (std::size_t i = 0; i < errors_[v].size(); ++i) {
+        lengths.push_back(std::sqrt(observations_[v][i].weight) * errors_[v][i].norm());
+      }
     }
     const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
     std::nth_element(lengths.begin(), middle, lengths.end());
     return std::max(kMinSigmaPx, *middle / std::sqrt(2 * std::log(2.0)));
   }
 
-  // The loss needs the noise and the noise needs a fit: both settle together, and only then is the fit made
-  // exact.
+  // The weights and the loss need the noise and the noise needs a fit: all settle together, and only then is
+  // the fit made exact.
   void solveRobustly() {
-    constexpr double kLoose = 1e-6;   // of the cost: enough to read the noise off the errors
-    constexpr double kSteady = 0.02;  // a change of the threshold by 2 % moves no parameter visibly
+    constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
+    // A change of the threshold or of a weight by 2 % moves no parameter visibly.
+    constexpr double kSteady = 0.02;
     const ImageSize size = views_.front().size;
     loss_.threshold_px = 0.005 * std::hypot(size.width, size.height);
+    noise_ = CornerNoise(observations_);
     solve(kLoose);
     is_settled_ = false;
     for (int round = 0; round < kMaxRounds; ++round) {
+      const double weight_change = round < kMaxWeightRounds ? updateWeights() : 0.0;
       const double threshold = kLossSigmas * robustSigma();
-      is_settled_ = std::abs(threshold / loss_.threshold_px - 1) < kSteady;
+      is_settled_ = weight_change < kSteady && std::abs(threshold / loss_.threshold_px - 1) < kSteady;
       if (is_settled_) break;
       loss_.threshold_px = threshold;
       solve(kLoose);
@@ -220,13 +268,14 @@ class Estimator {
       std::vector<Outlier> outliers;
       Observations kept;
       std::vector<std::size_t> foreign;
-      const Observations all = observationsOf(board_, views_);
+      Observations all = observationsOf(board_, views_);
+      weigh(all);
       for (std::size_t v = 0; v < views_.size(); ++v) {
         const auto errors =
             reprojectionErrors(options_.model, state_.params, state_.camera_from_board[v], all[v]);
         std::vector<Observation> good;
         for (std::size_t i = 0; i < errors.size(); ++i) {
-          if (errors[i].norm() <= limit) {
+          if (std::sqrt(all[v][i].weight) * errors[i].norm() <= limit) {
             good.push_back(all[v][i]);
           } else {
             outliers.push_back({views_[v].image, views_[v].corners[i].id, errors[i]});
@@ -271,27 +320,38 @@ class Estimator {
     return view;
   }
 
+  // Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
+  [[nodiscard]] double unexplainedSigma(double variance) const {
+    if (!noise_.isStated()) return std::numeric_limits<double>::quiet_NaN();
+    if (!noise_.isUniform()) return noise_.unexplainedSigma();
+    return std::sqrt(std::max(0.0, variance - noise_.statedVariance(observations_[0][0].sigma_px)));
+  }
+
   [[nodiscard]] CalibrationResult result() {
     CalibrationResult result(AnyCamera::make(options_.model, state_.params));
     result.image_size = views_.front().size;
-    std::vector<Eigen::Vector2d> all_errors;
+    std::vector<Eigen::Vector2d> weighted_errors;
     result.local_sigma_px = localSigma(board_, observations_, errors_);
     double sum = 0;
     for (std::size_t v = 0; v < views_.size(); ++v) {
       result.views.push_back(viewResult(v));
-      all_errors.insert(all_errors.end(), errors_[v].begin(), errors_[v].end());
+      for (std::size_t i = 0; i < errors_[v].size(); ++i) {
+        sum += errors_[v][i].squaredNorm();
+        weighted_errors.emplace_back(std::sqrt(observations_[v][i].weight) * errors_[v][i]);
+      }
     }
-    for (const auto& error : all_errors) sum += error.squaredNorm();
-    result.num_corners = static_cast<int>(all_errors.size());
+    result.num_corners = static_cast<int>(weighted_errors.size());
     result.rms_px = std::sqrt(sum / result.num_corners);
+    result.weighted_rms_px = std::sqrt(meanWeightedSquare(noise_));
     std::sort(excluded_.begin(), excluded_.end(),
               [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
     result.excluded_views = std::move(excluded_);
     result.outliers = std::move(outliers_);
 
     const int num_free = static_cast<int>(state_.params.size() + 6 * views_.size());
-    const double variance = coordinateVariance(all_errors, loss_, num_free);
+    const double variance = coordinateVariance(weighted_errors, loss_, num_free);
     result.coordinate_sigma_px = std::sqrt(variance);
+    result.unexplained_sigma_px = unexplainedSigma(variance);
     const IntrinsicsInformation information = intrinsicsInformation(options_.model, observations_, state_);
     result.scaled_condition = information.scaled_condition;
     if (information.inverse) result.covariance = variance * *information.inverse;
@@ -314,6 +374,7 @@ class Estimator {
   std::vector<View> views_;
   const CalibratorOptions& options_;
   Observations observations_;  // of the corners in use
+  CornerNoise noise_;
   BundleState state_;
   HuberLoss loss_{.threshold_px = 0};
   BundleSummary summary_;
@@ -337,21 +398,24 @@ std::vector<std::string> largerModels(const std::string& model) {
   return larger;
 }
 
+// Means over the corners of weight (dx^2 + dy^2), px^2, of two models. Both are of the same weights, those
+// that the larger model's errors suggest: a model that does not follow the lens takes its misfit for noise.
+struct MeanSquares {
+  double small;
+  double large;
+};
+
 // F test of the parameters that a larger model has more: the drop of the sum of squares for each of them over
 // the variance that the larger model leaves. 1 on average if they are not needed.
-double gainOfLargerModel(const CalibrationResult& small, const CalibrationResult& large) {
-  const auto sum_of_squares = [](const CalibrationResult& r) { return r.rms_px * r.rms_px * r.num_corners; };
-  const auto num_params = [](const CalibrationResult& r) {
-    return static_cast<double>(r.camera.parameters().size());
-  };
-  const double freedom =
-      2.0 * large.num_corners - num_params(large) - 6.0 * static_cast<double>(large.views.size());
-  // Corners that either of them left out would make the sums incomparable; per corner they stay so.
-  const double per_corner =
-      sum_of_squares(small) / small.num_corners - sum_of_squares(large) / large.num_corners;
+double gainOfLargerModel(MeanSquares mean_squares, std::size_t num_more, const CalibrationResult& large) {
+  const double num_free =
+      static_cast<double>(large.camera.parameters().size()) + 6.0 * static_cast<double>(large.views.size());
+  const double freedom = 2.0 * large.num_corners - num_free;
+  // Corners that either of them left out would make the sums incomparable; the means stay so.
+  const double drop = (mean_squares.small - mean_squares.large) * large.num_corners;
   const double variance =
-      std::max(sum_of_squares(large), 2 * kMinSigmaPx * kMinSigmaPx * large.num_corners) / freedom;
-  return per_corner * large.num_corners / (num_params(large) - num_params(small)) / variance;
+      std::max(mean_squares.large, 2 * kMinSigmaPx * kMinSigmaPx) * large.num_corners / freedom;
+  return drop / static_cast<double>(num_more) / variance;
 }
 
 }  // namespace
@@ -360,15 +424,22 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
                             const CalibratorOptions& options) {
   static_cast<void>(parameterNames(options.model));  // throws for an unknown model
   prepare(board, views);
-  CalibrationResult result = Estimator(board, views, options).run();
+  Estimator estimator(board, views, options);
+  CalibrationResult result = estimator.run();
   constexpr double kNeeded = 10;  // chance alone exceeds this once in a billion times
   for (const std::string& id : largerModels(options.model)) {
     CalibratorOptions larger = options;
     larger.model = id;
-    const CalibrationResult other = Estimator(board, views, larger).run();
-    if (other.solver.termination != Termination::kConverged || !(gainOfLargerModel(result, other) > kNeeded))
-      continue;
-    result.better_model = {.id = id, .rms_px = other.rms_px};
+    Estimator other_estimator(board, views, larger);
+    const CalibrationResult other = other_estimator.run();
+    if (other.solver.termination != Termination::kConverged) continue;
+    const CornerNoise& noise = other_estimator.noise();
+    const MeanSquares mean_squares{.small = estimator.meanWeightedSquare(noise),
+                                   .large = other_estimator.meanWeightedSquare(noise)};
+    const std::size_t num_more = other.camera.parameters().size() - result.camera.parameters().size();
+    if (!(gainOfLargerModel(mean_squares, num_more, other) > kNeeded)) continue;
+    result.better_model = {
+        .id = id, .rms_px = std::sqrt(mean_squares.large), .lean_rms_px = std::sqrt(mean_squares.small)};
     break;
   }
   result.findings = judge(result);

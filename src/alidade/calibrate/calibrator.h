@@ -21,10 +21,11 @@ struct CalibratorOptions {
 inline constexpr int kMinViews = 3;
 
 /// Calibrates one camera from views of one board; no initial guess. The views may come in any order and are
-/// put in order of their image names first, so that the result does not depend on it.
+/// put in order of their image names first, so that the result does not depend on it. Corners that state
+/// different sigmas are weighted, see CornerNoise.
 /// @throws Error (kInput): fewer than kMinViews views, views of different image sizes, two views of one
-/// image, corner ids that the board does not have, corners that are not finite, or views that no camera
-/// explains. Error (kUsage): unknown model. Cancelled. A poor result is no exception: see
+/// image, corner ids that the board does not have, corners that are not finite, negative sigmas, or views
+/// that no camera explains. Error (kUsage): unknown model. Cancelled. A poor result is no exception: see
 /// CalibrationResult::findings.
 [[nodiscard]] CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
                                           const CalibratorOptions& options = {});

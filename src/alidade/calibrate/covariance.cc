@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "alidade/calibrate/normal_blocks.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 
@@ -19,19 +19,9 @@ Eigen::MatrixXd schurComplement(std::span<const std::vector<Observation>> views,
   constexpr int kN = kNumParams<M>;
   Eigen::Matrix<double, kN, kN> sum = Eigen::Matrix<double, kN, kN>::Zero();
   for (std::size_t v = 0; v < views.size(); ++v) {
-    const SE3& pose = state.camera_from_board[v];
-    const Eigen::Matrix3d R = pose.rotation.matrix();
-    Eigen::Matrix<double, 6, 6> pose_pose = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, kN> pose_params = Eigen::Matrix<double, 6, kN>::Zero();
-    Eigen::Matrix<double, kN, kN> params_params = Eigen::Matrix<double, kN, kN>::Zero();
-    Reprojection<M> corner;
-    for (const Observation& observation : views[v]) {
-      if (!reproject<M>(state.params.data(), R, pose.translation, observation.p_board, corner)) continue;
-      pose_pose.noalias() += corner.J_px_pose.transpose() * corner.J_px_pose;
-      pose_params.noalias() += corner.J_px_pose.transpose() * corner.J_px_params;
-      params_params.noalias() += corner.J_px_params.transpose() * corner.J_px_params;
-    }
-    sum += params_params - pose_params.transpose() * pose_pose.ldlt().solve(pose_params);
+    const detail::NormalBlocks<M> blocks(state.params.data(), state.camera_from_board[v], views[v]);
+    sum += blocks.params_params -
+           blocks.pose_params.transpose() * blocks.pose_pose.ldlt().solve(blocks.pose_params);
   }
   return 0.5 * (sum + sum.transpose());
 }
@@ -64,16 +54,17 @@ IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
   return result;
 }
 
-double coordinateVariance(std::span<const Eigen::Vector2d> errors, HuberLoss loss, int num_free_params) {
+double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
+                          int num_free_params) {
   double sum_psi2 = 0;
   double sum_slope = 0;  // psi' along and across the error, both axes of each corner
-  for (const Eigen::Vector2d& error : errors) {
+  for (const Eigen::Vector2d& error : weighted_errors) {
     const double s = error.squaredNorm();
     const double weight = loss.weight(s);
     sum_psi2 += weight * weight * s;
     sum_slope += weight + (weight < 1.0 ? 0.0 : 1.0);
   }
-  const double num_coordinates = 2.0 * static_cast<double>(errors.size());
+  const double num_coordinates = 2.0 * static_cast<double>(weighted_errors.size());
   const double freedom = num_coordinates - num_free_params;
   if (!(freedom > 0)) return std::numeric_limits<double>::infinity();
   const double mean_slope = sum_slope / num_coordinates;

@@ -14,8 +14,8 @@ namespace alidade {
 
 /// What the corners say about the intrinsics once every pose is free.
 struct IntrinsicsInformation {
-  /// N x N: the Schur complement of the poses in J^T J, so that covariance = sigma^2 * information^-1. Per
-  /// px^2.
+  /// N x N: the Schur complement of the poses in J^T W J, W being the corners' weights, so that covariance =
+  /// sigma^2 * information^-1 with the variance sigma^2 of a corner of weight 1. Per px^2.
   Eigen::MatrixXd information;
   /// Ratio of the smallest to the largest eigenvalue after scaling the diagonal to 1: near 0, some
   /// combination of parameters is not seen by these views at all.
@@ -28,10 +28,11 @@ struct IntrinsicsInformation {
                                                           std::span<const std::vector<Observation>> views,
                                                           const BundleState& state);
 
-/// Variance of one coordinate of a corner, px^2, as it enters the covariance of a Huber estimate:
+/// Variance of one coordinate of a corner of weight 1, px^2, as it enters the covariance of a Huber estimate:
 /// [sum psi^2 / (2 corners - free parameters)] / (mean psi')^2 (Huber 1981, Robust Statistics, section 7.6).
 /// Without outliers it is the sum of squares over the degrees of freedom, counted per coordinate.
-[[nodiscard]] double coordinateVariance(std::span<const Eigen::Vector2d> errors, HuberLoss loss,
+/// @param weighted_errors  reprojection errors times the root of the corners' weights, px
+[[nodiscard]] double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
                                         int num_free_params);
 
 }  // namespace alidade

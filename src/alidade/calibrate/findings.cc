@@ -128,12 +128,13 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .next_step = "look for wrong views; the worst ones are listed"});
   }
   const double diagonal = std::hypot(result.image_size.width, result.image_size.height);
-  const double share = result.rms_px / diagonal;
+  // Weighted: corners that say themselves that they are poor are no misfit.
+  const double share = result.weighted_rms_px / diagonal;
   if (!(share <= kMisfitWarn)) {
     findings.push_back(
         {.severity = share <= kMisfitNo ? Severity::kWarning : Severity::kFailure,
          .id = "misfit",
-         .message = "an RMS of " + number("%.3g", result.rms_px) +
+         .message = "an RMS of " + number("%.3g", result.weighted_rms_px) +
                     " px is more than corners' noise: the lens does not follow the model, the board is not "
                     "flat, or images are blurred",
          .next_step = "try another model; check that the board is flat and rigid; look at the worst views"});
@@ -144,13 +145,13 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .id = "model_too_lean",
          .message = result.better_model->id + " explains the same corners with an RMS of " +
                     number("%.3g", result.better_model->rms_px) + " px instead of " +
-                    number("%.3g", result.rms_px) +
+                    number("%.3g", result.better_model->lean_rms_px) +
                     " px: the lens has distortion that this model lacks, and its other parameters "
                     "are bent to make up for it",
          .next_step = "use --model " + result.better_model->id});
   }
-  const double smoothness = result.rms_px / std::sqrt(2.0) / result.local_sigma_px;
-  if (smoothness > kSmoothWarn && result.rms_px > kSmallRmsPx) {
+  const double smoothness = result.weighted_rms_px / std::sqrt(2.0) / result.local_sigma_px;
+  if (smoothness > kSmoothWarn && result.weighted_rms_px > kSmallRmsPx) {
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "systematic_errors",

@@ -23,7 +23,11 @@ double localSigma(const Checkerboard& board, std::span<const std::vector<Observa
       const int a = index_of[static_cast<std::size_t>(id)];
       const int b = index_of[static_cast<std::size_t>(neighbour)];
       if (a == kUnseen || b == kUnseen) return;
-      sum += (errors[v][static_cast<std::size_t>(a)] - errors[v][static_cast<std::size_t>(b)]).squaredNorm();
+      const auto i = static_cast<std::size_t>(a);
+      const auto j = static_cast<std::size_t>(b);
+      // The variances of both corners over that of a corner of weight 1.
+      const double variance = 1 / views[v][i].weight + 1 / views[v][j].weight;
+      sum += 2 * (errors[v][i] - errors[v][j]).squaredNorm() / variance;
       ++num_pairs;
     };
     for (int id = 0; id < board.numCorners(); ++id) {

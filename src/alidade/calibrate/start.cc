@@ -71,7 +71,9 @@ std::vector<Eigen::Matrix3d> homographiesOf(const Checkerboard& board, std::span
 std::vector<std::vector<Observation>> observationsOf(const Checkerboard& board, std::span<const View> views) {
   std::vector<std::vector<Observation>> all(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
-    for (const Corner& corner : views[v].corners) all[v].push_back({board.corner(corner.id), corner.pixel});
+    for (const Corner& corner : views[v].corners) {
+      all[v].push_back({board.corner(corner.id), corner.pixel, corner.sigma_px});
+    }
   }
   return all;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -18,18 +19,20 @@ namespace alidade {
 struct Observation {
   Eigen::Vector3d p_board;
   Eigen::Vector2d pixel;
+  double sigma_px = std::numeric_limits<double>::quiet_NaN();  ///< as Corner::sigma_px
+  double weight = 1.0;  ///< relative inverse variance, see CornerNoise; weighted error = error * sqrt(weight)
 };
 
-/// Huber's loss on a corner's squared error s = dx^2 + dy^2: rho(s) = s up to threshold^2, then linear in the
-/// error.
+/// Huber's loss on a corner's squared weighted error s = weight (dx^2 + dy^2): rho(s) = s up to threshold^2,
+/// then linear in the error.
 struct HuberLoss {
-  double threshold_px;
+  double threshold_px;  ///< for a corner of weight 1
 
   [[nodiscard]] double rho(double s) const {
     if (s <= threshold_px * threshold_px) return s;
     return 2 * threshold_px * std::sqrt(s) - threshold_px * threshold_px;
   }
-  /// d rho / d s: the weight of the corner.
+  /// d rho / d s: the factor on the corner's weight.
   [[nodiscard]] double weight(double s) const {
     return s <= threshold_px * threshold_px ? 1.0 : threshold_px / std::sqrt(s);
   }
@@ -51,6 +54,13 @@ void factorize(Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>& gram) {
     for (int j = 0; j < k; ++j) gram(k, j) = 0;
     gram(k, k) = root;
     for (int j = k + 1; j < kSize; ++j) gram(k, j) *= scale;
+    // No row of a positive semidefinite matrix exceeds this (Cauchy and Schwarz). The row of a pivot that is
+    // rounding would: its noise, divided by next to nothing, would grow from pivot to pivot. The last column
+    // stays as it is, and with it the gradient.
+    for (int j = k + 1; j + 1 < kSize; ++j) {
+      const double bound = std::sqrt(std::max(gram(j, j), 0.0));
+      gram(k, j) = std::clamp(gram(k, j), -bound, bound);
+    }
     for (int i = k + 1; i < kSize; ++i) {
       for (int j = i; j < kSize; ++j) gram(i, j) -= gram(k, i) * gram(k, j);
     }
@@ -62,11 +72,12 @@ void factorize(Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>& gram) {
 /// All corners of one view as one residual block, with the robust loss on each corner inside it. Parameter
 /// blocks: intrinsics (kNumParams<M>), pose (7, SE3Manifold).
 ///
-/// Each corner gives two rows [J r], scaled by the root of its weight, so that J^T r and J^T J are those of
-/// iteratively reweighted least squares. The solver's time goes with the number of rows, so it is given the
-/// triangular factor of [J r]^T [J r] instead: few rows with the same gradient and the same Gauss-Newton
-/// matrix. The last row, whose Jacobian is zero, brings the sum of squares to the robust cost, the sum of
-/// rho. Without Jacobians only that sum is wanted, and the last row carries all of it.
+/// Each corner gives two rows [J r], scaled by the root of its weight times that of the loss, so that J^T r
+/// and J^T J are those of iteratively reweighted least squares. The solver's time goes with the number of
+/// rows, so it is given the triangular factor of [J r]^T [J r] instead: few rows with the same gradient and
+/// the same Gauss-Newton matrix. The last row, whose Jacobian is zero, brings the sum of squares to the
+/// robust cost, the sum of rho. Without Jacobians only that sum is wanted, and the last row carries all of
+/// it.
 template <CameraModel M>
 class ViewCost final : public ceres::CostFunction {
  public:
@@ -87,9 +98,9 @@ class ViewCost final : public ceres::CostFunction {
       if (!reproject<M>(parameters[0], R, camera_from_board.translation, observation.p_board, corner))
         return false;
       const Eigen::Vector2d error = corner.pixel - observation.pixel;
-      const double s = error.squaredNorm();
+      const double s = observation.weight * error.squaredNorm();
       sum_rho += loss_.rho(s);
-      if (jacobians != nullptr) accumulate(corner, error, loss_.weight(s), gram);
+      if (jacobians != nullptr) accumulate(corner, error, observation.weight * loss_.weight(s), gram);
     }
     // With the sum of rho in place of r^T r, the last pivot is what the other rows leave missing.
     gram(kNumRows - 1, kNumRows - 1) = sum_rho;

@@ -26,4 +26,10 @@ struct GrayImage {
   }
 };
 
+/// An 8-bit colour image: red, green and blue of a pixel one after another, rows without padding.
+struct ColorImage {
+  ImageSize size;
+  std::vector<std::uint8_t> rgb;
+};
+
 }  // namespace alidade

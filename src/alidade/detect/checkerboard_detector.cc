@@ -2,110 +2,367 @@
 #include "alidade/detect/checkerboard_detector.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <vector>
+#include <numbers>
+#include <utility>
 
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
+#include <Eigen/SVD>
 
 #include "alidade/core/error.h"
-#include "alidade/detect/corner_order.h"
+#include "alidade/detect/board_placement.h"
+#include "alidade/detect/corner_fit.h"
+#include "alidade/detect/corner_mesh.h"
+#include "alidade/detect/mesh_growth.h"
+#include "alidade/detect/pyramid.h"
+#include "alidade/detect/x_corner.h"
 
 namespace alidade {
 namespace {
 
-// Half of the refinement window as a share of the distance to the nearest corner. The first window catches
-// what the reduced image left; the last one stays clear of the neighbouring squares' edges.
-constexpr double kCatchShare = 0.25;
-constexpr double kFinalShare = 0.35;
-// Printed boards often end in narrower squares: at the rim the window must not reach the board's edge.
-constexpr double kRimShare = 0.22;
-constexpr int kMinHalfWindow = 2;
-constexpr int kMaxHalfWindow = 25;
-// A corner that refinement moves further than this share of a square was not on a corner.
-constexpr double kMaxMoveShare = 0.45;
+using Eigen::Vector2d;
 
-// A view of the caller's pixels; OpenCV has no const matrices, and nothing here writes through it.
-cv::Mat asMat(const GrayImage& image) {
-  return {image.size.height, image.size.width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data())};
-}
+// Longest sides of the halved copies that are searched: the first that is no longer than this, then finer
+// ones for boards that are far away, then coarser ones for boards that are blurred.
+constexpr int kFirstSearchPx = 1280;
+constexpr int kFinestSearchPx = 2600;
+constexpr int kCoarsestSearchPx = 160;
+constexpr std::size_t kMinMesh = 4;
+constexpr std::size_t kMaxMeshes = 4;  // of a level, the largest
+constexpr std::size_t kMinSeen = 9;    // corners; fewer are seen in window panes and tiles
+constexpr std::size_t kMinPlaced = 8;
+constexpr double kMinSpacingPx = 5;
 
-bool searchAt(const cv::Mat& image, int side_px, const Checkerboard& board, CornerGrid& grid) {
-  const double scale = std::min(1.0, static_cast<double>(side_px) / std::max(image.cols, image.rows));
-  cv::Mat reduced = image;
-  if (scale < 1.0) {
-    const auto side = [scale](int full) { return std::max(1, static_cast<int>(std::lround(scale * full))); };
-    cv::resize(image, reduced, {side(image.cols), side(image.rows)}, 0, 0, cv::INTER_AREA);
+// A mesh at one level of the pyramid, and how it lies on the board.
+struct Candidate {
+  CornerMesh mesh;
+  MeshSides sides{};
+  int level = 0;
+  std::vector<Placement> placements;
+  bool is_placed = false;
+
+  [[nodiscard]] bool isWhole(const Checkerboard& board) const {
+    return is_placed && mesh.size() == static_cast<std::size_t>(board.numCorners());
   }
-  // The search filters with windows of some pixels; in less than this no board is to be seen anyway.
-  constexpr int kMinSide = 16;
-  if (std::min(reduced.cols, reduced.rows) < kMinSide) return false;
-  std::vector<cv::Point2f> found;
-  if (!cv::findChessboardCorners(reduced, {board.columns, board.rows}, found,
-                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE)) {
-    return false;
+};
+
+// A mesh that misses corners might also be a piece of another board. It counts as this one where enough of
+// the border is seen, or nearly all of the corners.
+bool isConvincing(const Candidate& candidate, const Checkerboard& board) {
+  const auto num_closing = std::count(candidate.sides.begin(), candidate.sides.end(), MeshSide::kCloses);
+  const double share = static_cast<double>(candidate.mesh.size()) / board.numCorners();
+  constexpr std::size_t kManyCorners = 20;  // of these, no other pattern has so many by chance
+  if (share == 1.0) return candidate.mesh.size() >= kManyCorners || num_closing >= 2;
+  const int along_i = candidate.mesh.max().i - candidate.mesh.min().i + 1;
+  const int along_j = candidate.mesh.max().j - candidate.mesh.min().j + 1;
+  const bool spans_board = std::max(along_i, along_j) == std::max(board.columns, board.rows) &&
+                           std::min(along_i, along_j) == std::min(board.columns, board.rows);
+  constexpr double kNearlyAll = 0.75;
+  return num_closing >= 2 || (spans_board && share >= kNearlyAll && candidate.mesh.size() >= kManyCorners);
+}
+
+bool isBetter(const Candidate& a, const Candidate& b) {
+  if (a.is_placed != b.is_placed) return a.is_placed;
+  return a.mesh.size() > b.mesh.size();
+}
+
+int longestSide(const GrayImage& image) {
+  return std::max(image.size.width, image.size.height);
+}
+
+// Halved copies of an image, made when asked for. Level 0 is the caller's image.
+class Pyramid {
+ public:
+  explicit Pyramid(const GrayImage& image) : image_(image) {}
+  const GrayImage& level(int k) {
+    while (static_cast<int>(halves_.size()) < k)
+      halves_.push_back(halved(level(static_cast<int>(halves_.size()))));
+    return k == 0 ? image_ : halves_[static_cast<std::size_t>(k - 1)];
   }
-  // resize rounds the reduced size, so each axis has its own exact scale.
-  const double sx = static_cast<double>(reduced.cols) / image.cols;
-  const double sy = static_cast<double>(reduced.rows) / image.rows;
-  grid.clear();
-  for (const cv::Point2f& p : found) grid.emplace_back((p.x + 0.5) / sx - 0.5, (p.y + 0.5) / sy - 0.5);
-  return true;
+
+ private:
+  const GrayImage& image_;
+  std::vector<GrayImage> halves_;
+};
+
+std::vector<int> levelsToSearch(const GrayImage& image) {
+  std::vector<int> levels;
+  const auto side = [&](int level) { return longestSide(image) >> level; };
+  int first = 0;
+  while (side(first) > kFirstSearchPx) ++first;
+  levels.push_back(first);
+  for (int k = first - 1; k >= 0 && side(k) <= kFinestSearchPx; --k) levels.push_back(k);
+  for (int k = first + 1; side(k) >= kCoarsestSearchPx; ++k) levels.push_back(k);
+  return levels;
 }
 
-bool findGrid(const cv::Mat& image, const Checkerboard& board, const DetectorOptions& options,
-              CornerGrid& grid) {
-  if (searchAt(image, options.first_search_px, board, grid)) return true;
-  return std::max(image.cols, image.rows) > options.first_search_px &&
-         searchAt(image, options.last_search_px, board, grid);
+// Meshes of a level, laid on the board. The best is kept in `best`.
+void searchLevel(const GrayImage& image, int level, const Checkerboard& board,
+                 std::optional<Candidate>& best) {
+  const SmoothImage smooth = smoothed(image);
+  std::vector<CornerMesh> meshes = joinCorners(smooth, findXCorners(smooth), kMinMesh);
+  if (meshes.size() > kMaxMeshes) meshes.resize(kMaxMeshes);
+  for (CornerMesh& mesh : meshes) {
+    completeMesh(smooth, mesh);
+    if (mesh.size() < kMinPlaced) continue;
+    Candidate candidate;
+    candidate.sides = lookAtSides(smooth, mesh);
+    candidate.placements = possiblePlacements(mesh, candidate.sides, board);
+    const bool is_unique = areEquivalent(candidate.placements, mesh, board);
+    candidate.level = level;
+    candidate.mesh = std::move(mesh);
+    candidate.is_placed = is_unique && isConvincing(candidate, board);
+    if (!best || isBetter(candidate, *best)) best = std::move(candidate);
+  }
 }
 
-// Refines one corner in a window of half-size share * spacing; false if it ran away.
-bool refineCorner(const cv::Mat& image, double spacing, double share, Eigen::Vector2d& corner) {
-  const int half = std::clamp(static_cast<int>(std::lround(share * spacing)), kMinHalfWindow, kMaxHalfWindow);
-  std::vector<cv::Point2f> point = {
-      cv::Point2f(static_cast<float>(corner.x()), static_cast<float>(corner.y()))};
-  cv::cornerSubPix(image, point, {half, half}, {-1, -1},
-                   {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-4});
-  const Eigen::Vector2d moved(point[0].x, point[0].y);
-  if (!((moved - corner).norm() <= kMaxMoveShare * spacing)) return false;
-  corner = moved;
-  return true;
-}
-
-bool isOnRim(const Checkerboard& board, int id) {
-  const int column = id % board.columns;
-  const int row = id / board.columns;
-  return column == 0 || row == 0 || column + 1 == board.columns || row + 1 == board.rows;
-}
-
-bool refine(const cv::Mat& image, const Checkerboard& board, CornerGrid& grid) {
-  for (const double inner_share : {kCatchShare, kFinalShare}) {
-    const CornerGrid before = grid;
-    for (int id = 0; id < board.numCorners(); ++id) {
-      const double share = isOnRim(board, id) ? std::min(inner_share, kRimShare) : inner_share;
-      if (!refineCorner(image, localSpacing(board, before, id), share, grid[static_cast<std::size_t>(id)]))
-        return false;
+// The mesh in pixels of the whole image.
+CornerMesh inWholeImage(const CornerMesh& mesh, int level) {
+  CornerMesh out;
+  out.origin_square_is_dark = mesh.origin_square_is_dark;
+  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
+    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
+      if (const MeshCorner* corner = mesh.find({i, j}))
+        out.insert({i, j}, {.pixel = fromHalved(corner->pixel, level), .contrast = corner->contrast});
     }
   }
-  return true;
+  return out;
 }
 
-// All squares must be turned the same way round: a swapped or doubled corner breaks that.
-bool isGrid(const Checkerboard& board, const CornerGrid& grid) {
-  for (int row = 0; row + 1 < board.rows; ++row) {
-    for (int column = 0; column + 1 < board.columns; ++column) {
-      const auto id = static_cast<std::size_t>(row * board.columns + column);
-      const Eigen::Vector2d a = grid[id + 1] - grid[id];
-      const Eigen::Vector2d b = grid[id + static_cast<std::size_t>(board.columns)] - grid[id];
-      if (!(a.x() * b.y() - a.y() * b.x() > 0)) return false;
+template <class Visit>
+void forEachNode(const CornerMesh& mesh, Visit visit) {
+  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
+    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
+      if (const MeshCorner* corner = mesh.find({i, j})) visit(MeshNode{i, j}, *corner);
     }
   }
-  return true;
 }
 
-Detection refused(DetectionReason reason, std::string detail) {
-  return {.reason = reason, .detail = std::move(detail), .corners = {}};
+// Mean step of the mesh in a direction.
+Vector2d meanStep(const CornerMesh& mesh, int direction) {
+  Vector2d sum(0, 0);
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    if (const MeshCorner* next = mesh.find(step(node, direction))) sum += next->pixel - corner.pixel;
+  });
+  return sum;
+}
+
+// Of placements that nobody can tell apart, the one whose columns run to the right.
+Placement choosePlacement(const std::vector<Placement>& placements, const CornerMesh& mesh,
+                          const Checkerboard& board) {
+  const auto merit = [&](const Placement& placement) {
+    const Vector2d x_axis = meanStep(mesh, placement.quarter_turns);
+    const bool runs_across = board.symmetryStep() == 1 || std::abs(x_axis.x()) >= std::abs(x_axis.y());
+    return runs_across ? x_axis.x() : x_axis.y();
+  };
+  return *std::max_element(placements.begin(), placements.end(),
+                           [&](const Placement& a, const Placement& b) { return merit(a) < merit(b); });
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double turn(const Vector2d& a, const Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+struct Refined {
+  CornerMesh mesh;
+  std::vector<std::pair<MeshNode, CornerFit>> fits;
+};
+
+Refined refine(const GrayImage& image, const CornerMesh& mesh) {
+  Refined refined;
+  refined.mesh.origin_square_is_dark = mesh.origin_square_is_dark;
+  CornerFitter fitter;
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    const auto u = mesh.stepAt(node, 0);
+    const auto v = mesh.stepAt(node, 1);
+    if (!u || !v) return;
+    const auto fit = fitter.fit(image, {.pixel = corner.pixel, .step_u = *u, .step_v = *v});
+    if (!fit || (fit->contrast > 0) != mesh.squareIsDark(node)) return;
+    refined.mesh.insert(node, {.pixel = fit->pixel, .contrast = std::abs(fit->contrast)});
+    refined.fits.emplace_back(node, *fit);
+  });
+  return refined;
+}
+
+// All squares must be turned the same way round, and no corner may stand far from where its neighbours put
+// it.
+bool isRegular(const CornerMesh& mesh) {
+  bool is_regular = true;
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    const MeshCorner* right = mesh.find(step(node, 0));
+    const MeshCorner* below = mesh.find(step(node, 1));
+    if (right != nullptr && below != nullptr &&
+        !(turn(right->pixel - corner.pixel, below->pixel - corner.pixel) > 0))
+      is_regular = false;
+    const auto predicted = mesh.predict(node);
+    const auto u = mesh.stepAt(node, 0);
+    const auto v = mesh.stepAt(node, 1);
+    constexpr double kMaxMisfit = 0.3;
+    if (predicted && u && v &&
+        (*predicted - corner.pixel).norm() > kMaxMisfit * std::min(u->norm(), v->norm()))
+      is_regular = false;
+  });
+  return is_regular;
+}
+
+ViewMeasures measure(const Refined& refined, ImageSize size) {
+  std::vector<double> blurs;
+  std::vector<double> spacings;
+  std::vector<double> tilts;
+  double area = 0;
+  for (const auto& [node, fit] : refined.fits) {
+    blurs.push_back(fit.blur_px);
+    const auto u = refined.mesh.stepAt(node, 0);
+    const auto v = refined.mesh.stepAt(node, 1);
+    if (!u || !v) continue;
+    spacings.push_back(std::min(u->norm(), v->norm()));
+    Eigen::Matrix2d steps;
+    steps << *u, *v;
+    const Eigen::JacobiSVD<Eigen::Matrix2d> svd(steps);
+    tilts.push_back(std::acos(std::min(1.0, svd.singularValues()(1) / svd.singularValues()(0))));
+    const MeshCorner* here = refined.mesh.find(node);
+    const MeshCorner* right = refined.mesh.find(step(node, 0));
+    const MeshCorner* below = refined.mesh.find(step(node, 1));
+    const MeshCorner* across = refined.mesh.find(step(step(node, 0), 1));
+    if (right != nullptr && below != nullptr && across != nullptr)
+      area += 0.5 * std::abs(turn(across->pixel - here->pixel, below->pixel - right->pixel));
+  }
+  return {.blur_px = median(blurs),
+          .spacing_px = median(spacings),
+          .area_share = area / (static_cast<double>(size.width) * size.height),
+          .tilt_deg = median(tilts) * 180 / std::numbers::pi};
+}
+
+std::string countsText(int columns, int rows) {
+  return std::to_string(columns) + "x" + std::to_string(rows);
+}
+
+Detection refused(Detection detection, DetectionReason reason, std::string detail) {
+  detection.reason = reason;
+  detection.detail = std::move(detail);
+  detection.corners.clear();
+  return detection;
+}
+
+SeenGrid seenGrid(const Candidate& candidate) {
+  const CornerMesh& mesh = candidate.mesh;
+  const int along_i = mesh.max().i - mesh.min().i + 1;
+  const int along_j = mesh.max().j - mesh.min().j + 1;
+  return {.columns = std::max(along_i, along_j),
+          .rows = std::min(along_i, along_j),
+          .num_corners = static_cast<int>(mesh.size()),
+          .is_closed = std::all_of(candidate.sides.begin(), candidate.sides.end(),
+                                   [](MeshSide side) { return side == MeshSide::kCloses; })};
+}
+
+// Why a mesh does not go on the board in one way.
+Detection describeUnplaced(Detection detection, const Candidate& candidate, const Checkerboard& board) {
+  const SeenGrid& seen = *detection.seen;
+  const std::string seen_counts = countsText(seen.columns, seen.rows);
+  const std::string asked = countsText(board.columns, board.rows);
+  const int longer = std::max(board.columns, board.rows);
+  const int shorter = std::min(board.columns, board.rows);
+  if (candidate.mesh.size() < kMinSeen) {
+    detection.seen.reset();
+    return refused(std::move(detection), DetectionReason::kNoBoard, "no checkerboard pattern seen");
+  }
+  if (seen.columns > longer || seen.rows > shorter) {
+    return refused(std::move(detection), DetectionReason::kLargerBoard,
+                   "shows " + seen_counts + " inner corners, more than " + asked);
+  }
+  if (seen.is_closed) {
+    return refused(std::move(detection), DetectionReason::kOtherBoard,
+                   "shows a whole board of " + seen_counts + " inner corners, not " + asked);
+  }
+  if (candidate.placements.empty() && seen.columns == longer && seen.rows == shorter) {
+    return refused(std::move(detection), DetectionReason::kLargerBoard,
+                   "the squares go on beyond " + asked + " inner corners");
+  }
+  if (candidate.placements.empty()) {
+    return refused(std::move(detection), DetectionReason::kOtherBoard,
+                   "shows a part of " + seen_counts + " inner corners that does not fit on " + asked);
+  }
+  return refused(std::move(detection), DetectionReason::kUnplaced,
+                 "shows a part of " + seen_counts +
+                     " inner corners; too little of the board's border is seen to tell which part");
+}
+
+// Names what hides the corners that were not found.
+void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& placement,
+                     const Checkerboard& board, Detection& detection) {
+  const auto num_found = detection.corners.size();
+  const auto total = static_cast<std::size_t>(board.numCorners());
+  if (num_found == total) {
+    detection.reason = DetectionReason::kFound;
+    return;
+  }
+  // The lines of corners just outside the mesh that the board still has, and whether they are in the image.
+  bool is_cut = false;
+  const auto outside = [&](MeshNode node) {
+    const auto cell = placement.cell(mesh, node);
+    if (cell[0] < 0 || cell[1] < 0 || cell[0] >= board.columns || cell[1] >= board.rows) return;
+    const auto place = mesh.predict(node);
+    if (!place) return;
+    constexpr double kMarginPx = 3;  // nearer to the border no corner is seen
+    if (place->x() < kMarginPx || place->y() < kMarginPx || place->x() > size.width - 1 - kMarginPx ||
+        place->y() > size.height - 1 - kMarginPx)
+      is_cut = true;
+  };
+  for (int j = mesh.min().j - 1; j <= mesh.max().j + 1; ++j) {
+    for (int i = mesh.min().i - 1; i <= mesh.max().i + 1; ++i) {
+      if (mesh.find({i, j}) == nullptr) outside({i, j});
+    }
+  }
+  detection.reason = is_cut ? DetectionReason::kCut : DetectionReason::kPartial;
+  detection.detail = std::to_string(num_found) + " of " + std::to_string(total) +
+                     " corners; the others are " + (is_cut ? "outside the image" : "covered or unclear");
+}
+
+Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, const Checkerboard& board) {
+  Detection detection;
+  detection.seen = seenGrid(candidate);
+  if (!candidate.is_placed) return describeUnplaced(std::move(detection), candidate, board);
+
+  const CornerMesh mesh = inWholeImage(candidate.mesh, candidate.level);
+  const Placement placement = choosePlacement(candidate.placements, mesh, board);
+  const Refined refined = refine(image, mesh);
+  detection.measures = measure(refined, image.size);
+  constexpr double kMostShare = 0.6;
+  const bool most_refined =
+      static_cast<double>(refined.fits.size()) >= kMostShare * static_cast<double>(mesh.size());
+  if (!most_refined || refined.fits.size() < kMinPlaced) {
+    return refused(std::move(detection), DetectionReason::kBlurred,
+                   "the board is seen, but " + std::to_string(mesh.size() - refined.fits.size()) +
+                       " of its " + std::to_string(mesh.size()) +
+                       " corners are not clear enough to be located");
+  }
+  if (detection.measures.spacing_px < kMinSpacingPx) {
+    return refused(std::move(detection), DetectionReason::kTooSmall,
+                   "the board is seen, but its squares are less than 5 pixels wide");
+  }
+  if (!isRegular(refined.mesh)) {
+    return refused(std::move(detection), DetectionReason::kIrregular,
+                   "the corners found do not form a regular grid");
+  }
+  for (const auto& [node, fit] : refined.fits) {
+    const auto [column, row] = placement.cell(mesh, node);
+    Corner corner;
+    corner.id = row * board.columns + column;
+    corner.pixel = fit.pixel;
+    corner.sigma_px = fit.sigma_px;
+    detection.corners.push_back(corner);
+  }
+  std::sort(detection.corners.begin(), detection.corners.end(),
+            [](const Corner& a, const Corner& b) { return a.id < b.id; });
+  describeMissing(mesh, image.size, placement, board, detection);
+  return detection;
 }
 
 }  // namespace
@@ -114,12 +371,26 @@ std::string_view reasonCode(DetectionReason reason) {
   switch (reason) {
     case DetectionReason::kFound:
       return "found";
+    case DetectionReason::kPartial:
+      return "partial";
+    case DetectionReason::kCut:
+      return "cut";
     case DetectionReason::kNoBoard:
       return "no_board";
+    case DetectionReason::kUnplaced:
+      return "unplaced";
     case DetectionReason::kLargerBoard:
       return "larger_board";
+    case DetectionReason::kOtherBoard:
+      return "other_board";
     case DetectionReason::kIrregular:
       return "irregular";
+    case DetectionReason::kBlurred:
+      return "blurred";
+    case DetectionReason::kTooSmall:
+      return "too_small";
+    case DetectionReason::kDuplicate:
+      return "duplicate";
     case DetectionReason::kUnreadable:
       return "unreadable";
     case DetectionReason::kOtherSize:
@@ -128,33 +399,25 @@ std::string_view reasonCode(DetectionReason reason) {
   return "unknown";
 }
 
-Detection detectCheckerboard(const GrayImage& image, const Checkerboard& board,
-                             const DetectorOptions& options) {
+bool givesCorners(DetectionReason reason) {
+  return reason == DetectionReason::kFound || reason == DetectionReason::kPartial ||
+         reason == DetectionReason::kCut;
+}
+
+Detection detectCheckerboard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");
-  const cv::Mat mat = asMat(image);
-  CornerGrid grid;
-  if (!findGrid(mat, board, options, grid)) {
-    return refused(DetectionReason::kNoBoard, "no board of " + std::to_string(board.columns) + "x" +
-                                                  std::to_string(board.rows) + " inner corners seen whole");
+  Pyramid pyramid(image);
+  std::optional<Candidate> best;
+  for (const int level : levelsToSearch(image)) {
+    searchLevel(pyramid.level(level), level, board, best);
+    if (best && best->isWhole(board)) break;
   }
-  grid = orderCorners(image, board, std::move(grid));
-  if (!refine(mat, board, grid) || !isGrid(board, grid)) {
-    return refused(DetectionReason::kIrregular, "the corners found do not form a regular grid");
+  if (!best) {
+    Detection detection;
+    detection.detail = "no checkerboard pattern seen";
+    return detection;
   }
-  if (!sidesThatContinue(image, board, grid).empty()) {
-    return refused(DetectionReason::kLargerBoard, "the squares go on beyond " +
-                                                      std::to_string(board.columns) + "x" +
-                                                      std::to_string(board.rows) + " inner corners");
-  }
-  Detection detection;
-  detection.reason = DetectionReason::kFound;
-  for (int id = 0; id < board.numCorners(); ++id) {
-    Corner corner;
-    corner.id = id;
-    corner.pixel = grid[static_cast<std::size_t>(id)];
-    detection.corners.push_back(corner);
-  }
-  return detection;
+  return placeAndRefine(image, *best, board);
 }
 
 }  // namespace alidade

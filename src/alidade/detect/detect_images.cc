@@ -25,15 +25,19 @@ std::vector<ImageOutcome> detectInImages(std::span<const std::string> images,
       [&](std::size_t i) {
         ImageOutcome& outcome = outcomes[i];
         outcome.image = images[i];
+        SourceImage source;
         try {
-          const SourceImage source = load(images[i]);
+          source = load(images[i]);
           outcome.size = source.image.size;
           outcome.exif_orientation = source.exif_orientation;
-          outcome.detection = detectCheckerboard(source.image, board, options.detector);
+          outcome.detection = detectCheckerboard(source.image, board);
         } catch (const Error& error) {
+          outcome.detection = {};
           outcome.detection.reason = DetectionReason::kUnreadable;
           outcome.detection.detail = error.what();
         }
+        if (options.inspect && outcome.detection.reason != DetectionReason::kUnreadable)
+          options.inspect(source.image, outcome);
         const std::lock_guard lock(mutex);
         ++num_done;
         if (options.progress) options.progress(num_done, images.size());

@@ -26,9 +26,11 @@ struct ImageOutcome {
 };
 
 struct DetectImagesOptions {
-  DetectorOptions detector;
   int num_jobs = 0;                                        ///< threads; 0 = one per processor
   std::function<void(std::size_t, std::size_t)> progress;  ///< (done, total), from any thread, one at a time
+  /// Called with each image that could be read, once it has been searched; from any thread, several at a
+  /// time.
+  std::function<void(const GrayImage&, const ImageOutcome&)> inspect;
   const CancelFlag* cancel = nullptr;
 };
 

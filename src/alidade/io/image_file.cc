@@ -188,6 +188,19 @@ GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
   return gray;
 }
 
+void writePng(const std::string& path, const cv::Mat& image) {
+  std::vector<std::uint8_t> encoded;
+  try {
+    cv::imencode(".png", image, encoded);
+  } catch (const cv::Exception& exception) {
+    throw inputError({.where = path,
+                      .found = "the image cannot be encoded (" + exception.err + ")",
+                      .expected = "an image that fits into a PNG file",
+                      .next_step = "use a smaller image"});
+  }
+  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
+}
+
 }  // namespace
 
 LoadedImage readGrayImage(const std::string& path) {
@@ -218,18 +231,19 @@ void writeGrayPng(const std::string& path, const GrayImage& image) {
   const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
   expect(!image.empty() && image.pixels.size() == num_pixels, "an image has one byte a pixel");
   // OpenCV has no view of constant data; imencode does not write to it.
-  const cv::Mat view(image.size.height, image.size.width, CV_8UC1,
-                     const_cast<std::uint8_t*>(image.pixels.data()));
-  std::vector<std::uint8_t> encoded;
-  try {
-    cv::imencode(".png", view, encoded);
-  } catch (const cv::Exception& exception) {
-    throw inputError({.where = path,
-                      .found = "the image cannot be encoded (" + exception.err + ")",
-                      .expected = "an image that fits into a PNG file",
-                      .next_step = "use a smaller image"});
-  }
-  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
+  writePng(path,
+           {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())});
+}
+
+void writeColorPng(const std::string& path, const ColorImage& image) {
+  const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
+  expect(!image.rgb.empty() && image.rgb.size() == 3 * num_pixels, "an image has three bytes a pixel");
+  const cv::Mat rgb(image.size.height, image.size.width, CV_8UC3,
+                    const_cast<std::uint8_t*>(image.rgb.data()));
+  cv::Mat bgr(rgb.size(), rgb.type());  // as OpenCV's encoders take it
+  constexpr std::array<int, 6> kSwap = {0, 2, 1, 1, 2, 0};
+  cv::mixChannels(&rgb, 1, &bgr, 1, kSwap.data(), 3);
+  writePng(path, bgr);
 }
 
 std::string describeExifOrientation(int orientation) {

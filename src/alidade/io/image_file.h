@@ -26,6 +26,9 @@ struct LoadedImage {
 /// @throws Error (kInput) when the file cannot be written; std::logic_error for an empty image.
 void writeGrayPng(const std::string& path, const GrayImage& image);
 
+/// The same for an image in colour.
+void writeColorPng(const std::string& path, const ColorImage& image);
+
 /// What a viewer does to the stored pixels to show them upright, in words: "rotated 90 degrees clockwise"
 /// for 6.
 [[nodiscard]] std::string describeExifOrientation(int orientation);

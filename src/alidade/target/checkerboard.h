@@ -25,9 +25,23 @@ struct Checkerboard {
     return {square_m * column, square_m * row, 0.0};
   }
 
-  /// True if turning the board by 180 degrees gives the same pattern of black and white: both counts even or
-  /// both odd. No detector can then tell which end is which.
+  /// True if turning the board gives the same pattern of black and white: both counts even or both odd. No
+  /// detector can then tell which end is which.
   [[nodiscard]] bool isAmbiguous() const { return (columns - rows) % 2 == 0; }
+
+  /// The least number of quarter turns after which the pattern looks the same: 4 for boards that tell their
+  /// ends apart, 2 for the ambiguous, 1 for square ones of even counts. A quarter turn of a square board of
+  /// odd counts exchanges the colours.
+  [[nodiscard]] int symmetryStep() const {
+    if (!isAmbiguous()) return 4;
+    return columns == rows && columns % 2 == 0 ? 1 : 2;
+  }
+
+  /// True if corner 0 can be told, up to the board's symmetry, as one whose inner square (between corners
+  /// (0, 0) and (1, 1)) is dark. Other boards may be printed with either colour there.
+  [[nodiscard]] bool coloursTellCorner0() const {
+    return !isAmbiguous() || (columns == rows && columns % 2 == 1);
+  }
 
   friend bool operator==(const Checkerboard&, const Checkerboard&) = default;
 };

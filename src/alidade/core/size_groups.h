@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/target/view.h"
+#include "alidade/core/image.h"
 
 namespace alidade {
 

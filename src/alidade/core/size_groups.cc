@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/size_groups.h"
+#include "alidade/core/size_groups.h"
 
 #include <algorithm>
 

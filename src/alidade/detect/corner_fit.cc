@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/corner_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "alidade/detect/edge_model.h"
+#include "alidade/detect/edge_quality.h"
+#include "alidade/detect/edge_solver.h"
+#include "alidade/detect/edge_window.h"
+#include "alidade/detect/saddle_fit.h"
+
+namespace alidade {
+namespace {
+
+// A fit that leads further from the guess than this share of the spacing was not on that corner.
+constexpr double kMaxMoveShare = 0.35;
+// The lines may differ from the guess' steps by no more than this, and must cross at no less than that.
+constexpr double kMaxTurnDeg = 25;
+constexpr double kMinCrossingDeg = 10;
+constexpr double kMinContrast = 4;  // grey levels
+
+// First search: all pixels near the guess, thinned out to about this many, halving the window until none are
+// left out. Half of its window as a share of the spacing reaches as far as it can without the next corners.
+constexpr double kSearchShare = 0.45;
+constexpr double kSearchSamples = 420;
+
+// The windows of the fit proper. The first is safe where a board ends in squares of half the size; the last
+// uses all the edge there is. Large windows are approached by a fit over this many pixels' reach.
+constexpr double kSafeShare = 0.5;
+constexpr double kFullShare = 0.8;
+constexpr double kNarrowShare = 0.3;
+constexpr double kApproachPx = 30;
+// Pixels this many blurs off a line still tell the grey levels on both sides.
+constexpr double kBandBlurs = 3.5;
+// What a window keeps off the neighbouring squares' edges.
+constexpr double kMarginBlurs = 1.5;
+constexpr double kMarginPx = 0.5;
+constexpr double kMinReachPx = 2.5;
+constexpr std::size_t kMinPixels = 50;
+
+double crossProduct(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+// What stays the same while one corner is refined.
+struct Task {
+  const GrayImage& image;
+  const CornerGuess& guess;
+  Eigen::Vector2i origin;
+  double spacing = 0;        // the shorter step's length, px
+  double crossing_sine = 0;  // of the steps
+
+  [[nodiscard]] EdgeWindow window(const Eigen::Vector2d& corner) const {
+    return {.center = corner + origin.cast<double>(), .step_u = guess.step_u, .step_v = guess.step_v};
+  }
+  [[nodiscard]] double distanceFromGuess(const EdgeModel& model) const {
+    return (model.corner() + origin.cast<double>() - guess.pixel).norm();
+  }
+  // Of lines that run along the steps, as a share of the step: what a window loses to blurred neighbours.
+  [[nodiscard]] double marginShare(double step_px, double blur_px) const {
+    return (kMarginBlurs * blur_px + kMarginPx) / (step_px * crossing_sine);
+  }
+};
+
+// Expectations that only count where the pixels say little: curvature and shading are those of any lens and
+// lamp.
+EdgePrior priorFor(const Task& task) {
+  constexpr double kVariance = 4;  // of the noise, squared grey levels
+  constexpr double kCurvatureTimesStep = 0.1;
+  constexpr double kShadeTimesStep = 0.5;
+  constexpr double kToneLevels = 40;
+  constexpr double kBlurDifferencePx = 1;
+  const auto precision = [](double sigma) { return kVariance / (sigma * sigma); };
+  EdgePrior prior;
+  for (const auto p : {EdgeModel::kCurvature1, EdgeModel::kCurvature2})
+    prior.precision[p] = precision(kCurvatureTimesStep / task.spacing);
+  for (const auto p : {EdgeModel::kShadeX, EdgeModel::kShadeY})
+    prior.precision[p] = precision(kShadeTimesStep / task.spacing);
+  prior.precision[EdgeModel::kTone] = precision(kToneLevels);
+  prior.equal_blur = precision(kBlurDifferencePx);
+  return prior;
+}
+
+// Grey levels of the guess: their mean, and how they go with the squares' pattern.
+void startLevels(const EdgePixels& pixels, EdgeModel& model) {
+  const Eigen::Vector2d n1 = model.normal(0);
+  const Eigen::Vector2d n2 = model.normal(1);
+  double count = 0;
+  double grey = 0;
+  double sign = 0;
+  double product = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const double dx = pixels.x()[i] - model[EdgeModel::kX];
+    const double dy = pixels.y()[i] - model[EdgeModel::kY];
+    const double s = (dx * n1.x() + dy * n1.y()) * (dx * n2.x() + dy * n2.y()) > 0 ? 1 : -1;
+    count += 1;
+    grey += pixels.grey()[i];
+    sign += s;
+    product += s * pixels.grey()[i];
+  }
+  model[EdgeModel::kMean] = grey / count;
+  model[EdgeModel::kAmplitude] = (product - sign * grey / count) / count;
+}
+
+struct Candidate {
+  EdgeModel model;
+  EdgeQuality quality;
+  Eigen::Matrix2d covariance;
+  double window = 0;
+  double reach_px = 0;  // the shorter of both lines'
+  [[nodiscard]] double sigma() const { return std::sqrt(0.5 * covariance.trace()); }
+};
+
+// Covariance of the corner. Each line's share of the error scales with the noise that its own cross-sections
+// show: the corner moves across line i only as far as line i is off.
+Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const NormalEquations& sums,
+                                 const EdgeQuality& quality) {
+  constexpr double kLeastVariance = 1.0 / 12;  // whole grey levels
+  using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
+  using Columns = Eigen::Matrix<double, NormalEquations::kSize, 2>;
+  const Matrix::ConstDiagonalReturnType diagonal = sums.hessian.diagonal();
+  const Eigen::Matrix<double, NormalEquations::kSize, 1> scale =
+      diagonal.cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+  const Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
+  const Columns solved = system.llt().solve(Columns::Identity());
+  const Eigen::Matrix2d unit = (scale.asDiagonal() * solved).topRows<2>() * scale.head<2>().asDiagonal();
+  Eigen::Matrix2d normals;
+  normals << model.normal(0).transpose(), model.normal(1).transpose();
+  const Eigen::Vector2d sigmas(std::sqrt(std::max(kLeastVariance, quality.line_variance[0])),
+                               std::sqrt(std::max(kLeastVariance, quality.line_variance[1])));
+  const Eigen::Matrix2d back = normals.inverse() * sigmas.asDiagonal() * normals;
+  return back * unit * back.transpose();
+}
+
+// The lines must be the guess' ones, at the guess' place.
+bool isPlausible(const Task& task, const EdgeModel& model) {
+  static const double max_turn_sine = std::sin(kMaxTurnDeg * std::numbers::pi / 180);
+  static const double min_crossing_sine = std::sin(kMinCrossingDeg * std::numbers::pi / 180);
+  if (!(task.distanceFromGuess(model) <= kMaxMoveShare * task.spacing)) return false;
+  const Eigen::Vector2d e1 = model.direction(0);
+  const Eigen::Vector2d e2 = model.direction(1);
+  return std::abs(crossProduct(e1, task.guess.step_u.normalized())) <= max_turn_sine &&
+         std::abs(crossProduct(e2, task.guess.step_v.normalized())) <= max_turn_sine &&
+         std::abs(crossProduct(e1, e2)) >= min_crossing_sine &&
+         std::abs(2 * model[EdgeModel::kAmplitude] * model.shadeAtCorner()) >= kMinContrast;
+}
+
+// An X-corner shows the contrast of its squares on all four arms, above the noise.
+bool isCrossing(const Candidate& candidate) {
+  constexpr double kLeastArm = 0.5;
+  constexpr double kMostArm = 1.7;
+  int num_arms = 0;
+  for (const double arm : candidate.quality.arm_contrast) {
+    if (std::isnan(arm)) continue;
+    if (arm < kLeastArm || arm > kMostArm) return false;
+    ++num_arms;
+  }
+  const double amplitude = candidate.model[EdgeModel::kAmplitude];
+  return num_arms >= 3 && candidate.quality.residual_variance < amplitude * amplitude;
+}
+
+class Refinement {
+ public:
+  Refinement(const Task& task, EdgePixels& pixels, EdgeResiduals& residuals)
+      : task_(task), prior_(priorFor(task)), pixels_(pixels), residuals_(residuals) {}
+
+  // From the guess to within a pixel or so.
+  [[nodiscard]] std::optional<EdgeModel> search() {
+    EdgeModel model;
+    const Eigen::Vector2d start = task_.guess.pixel - task_.origin.cast<double>();
+    model[EdgeModel::kX] = start.x();
+    model[EdgeModel::kY] = start.y();
+    model[EdgeModel::kAngle1] = std::atan2(task_.guess.step_u.y(), task_.guess.step_u.x());
+    model[EdgeModel::kAngle2] = std::atan2(task_.guess.step_v.y(), task_.guess.step_v.x());
+    EdgePrior prior = prior_;
+    prior.precision[EdgeModel::kCurvature1] = prior.precision[EdgeModel::kCurvature2] = EdgePrior::kHeld;
+    prior.precision[EdgeModel::kTone] = EdgePrior::kHeld;
+    prior.common_blur = true;
+    const double area = std::abs(crossProduct(task_.guess.step_u, task_.guess.step_v));
+    double share = kSearchShare;
+    bool is_first = true;
+    while (true) {
+      const double samples = 4 * share * share * area;
+      const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(samples / kSearchSamples))));
+      EdgeWindow window = task_.window(model.corner());
+      window.reach_u = window.reach_v = share;
+      gatherLattice(task_.image, window, task_.origin, stride, pixels_);
+      if (pixels_.size() < 20) return std::nullopt;
+      if (is_first) startLevels(pixels_, model);
+      // Starting blurred widens the basin.
+      const double start_blur = std::max(0.3 * share * task_.spacing, 0.7);
+      model[EdgeModel::kBlur1] = model[EdgeModel::kBlur2] =
+          is_first ? start_blur : std::clamp(model[EdgeModel::kBlur1], 0.7, start_blur);
+      const EdgeSolverOptions options{.min_blur_px = std::max(0.2, 0.5 * (stride - 1)),
+                                      .max_blur_px = std::max(1.0, 0.4 * task_.spacing),
+                                      .max_iterations = is_first ? 25 : 10,
+                                      .step_share = 0.5};
+      model = solveEdgeModel(pixels_, model, prior, options).model;
+      if (!isPlausible(task_, model)) return std::nullopt;
+      if (stride <= 2) return model;
+      const double next_px = std::max({4.0 * stride, 12.0, 5 * model[EdgeModel::kBlur1]});
+      share = std::min(0.6 * share, next_px / task_.spacing);
+      is_first = false;
+    }
+  }
+
+  // A fit in a window of half size `share`, from a model that is nearly right. Nothing if the window is too
+  // small.
+  [[nodiscard]] std::optional<Candidate> fit(const EdgeModel& start, double share) {
+    const double length_u = task_.guess.step_u.norm();
+    const double length_v = task_.guess.step_v.norm();
+    EdgeWindow window = task_.window(start.corner());
+    // Steps along u end at edges that run along v, and blur like line 1.
+    window.reach_u = share - task_.marginShare(length_u, start[EdgeModel::kBlur2]);
+    window.reach_v = share - task_.marginShare(length_v, start[EdgeModel::kBlur1]);
+    const std::array<double, 2> reach_px = {window.reach_u * length_u, window.reach_v * length_v};
+    const double shorter = std::min(reach_px[0], reach_px[1]);
+    if (!(shorter >= std::max(kMinReachPx, start.largerBlur()))) return std::nullopt;
+    gatherBands(task_.image, window, task_.origin, start, kBandBlurs, pixels_);
+    if (pixels_.size() < kMinPixels) return std::nullopt;
+    EdgeSolverOptions options;
+    options.max_blur_px = std::max(1.0, 0.5 * task_.spacing);
+    const EdgeSolution solution = solveEdgeModel(pixels_, start, prior_, options);
+    if (!solution.converged || !isPlausible(task_, solution.model)) return std::nullopt;
+    evaluateResiduals(pixels_, solution.model, residuals_);
+    Candidate candidate{.model = solution.model,
+                        .quality = assessEdgeFit(pixels_, solution.model, residuals_, reach_px),
+                        .covariance = {},
+                        .window = share,
+                        .reach_px = shorter};
+    candidate.covariance = cornerCovariance(solution.model, solution.sums, candidate.quality);
+    if (!candidate.covariance.allFinite() || !isCrossing(candidate)) return std::nullopt;
+    return candidate;
+  }
+
+  // The largest window that is described as well as the smaller ones.
+  [[nodiscard]] std::optional<Candidate> fitBestWindow(const EdgeModel& start) {
+    const double approach = std::min(kSafeShare, kApproachPx / task_.spacing);
+    std::optional<Candidate> best = fit(start, approach);
+    if (best && isBlurOff(start, best->model)) best = fit(best->model, approach);
+    if (!best) best = fit(start, kNarrowShare);
+    if (!best) return fit(start, kFullShare);
+    const std::optional<Candidate> full = fit(best->model, kFullShare);
+    if (full && isAsGood(*full, *best)) return full;
+    if (best->window < kSafeShare) {
+      const std::optional<Candidate> safe = fit(best->model, kSafeShare);
+      if (safe && isAsGood(*safe, *best)) return safe;
+    }
+    return best;
+  }
+
+ private:
+  // The band of pixels was chosen for another blur than there is.
+  static bool isBlurOff(const EdgeModel& assumed, const EdgeModel& fitted) {
+    constexpr double kFactor = 1.3;
+    for (const auto p : {EdgeModel::kBlur1, EdgeModel::kBlur2}) {
+      if (fitted[p] > kFactor * assumed[p] || assumed[p] > kFactor * fitted[p] + 0.3) return true;
+    }
+    return false;
+  }
+
+  static bool isAsGood(const Candidate& large, const Candidate& small) {
+    constexpr double kMoreResidual = 1.4;
+    constexpr double kMoreScatter = 2.0;
+    constexpr double kRounding = 0.2;  // squared grey levels; noise below this is not compared
+    constexpr double kMaxSigmas = 4.0;
+    const auto scatter = [](const Candidate& c) {
+      return 0.5 * (c.quality.line_variance[0] + c.quality.line_variance[1]);
+    };
+    const double moved = (large.model.corner() - small.model.corner()).norm();
+    return large.sigma() <= small.sigma() && moved <= kMaxSigmas * small.sigma() &&
+           large.quality.residual_variance <= kMoreResidual * small.quality.residual_variance + kRounding &&
+           scatter(large) <= kMoreScatter * scatter(small) + kRounding;
+  }
+
+  const Task& task_;
+  EdgePrior prior_;
+  EdgePixels& pixels_;
+  EdgeResiduals& residuals_;
+};
+
+// Grey level between pixels, by the four around; nothing outside of the image.
+std::optional<double> greyAt(const GrayImage& image, const Eigen::Vector2d& pixel) {
+  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= image.size.width - 1 &&
+        pixel.y() <= image.size.height - 1))
+    return std::nullopt;
+  const int x = std::min(static_cast<int>(pixel.x()), std::max(0, image.size.width - 2));
+  const int y = std::min(static_cast<int>(pixel.y()), std::max(0, image.size.height - 2));
+  const int next_x = std::min(x + 1, image.size.width - 1);
+  const int next_y = std::min(y + 1, image.size.height - 1);
+  const double fx = pixel.x() - x;
+  const double fy = pixel.y() - y;
+  return (1 - fy) * ((1 - fx) * image.at(x, y) + fx * image.at(next_x, y)) +
+         fy * ((1 - fx) * image.at(x, next_y) + fx * image.at(next_x, next_y));
+}
+
+// Contrast as in CornerFit from one place in each of the four squares; nothing where they do not alternate.
+std::optional<double> contrastOfSquares(const GrayImage& image, const CornerGuess& guess,
+                                        const Eigen::Vector2d& corner) {
+  constexpr double kShare = 0.4;
+  std::array<double, 4> grey{};
+  std::size_t i = 0;
+  for (const auto& [u, v] : std::array<std::array<double, 2>, 4>{{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}}) {
+    const auto level = greyAt(image, corner + kShare * (u * guess.step_u + v * guess.step_v));
+    if (!level) return std::nullopt;
+    grey[i++] = *level;
+  }
+  const double contrast = 0.5 * (grey[2] + grey[3] - grey[0] - grey[1]);
+  const double gap = contrast > 0 ? std::min(grey[2], grey[3]) - std::max(grey[0], grey[1])
+                                  : std::min(grey[0], grey[1]) - std::max(grey[2], grey[3]);
+  constexpr double kLeastGap = 0.3;
+  if (!(gap >= kLeastGap * std::abs(contrast))) return std::nullopt;
+  return contrast;
+}
+
+// For squares too small, or too blurred, for the edge model.
+std::optional<CornerFit> fitSaddle(const Task& task, const Eigen::Vector2d& start) {
+  constexpr double kRadiusShare = 0.45;
+  constexpr double kMinRadiusPx = 2.7;
+  constexpr double kMaxSigmaShare = 0.05;
+  // Along the board's lines the grey levels bend less than between them; motion across both lines bends them
+  // most.
+  constexpr double kMaxBend = 1.5;
+  const CornerGuess& guess = task.guess;
+  const double reach = kMaxMoveShare * task.spacing;
+  const auto saddle =
+      findSaddle(task.image, start, std::max(kMinRadiusPx, kRadiusShare * task.spacing), reach);
+  if (!saddle || !((saddle->pixel - guess.pixel).norm() <= reach)) return std::nullopt;
+  const auto contrast = contrastOfSquares(task.image, guess, saddle->pixel);
+  if (!contrast || std::abs(*contrast) < kMinContrast ||
+      *contrast * *contrast < 4 * saddle->residual_variance)
+    return std::nullopt;
+  const Eigen::Vector2d u = guess.step_u.normalized();
+  const Eigen::Vector2d v = guess.step_v.normalized();
+  const double twist = u.dot(saddle->curvature * v);
+  if (twist * *contrast >= 0 || std::abs(u.dot(saddle->curvature * u)) > kMaxBend * std::abs(twist) ||
+      std::abs(v.dot(saddle->curvature * v)) > kMaxBend * std::abs(twist))
+    return std::nullopt;
+  CornerFit fit;
+  fit.pixel = saddle->pixel;
+  fit.covariance = saddle->covariance;
+  fit.sigma_px = std::sqrt(0.5 * saddle->covariance.trace());
+  if (!(fit.sigma_px <= kMaxSigmaShare * task.spacing)) return std::nullopt;
+  // At the corner the edge model's twist is (2 / pi) (contrast / 2) sin^2 / s^2.
+  fit.blur_px = task.crossing_sine * std::sqrt(std::abs(*contrast / twist) / std::numbers::pi);
+  fit.contrast = *contrast;
+  fit.window = kRadiusShare;
+  fit.method = CornerFitMethod::kSaddle;
+  return fit;
+}
+
+CornerFit asFit(const Task& task, const Candidate& candidate) {
+  const EdgeModel& model = candidate.model;
+  CornerFit fit;
+  fit.pixel = model.corner() + task.origin.cast<double>();
+  fit.covariance = candidate.covariance;
+  fit.sigma_px = candidate.sigma();
+  fit.blur_px = std::sqrt(0.5 * (model[EdgeModel::kBlur1] * model[EdgeModel::kBlur1] +
+                                 model[EdgeModel::kBlur2] * model[EdgeModel::kBlur2]));
+  // Which of the four squares the model's positive distances mean.
+  const double side1 = model.normal(0).dot(task.guess.step_v);
+  const double side2 = model.normal(1).dot(task.guess.step_u);
+  const double sign = side1 * side2 > 0 ? -1 : 1;
+  fit.contrast = sign * 2 * model[EdgeModel::kAmplitude] * model.shadeAtCorner();
+  fit.window = candidate.window;
+  fit.method = CornerFitMethod::kEdgeModel;
+  return fit;
+}
+
+std::optional<Task> makeTask(const GrayImage& image, const CornerGuess& guess) {
+  constexpr double kMinSpacingPx = 3;
+  if (image.empty() || !guess.pixel.allFinite() || !guess.step_u.allFinite() || !guess.step_v.allFinite())
+    return std::nullopt;
+  const double length_u = guess.step_u.norm();
+  const double length_v = guess.step_v.norm();
+  const double spacing = std::min(length_u, length_v);
+  if (!(spacing >= kMinSpacingPx)) return std::nullopt;
+  const double sine = std::abs(crossProduct(guess.step_u, guess.step_v)) / (length_u * length_v);
+  if (!(sine >= std::sin(kMinCrossingDeg * std::numbers::pi / 180))) return std::nullopt;
+  if (!(guess.pixel.x() > -spacing && guess.pixel.x() < image.size.width + spacing &&
+        guess.pixel.y() > -spacing && guess.pixel.y() < image.size.height + spacing))
+    return std::nullopt;
+  return Task{.image = image,
+              .guess = guess,
+              .origin = {static_cast<int>(std::lround(guess.pixel.x())),
+                         static_cast<int>(std::lround(guess.pixel.y()))},
+              .spacing = spacing,
+              .crossing_sine = sine};
+}
+
+}  // namespace
+
+std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerGuess& guess) {
+  const std::optional<Task> task = makeTask(image, guess);
+  if (!task) return std::nullopt;
+  Refinement refinement(*task, pixels_, residuals_);
+  const std::optional<EdgeModel> start = refinement.search();
+  const std::optional<Candidate> best = start ? refinement.fitBestWindow(*start) : std::nullopt;
+  // An edge shorter than this many blurs hardly tells its place from its other properties.
+  constexpr double kShortBlurs = 4;
+  if (best && best->reach_px >= kShortBlurs * best->model.largerBlur()) return asFit(*task, *best);
+  const auto saddle =
+      fitSaddle(*task, start ? (start->corner() + task->origin.cast<double>()).eval() : guess.pixel);
+  // So short, its sigma may promise too much where the blur is not Gaussian: the saddle is preferred.
+  constexpr double kPreferSaddle = 2.5;
+  if (best && !(saddle && saddle->sigma_px < kPreferSaddle * best->sigma())) return asFit(*task, *best);
+  return saddle;
+}
+
+std::optional<CornerFit> fitCorner(const GrayImage& image, const CornerGuess& guess) {
+  return CornerFitter().fit(image, guess);
+}
+
+}  // namespace alidade

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/edge_quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+namespace alidade {
+namespace {
+
+constexpr int kSectionsPerArm = 32;
+constexpr int kNumShapes =
+    4;  // of a line's offset: place, angle, curvature, and opposite steps on the two arms
+
+struct Section {
+  double information = 0;  // sum of squared slopes
+  double score = 0;        // sum of slope times residual
+};
+
+// Regression of the residuals on the pattern.
+struct Arm {
+  double count = 0;
+  double pattern = 0;
+  double pattern2 = 0;
+  double residual = 0;
+  double product = 0;
+};
+
+struct LineSums {
+  std::array<Section, 2 * kSectionsPerArm> sections;
+  std::array<Arm, 2> arms;  // forwards, backwards
+};
+
+// Noise variance from the scatter of the sections about the best smooth line. Each section counts by its
+// information, which is what the fit does.
+double scatterVariance(const LineSums& line, double otherwise) {
+  double most = 0;
+  for (const Section& section : line.sections) most = std::max(most, section.information);
+  Eigen::Matrix<double, kNumShapes, kNumShapes> normal =
+      Eigen::Matrix<double, kNumShapes, kNumShapes>::Zero();
+  Eigen::Matrix<double, kNumShapes, 1> right = Eigen::Matrix<double, kNumShapes, 1>::Zero();
+  double square = 0;
+  int count = 0;
+  for (int i = 0; i < 2 * kSectionsPerArm; ++i) {
+    const Section& section = line.sections[static_cast<std::size_t>(i)];
+    if (!(section.information > 0.1 * most)) continue;
+    const double u = (i + 0.5) / kSectionsPerArm - 1;
+    const Eigen::Matrix<double, kNumShapes, 1> shape(1, u, u * u, u > 0 ? 1 : -1);
+    normal.noalias() += section.information * shape * shape.transpose();
+    right += section.score * shape;
+    square += section.score * section.score / section.information;
+    ++count;
+  }
+  const int freedom = count - kNumShapes;
+  constexpr int kMinFreedom = 4;
+  if (freedom < kMinFreedom) return otherwise;
+  normal.diagonal().array() *= 1 + 1e-9;
+  const double explained = right.dot(normal.ldlt().solve(right));
+  return std::max(0.0, square - explained) / freedom;
+}
+
+double armContrast(const Arm& arm, double amplitude) {
+  constexpr double kMinPixels = 6;
+  const double spread = arm.pattern2 - arm.pattern * arm.pattern / std::max(1.0, arm.count);
+  if (arm.count < kMinPixels || !(spread > 0.1 * arm.count)) return std::numeric_limits<double>::quiet_NaN();
+  return 1 + (arm.product - arm.pattern * arm.residual / arm.count) / (spread * amplitude);
+}
+
+}  // namespace
+
+EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, const EdgeResiduals& residuals,
+                          const std::array<double, 2>& reach_px) {
+  // Some ten sections an arm tell a variance; longer ones take in residuals that go together over some
+  // pixels, as those of JPEG's blocks of 8 do.
+  constexpr double kSectionsWanted = 10;
+  constexpr double kMinSectionPx = 1;
+  constexpr double kMaxSectionPx = 8;
+  // Where both lines blur into each other a pixel belongs to neither's sections, and still nearer to no arm.
+  constexpr double kSectionBlurs = 2.5;
+  constexpr double kArmBlurs = 1.0;
+  std::array<LineSums, 2> lines{};
+  const Eigen::Vector2d corner = model.corner();
+  const std::array<Eigen::Vector2d, 2> directions = {model.direction(0), model.direction(1)};
+  const std::array<Eigen::Vector2d, 2> normals = {model.normal(0), model.normal(1)};
+  std::array<double, 2> per_px;
+  std::array<double, 2> per_blur;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double length = std::clamp(reach_px[i] / kSectionsWanted, kMinSectionPx, kMaxSectionPx);
+    per_px[i] = 1 / std::max(length, reach_px[i] / kSectionsPerArm);
+    per_blur[i] = 1 / model[EdgeModel::kBlur1 + i];
+  }
+  double square = 0;
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    const double dx = pixels.x()[p] - corner.x();
+    const double dy = pixels.y()[p] - corner.y();
+    const double residual = residuals.residual[p];
+    square += residual * residual;
+    const double z0 = std::abs(dx * normals[0].x() + dy * normals[0].y()) * per_blur[0];
+    const double z1 = std::abs(dx * normals[1].x() + dy * normals[1].y()) * per_blur[1];
+    const double clear = std::max(z0, z1);
+    if (clear < kArmBlurs) continue;
+    const std::size_t i = z0 < z1 ? 0 : 1;
+    const double u = dx * directions[i].x() + dy * directions[i].y();
+    if (clear >= kSectionBlurs) {
+      const double slope = i == 0 ? residuals.slope1[p] : residuals.slope2[p];
+      const int section = std::clamp(static_cast<int>(std::floor(u * per_px[i])) + kSectionsPerArm, 0,
+                                     2 * kSectionsPerArm - 1);
+      Section& in = lines[i].sections[static_cast<std::size_t>(section)];
+      in.information += slope * slope;
+      in.score += slope * residual;
+    }
+    const double pattern = residuals.pattern[p];
+    Arm& arm = lines[i].arms[u > 0 ? 0 : 1];
+    arm.count += 1;
+    arm.pattern += pattern;
+    arm.pattern2 += pattern * pattern;
+    arm.residual += residual;
+    arm.product += pattern * residual;
+  }
+  EdgeQuality quality;
+  const double freedom = static_cast<double>(pixels.size()) - static_cast<double>(EdgeModel::kNumParameters);
+  quality.residual_variance = square / std::max(1.0, freedom);
+  const double amplitude = model[EdgeModel::kAmplitude] * model.shadeAtCorner();
+  for (std::size_t i = 0; i < 2; ++i) {
+    quality.line_variance[i] = scatterVariance(lines[i], quality.residual_variance);
+    for (std::size_t side = 0; side < 2; ++side)
+      quality.arm_contrast[2 * i + side] = armContrast(lines[i].arms[side], amplitude);
+  }
+  return quality;
+}
+
+}  // namespace alidade

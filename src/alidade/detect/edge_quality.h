@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+
+#include "alidade/detect/edge_kernel.h"
+#include "alidade/detect/edge_model.h"
+
+namespace alidade {
+
+/// How well a model describes the pixels it was fitted to.
+struct EdgeQuality {
+  /// Mean square of the residuals, with the parameters' degrees of freedom taken off, squared grey levels.
+  double residual_variance = 0;
+  /// Of line 0 and 1: the noise variance, in squared grey levels, that explains how far the line's
+  /// cross-sections scatter about it; see assessEdgeFit().
+  std::array<double, 2> line_variance{};
+  /// Contrast on the four arms that leave the corner, as a share of the model's: line 0 forwards and
+  /// backwards along its direction, then line 1. NaN where an arm has too few pixels.
+  std::array<double, 4> arm_contrast{};
+};
+
+/// Cuts each line into short cross-sections, each of which says how far the edge is off the model there, and
+/// compares the scatter of these offsets with what independent pixels would give. That is the noise that
+/// moves the corner. A point spread of another shape than the model's leaves large residuals, but they
+/// balance within each cross-section and move no edge; residuals that are correlated, as after JPEG, move it
+/// more than their size tells.
+///
+/// `reach_px` is how far the pixels lie from the corner along each line.
+[[nodiscard]] EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model,
+                                        const EdgeResiduals& residuals,
+                                        const std::array<double, 2>& reach_px);
+
+}  // namespace alidade

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/triage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "alidade/core/size_groups.h"
+
+namespace alidade {
+namespace {
+
+void withdraw(Detection& detection, DetectionReason reason, std::string detail) {
+  detection.reason = reason;
+  detection.detail = std::move(detail);
+  detection.corners.clear();
+}
+
+void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<std::string>& notes) {
+  std::vector<ImageSize> sizes;
+  std::vector<std::size_t> readable;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    if (outcomes[i].detection.reason == DetectionReason::kUnreadable) continue;
+    sizes.push_back(outcomes[i].size);
+    readable.push_back(i);
+  }
+  const SizeGroups groups = groupBySize(sizes);
+  for (const std::size_t k : groups.others) {
+    ImageOutcome& outcome = outcomes[readable[k]];
+    withdraw(outcome.detection, DetectionReason::kOtherSize,
+             "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
+  }
+  if (!groups.others.empty()) {
+    notes.push_back("images of " + std::string(groups.others.size() == 1 ? "two" : "several") +
+                    " sizes were given; the " + std::to_string(groups.in_group.size()) + " of " +
+                    sizeText(groups.size) + " are used");
+  }
+}
+
+bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b) {
+  if (a.size() != b.size() || a.empty()) return false;
+  constexpr double kSamePx = 0.25;
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].id != b[i].id) return false;
+    sum += (a[i].pixel - b[i].pixel).squaredNorm();
+  }
+  return sum <= kSamePx * kSamePx * static_cast<double>(a.size());
+}
+
+// Only images whose first corners are in the same or neighbouring cells of a grid are compared.
+void refuseDuplicates(std::span<ImageOutcome> outcomes) {
+  constexpr double kCellPx = 4;
+  std::map<std::pair<long, long>, std::vector<std::size_t>> cells;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    Detection& detection = outcomes[i].detection;
+    if (detection.corners.empty()) continue;
+    const Eigen::Vector2d& first = detection.corners.front().pixel;
+    const long x = std::lround(first.x() / kCellPx);
+    const long y = std::lround(first.y() / kCellPx);
+    std::size_t original = i;
+    for (long dy = -1; dy <= 1; ++dy) {
+      for (long dx = -1; dx <= 1; ++dx) {
+        const auto cell = cells.find({x + dx, y + dy});
+        if (cell == cells.end()) continue;
+        for (const std::size_t k : cell->second) {
+          if (showSame(outcomes[k].detection.corners, detection.corners)) original = std::min(original, k);
+        }
+      }
+    }
+    if (original == i) {
+      cells[{x, y}].push_back(i);
+    } else {
+      withdraw(detection, DetectionReason::kDuplicate, "shows the same as " + outcomes[original].image);
+    }
+  }
+}
+
+void refusePartsOfAnother(std::span<ImageOutcome> outcomes) {
+  const auto hint = diagnoseBoard(outcomes);
+  if (!hint || !hint->is_closed) return;
+  const auto num_with_corners =
+      std::count_if(outcomes.begin(), outcomes.end(),
+                    [](const ImageOutcome& outcome) { return outcome.detection.hasCorners(); });
+  if (hint->num_images <= num_with_corners) return;
+  for (ImageOutcome& outcome : outcomes) {
+    Detection& detection = outcome.detection;
+    if (!detection.hasCorners() || (detection.seen && detection.seen->is_closed)) continue;
+    withdraw(detection, DetectionReason::kOtherBoard,
+             "may be a part of the board of " + std::to_string(hint->columns) + "x" +
+                 std::to_string(hint->rows) + " inner corners that most images show");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> triage(std::span<ImageOutcome> outcomes) {
+  std::vector<std::string> notes;
+  refuseOtherSizes(outcomes, notes);
+  refusePartsOfAnother(outcomes);
+  refuseDuplicates(outcomes);
+  return notes;
+}
+
+std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes) {
+  std::optional<BoardHint> best;
+  for (const bool is_closed : {true, false}) {
+    std::map<std::pair<int, int>, int> counts;
+    for (const ImageOutcome& outcome : outcomes) {
+      const Detection& detection = outcome.detection;
+      if (detection.hasCorners() || !detection.seen || detection.seen->is_closed != is_closed) continue;
+      if (detection.reason == DetectionReason::kDuplicate || detection.reason == DetectionReason::kOtherSize)
+        continue;
+      ++counts[{detection.seen->columns, detection.seen->rows}];
+    }
+    for (const auto& [size, count] : counts) {
+      if (best && count <= best->num_images) continue;
+      best =
+          BoardHint{.columns = size.first, .rows = size.second, .num_images = count, .is_closed = is_closed};
+    }
+    if (best) break;
+  }
+  return best;
+}
+
+std::string hintText(const BoardHint& hint, const Checkerboard& asked) {
+  // A hint has its longer side first; it is told in the order of the board that was asked for.
+  const bool is_upright = asked.columns < asked.rows;
+  const int columns = is_upright ? hint.rows : hint.columns;
+  const int rows = is_upright ? hint.columns : hint.rows;
+  std::string text = std::to_string(hint.num_images) +
+                     (hint.num_images == 1 ? " image shows " : " images show ") +
+                     (hint.is_closed ? "" : "at least ") + std::to_string(columns) + "x" +
+                     std::to_string(rows) + " inner corners";
+  if (columns + 1 == asked.columns && rows + 1 == asked.rows) text += "; did you count squares?";
+  if (columns - 1 == asked.columns && rows - 1 == asked.rows)
+    text += "; did you leave out a line of corners each way?";
+  text += (text.back() == '?' ? " Use " : "; use ") +
+          specText({.columns = columns, .rows = rows, .square_m = asked.square_m}) +
+          (hint.is_closed ? " if that is the board" : " if that is all of the board");
+  return text;
+}
+
+std::string ambiguityText(const Checkerboard& board) {
+  if (!board.isAmbiguous()) return {};
+  const std::string turned = board.symmetryStep() == 1 ? "90, 180 or 270" : "180";
+  return "a board of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) +
+         " inner corners looks the same turned by " + turned +
+         " degrees: which corner counts as the first is settled anew in each image, which one camera does "
+         "not "
+         "mind, but several cameras would; a board with one even and one odd count has no such doubt";
+}
+
+}  // namespace alidade

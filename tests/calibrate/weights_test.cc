@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/core/error.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{.width = 1280, .height = 960};
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+const std::vector<double> kTruth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+
+void stateSigmas(SimulatedSet& set, const std::function<double(const Corner&)>& sigma) {
+  for (View& view : set.views) {
+    for (Corner& corner : view.corners) corner.sigma_px = sigma(corner);
+  }
+}
+
+// Each corner has noise of one of two sizes, which it states.
+SimulatedSet mixedSet(double small_px, double large_px, std::uint64_t seed, double tau_px = 0,
+                      const char* model = "radtan", const std::vector<double>& truth = kTruth) {
+  SimulatedSet set = simulateSet(AnyCamera::make(model, truth), kSize, 12, 0.0, seed);
+  Random random(streamSeed(seed, 1));
+  for (View& view : set.views) {
+    for (Corner& corner : view.corners) {
+      corner.sigma_px = random.uniform() < 0.5 ? small_px : large_px;
+      const double sigma = std::hypot(corner.sigma_px, tau_px);
+      corner.pixel.x() += sigma * random.normal();
+      corner.pixel.y() += sigma * random.normal();
+    }
+  }
+  return set;
+}
+
+void expectSame(const CalibrationResult& a, const CalibrationResult& b) {
+  ASSERT_TRUE(a.covariance && b.covariance);
+  for (std::size_t i = 0; i < kTruth.size(); ++i) {
+    EXPECT_EQ(a.camera.parameters()[i], b.camera.parameters()[i]) << a.camera.parameterNames()[i];
+  }
+  EXPECT_EQ(*a.covariance, *b.covariance);
+  EXPECT_EQ(a.rms_px, b.rms_px);
+  EXPECT_EQ(a.weighted_rms_px, b.weighted_rms_px);
+  EXPECT_EQ(a.coordinate_sigma_px, b.coordinate_sigma_px);
+  EXPECT_EQ(a.local_sigma_px, b.local_sigma_px);
+  EXPECT_EQ(a.outliers.size(), b.outliers.size());
+}
+
+TEST(Weights, EqualOrUnknownSigmasChangeNothing) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 10, 0.1, seed);
+    set.views[2].corners[7].pixel.x() += 9;
+    stateSigmas(set, [](const Corner&) { return kUnknown; });
+    const CalibrationResult unknown = calibrate(set.board, set.views);
+    EXPECT_TRUE(std::isnan(unknown.unexplained_sigma_px));
+    EXPECT_EQ(unknown.weighted_rms_px, unknown.rms_px);
+    EXPECT_EQ(unknown.outliers.size(), 1U);
+    // True, three times too wide and three times too narrow: the scale comes from the residuals.
+    for (const double stated : {0.1, 0.3, 0.1 / 3}) {
+      stateSigmas(set, [&](const Corner&) { return stated; });
+      const CalibrationResult equal = calibrate(set.board, set.views);
+      expectSame(equal, unknown);
+      const double left = std::pow(equal.coordinate_sigma_px, 2) - stated * stated;
+      EXPECT_NEAR(equal.unexplained_sigma_px, std::sqrt(std::max(0.0, left)), 1e-12);
+    }
+    stateSigmas(set, [&](const Corner& corner) { return corner.id % 3 == 0 ? kUnknown : 0.02; });
+    expectSame(calibrate(set.board, set.views), unknown);
+  }
+}
+
+// Doubling all sigmas scales all variances exactly, so that not even rounding differs.
+TEST(Weights, OnlyRatiosMatterWhereSigmasAreTooWide) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SimulatedSet set = mixedSet(0.02, 0.2, seed);
+    stateSigmas(set, [&](const Corner& corner) { return 3 * corner.sigma_px; });
+    const CalibrationResult wide = calibrate(set.board, set.views);
+    EXPECT_EQ(wide.unexplained_sigma_px, 0);
+    EXPECT_NEAR(wide.coordinate_sigma_px, 0.0281, 0.003);
+    stateSigmas(set, [&](const Corner& corner) { return 2 * corner.sigma_px; });
+    expectSame(calibrate(set.board, set.views), wide);
+  }
+}
+
+// What detection does not know is found, and makes corners count nearly alike.
+TEST(Weights, AnUnmodelledErrorIsFoundAndEvensThemOut) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    SimulatedSet set = mixedSet(0.01, 0.05, seed, 0.1);
+    const CalibrationResult weighted = calibrate(set.board, set.views);
+    EXPECT_NEAR(weighted.unexplained_sigma_px, 0.1, 0.01);
+    EXPECT_NEAR(weighted.coordinate_sigma_px, 0.106, 0.01);
+    stateSigmas(set, [](const Corner&) { return kUnknown; });
+    const CalibrationResult plain = calibrate(set.board, set.views);
+    for (int i = 0; i < 9; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const double std = plain.parameterStd(i);
+      EXPECT_NEAR(weighted.camera.parameters()[k], plain.camera.parameters()[k], 0.5 * std);
+      EXPECT_NEAR(weighted.parameterStd(i), std, 0.1 * std);
+    }
+  }
+}
+
+TEST(Weights, TrueSigmasLeaveNothingUnexplained) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const SimulatedSet set = mixedSet(0.02, 0.2, seed);
+    const CalibrationResult result = calibrate(set.board, set.views);
+    EXPECT_LT(result.unexplained_sigma_px, 0.01);
+    // Half of the corners carry nearly all that is known: 1 / mean(1 / sigma^2).
+    EXPECT_NEAR(result.coordinate_sigma_px, 0.0281, 0.003);
+    EXPECT_NEAR(result.local_sigma_px, result.coordinate_sigma_px, 0.15 * result.coordinate_sigma_px);
+    EXPECT_GT(result.rms_px, 0.17);
+    EXPECT_TRUE(result.outliers.empty());
+    EXPECT_TRUE(result.findings.empty()) << result.findings.front().message;
+  }
+}
+
+// Poor corners that say so are neither outliers nor a misfit; gross ones are outliers whatever they say.
+TEST(Weights, AnOutlierIsJudgedByWhatItStates) {
+  SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 15, 0.02, 3);
+  const auto spoil = [&](std::size_t view, std::size_t corner, double off, double stated) {
+    set.views[view].corners[corner].pixel += Eigen::Vector2d(off, -off / 2);
+    set.views[view].corners[corner].sigma_px = stated;
+    return set.views[view].corners[corner].id;
+  };
+  spoil(2, 5, 1.0, 0.3);
+  spoil(3, 11, -0.8, 0.3);
+  const int off_by_much = spoil(4, 20, 10.0, 0.3);
+  const int off_unawares = spoil(6, 8, 1.0, 0.02);
+  const CalibrationResult result = calibrate(set.board, set.views);
+  std::vector<std::pair<std::string, int>> named;
+  for (const Outlier& outlier : result.outliers) named.emplace_back(outlier.image, outlier.corner_id);
+  EXPECT_THAT(named, testing::UnorderedElementsAre(std::pair(set.views[4].image, off_by_much),
+                                                   std::pair(set.views[6].image, off_unawares)));
+  for (std::size_t i = 0; i < kTruth.size(); ++i) {
+    EXPECT_NEAR(result.camera.parameters()[i], kTruth[i], 4 * result.parameterStd(static_cast<int>(i)));
+  }
+}
+
+TEST(Weights, ManyPoorCornersAreNoMisfit) {
+  const SimulatedSet set = mixedSet(0.05, 3.0, 1);
+  const CalibrationResult result = calibrate(set.board, set.views);
+  EXPECT_GT(result.rms_px, 0.0005 * std::hypot(kSize.width, kSize.height));
+  EXPECT_TRUE(result.findings.empty()) << result.findings.front().message;
+}
+
+TEST(Weights, AModelIsFoundTooLeanThroughPoorCorners) {
+  int num_lean = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const auto is_too_lean = [](const SimulatedSet& set) {
+      return calibrate(set.board, set.views, {.model = "pinhole"}).better_model.has_value();
+    };
+    // A distortion of 1.5 px in the image's corners, most of which another focal length takes up, among
+    // corners of which half have noise of that size.
+    const std::vector<double> mild = {1003, 1001, 645, 475, -0.003, 0, 0, 0, 0};
+    if (is_too_lean(mixedSet(0.02, 1.0, seed, 0, "radtan", mild))) ++num_lean;
+    EXPECT_FALSE(is_too_lean(mixedSet(0.02, 1.0, seed, 0, "pinhole", {1003, 1001, 645, 475})));
+  }
+  EXPECT_EQ(num_lean, 10);
+}
+
+TEST(Weights, DoNotDependOnTheOrderOfViews) {
+  SimulatedSet set = mixedSet(0.02, 0.2, 1);
+  const CalibrationResult first = calibrate(set.board, set.views);
+  std::reverse(set.views.begin(), set.views.end());
+  const CalibrationResult second = calibrate(set.board, set.views);
+  expectSame(second, first);
+  EXPECT_EQ(second.unexplained_sigma_px, first.unexplained_sigma_px);
+}
+
+TEST(Weights, ANegativeSigmaIsRefused) {
+  SimulatedSet set = mixedSet(0.02, 0.2, 1);
+  set.views[3].corners[5].sigma_px = -0.1;
+  EXPECT_THROW(static_cast<void>(calibrate(set.board, set.views)), Error);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/triage.h"
+
+#include <gmock/gmock.h>
+
+#include "alidade/detect/draw_detection.h"
+
+namespace alidade {
+namespace {
+
+using testing::HasSubstr;
+
+const Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.025};
+constexpr ImageSize kSize{.width = 640, .height = 480};
+
+ImageOutcome found(const std::string& name, double shift, bool is_closed = true) {
+  ImageOutcome outcome;
+  outcome.image = name;
+  outcome.size = kSize;
+  outcome.detection.reason = DetectionReason::kFound;
+  for (int id = 0; id < 54; ++id) {
+    Corner corner;
+    corner.id = id;
+    corner.pixel = {40.0 * (id % 9) + shift, 40.0 * (id / 9) + 7};
+    corner.sigma_px = 0.02;
+    outcome.detection.corners.push_back(corner);
+  }
+  outcome.detection.seen = SeenGrid{.columns = 9, .rows = 6, .num_corners = 54, .is_closed = is_closed};
+  return outcome;
+}
+
+ImageOutcome seen(int columns, int rows, bool is_closed,
+                  DetectionReason reason = DetectionReason::kOtherBoard) {
+  ImageOutcome outcome;
+  outcome.image = "other";
+  outcome.size = kSize;
+  outcome.detection.reason = reason;
+  outcome.detection.seen =
+      SeenGrid{.columns = columns, .rows = rows, .num_corners = columns * rows, .is_closed = is_closed};
+  return outcome;
+}
+
+TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 100.2),
+                                        found("d", 100.6), found("e", 160)};
+  triage(outcomes);
+  EXPECT_TRUE(outcomes[0].detection.hasCorners());
+  EXPECT_TRUE(outcomes[1].detection.hasCorners());
+  EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kDuplicate);
+  EXPECT_EQ(outcomes[2].detection.detail, "shows the same as a");
+  EXPECT_TRUE(outcomes[2].detection.corners.empty());
+  EXPECT_TRUE(outcomes[3].detection.hasCorners()) << "moved by more than a quarter of a pixel";
+  EXPECT_EQ(outcomes[4].detection.detail, "shows the same as b");
+}
+
+TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
+  outcomes[1].size = {.width = 641, .height = 480};
+  const auto notes = triage(outcomes);
+  EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kOtherSize);
+  EXPECT_THAT(outcomes[1].detection.detail, HasSubstr("641x480"));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_THAT(notes[0], HasSubstr("2 of 640x480"));
+}
+
+TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100, false), found("b", 160, true), seen(10, 7, true),
+                                        seen(10, 7, true), seen(10, 7, true)};
+  triage(outcomes);
+  EXPECT_EQ(outcomes[0].detection.reason, DetectionReason::kOtherBoard);
+  EXPECT_THAT(outcomes[0].detection.detail, HasSubstr("10x7"));
+  EXPECT_TRUE(outcomes[1].detection.hasCorners()) << "its border was seen";
+
+  // A stray image of another board casts no doubt on the others.
+  outcomes = {found("a", 100, false), found("b", 160, false), seen(10, 7, true)};
+  triage(outcomes);
+  EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
+}
+
+TEST(DiagnoseBoard, PrefersBoardsSeenWhole) {
+  EXPECT_FALSE(diagnoseBoard(std::vector<ImageOutcome>{found("a", 100)}));
+  const auto hint = diagnoseBoard(std::vector<ImageOutcome>{
+      seen(8, 5, false), seen(8, 5, false), seen(8, 5, false), seen(13, 12, true), seen(13, 12, true)});
+  ASSERT_TRUE(hint);
+  EXPECT_EQ(hint->columns, 13);
+  EXPECT_EQ(hint->rows, 12);
+  EXPECT_EQ(hint->num_images, 2);
+  EXPECT_TRUE(hint->is_closed);
+}
+
+TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
+  const BoardHint hint{.columns = 13, .rows = 12, .num_images = 12, .is_closed = true};
+  EXPECT_THAT(
+      hintText(hint, {.columns = 14, .rows = 13, .square_m = 0.025}),
+      HasSubstr("12 images show 13x12 inner corners; did you count squares? Use checkerboard:13x12:25mm"));
+  EXPECT_THAT(hintText(hint, {.columns = 13, .rows = 14, .square_m = 0.025}),
+              HasSubstr("12x13 inner corners; did you count squares? Use checkerboard:12x13:25mm"));
+  EXPECT_THAT(hintText(hint, {.columns = 12, .rows = 11, .square_m = 0.025}),
+              HasSubstr("did you leave out a line"));
+  const BoardHint part{.columns = 7, .rows = 5, .num_images = 1, .is_closed = false};
+  EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));
+}
+
+TEST(AmbiguityText, SpeaksOfAmbiguousBoardsOnly) {
+  EXPECT_EQ(ambiguityText(kBoard), "");
+  EXPECT_THAT(ambiguityText({.columns = 8, .rows = 6, .square_m = 0.02}), HasSubstr("turned by 180 degrees"));
+  EXPECT_THAT(ambiguityText({.columns = 7, .rows = 7, .square_m = 0.02}), HasSubstr("turned by 180 degrees"));
+  EXPECT_THAT(ambiguityText({.columns = 6, .rows = 6, .square_m = 0.02}), HasSubstr("90, 180 or 270"));
+}
+
+TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {
+  const GrayImage image{.size = kSize, .pixels = std::vector<std::uint8_t>(640 * 480, 90)};
+  const ColorImage plain = drawDetection(image, {}, kBoard);
+  const ColorImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
+  EXPECT_EQ(drawn.size, kSize);
+  ASSERT_EQ(drawn.rgb.size(), 3U * 640 * 480);
+  int num_coloured = 0;
+  for (std::size_t i = 0; i < drawn.rgb.size(); ++i) num_coloured += drawn.rgb[i] != plain.rgb[i] ? 1 : 0;
+  EXPECT_GT(num_coloured, 54 * 40);
+}
+
+}  // namespace
+}  // namespace alidade
