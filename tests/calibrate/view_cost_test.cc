@@ -146,6 +146,39 @@ TYPED_TEST(ViewCostOf, RefusesAStepThatPutsACornerBehindTheCamera) {
   EXPECT_FALSE(cost.Evaluate(blocks, residuals.data(), nullptr));
 }
 
+// Columns of very different scales that depend on each other, as those of one flat view do: pivots there are
+// rounding, and must neither blow up nor cost the gradient its digits.
+TEST(Factorize, KeepsTheGradientWherePivotsAreRounding) {
+  constexpr int kSize = 12;
+  using Gram = Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>;
+  Random random(3);
+  int num_checked = 0;
+  for (int set = 0; set < 2000; ++set) {
+    Eigen::Matrix<double, 60, kSize> J;
+    for (int i = 0; i < J.rows(); ++i) {
+      for (int j = 0; j < kSize; ++j) J(i, j) = random.normal();
+    }
+    // All but four columns and the last are combinations of the four.
+    for (int j = 4; j + 1 < kSize; ++j) {
+      J.col(j).setZero();
+      for (int k = 0; k < 4; ++k) J.col(j) += random.normal() * J.col(k);
+    }
+    for (int j = 0; j + 1 < kSize; ++j) J.col(j) *= std::pow(10.0, random.uniform(-4, 4));
+    Gram gram = J.transpose() * J;
+    const Gram before = gram;
+    detail::factorize(gram);
+    ASSERT_TRUE(gram.allFinite()) << "set " << set;
+    const Gram again = gram.transpose() * gram;
+    for (int j = 0; j + 1 < kSize; ++j) {
+      const double scale = std::sqrt(before(j, j) * before(kSize - 1, kSize - 1));
+      ASSERT_NEAR(again(j, kSize - 1), before(j, kSize - 1), 1e-6 * scale) << "set " << set;
+      ASSERT_NEAR(again(j, j), before(j, j), 1e-6 * before(j, j)) << "set " << set;
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 2000 * (kSize - 1));
+}
+
 TEST(ViewCost, RefusesAFoldedLens) {
   Problem<Radtan> data(1);
   const ViewCost<Radtan> cost(data.views[0], {.threshold_px = kThreshold});
