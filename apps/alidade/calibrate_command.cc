@@ -133,6 +133,7 @@ class CalibrateCommand final : public Command {
     input.num_images = stage.outcomes.size();
     input.num_found = stage.numFound();
     input.reasons = reasonLines(stage);
+    input.measures = measuresText(stage);
     input.notes = stage.notes;
     return std::move(stage.views);
   }

@@ -105,6 +105,7 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
                                  sizeText(result.image_size), specText(input.board));
   text += fmt::format("Images   {} given, {} with the board, {} used\n", input.num_images, input.num_found,
                       result.views.size());
+  if (!input.measures.empty()) text += "         " + input.measures + "\n";
   text += listed(input.reasons, "  ");
   text += fmt::format(
       "RMS      {:.4g} px over {} corners (sqrt of the mean of dx^2 + dy^2); sigma {:.3g} px an axis\n",

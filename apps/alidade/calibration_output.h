@@ -15,6 +15,7 @@ struct CalibrationInput {
   Checkerboard board;
   std::size_t num_images = 0;        ///< given
   std::size_t num_found = 0;         ///< with a board
+  std::string measures;              ///< how the images show the board; empty if that is not known
   std::vector<std::string> reasons;  ///< a line an image without one
   std::vector<std::string> notes;
 };

@@ -108,6 +108,7 @@ class DetectCommand final : public Command {
                              stage.outcomes.size(), stage.board.numCorners(),
                              num_partial > 0 ? fmt::format(", {} a part of it", num_partial) : "",
                              to_stdout ? "" : "; written to " + output_));
+    printMessage("  " + measuresText(stage));
     for (const std::string& line : reasonLines(stage)) printMessage("  " + line);
     for (const std::string& note : stage.notes) printMessage("note: " + note);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 
 #include <fmt/format.h>
@@ -183,6 +184,26 @@ std::vector<std::string> reasonLines(const DetectionStage& stage) {
                                         outcome.detection.detail)));
   }
   return lines;
+}
+
+std::string measuresText(const DetectionStage& stage) {
+  const auto range = [&](const auto& measure) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const ImageOutcome& outcome : stage.outcomes) {
+      if (!outcome.detection.hasCorners()) continue;
+      low = std::min(low, measure(outcome.detection.measures));
+      high = std::max(high, measure(outcome.detection.measures));
+    }
+    return fmt::format("{:.3g} to {:.3g}", low, high);
+  };
+  if (stage.views.empty()) return {};
+  return fmt::format(
+      "edges blurred over {} px, squares {} px wide, tilts {} degrees, {} % of the image's area",
+      range([](const ViewMeasures& m) { return m.blur_px; }),
+      range([](const ViewMeasures& m) { return m.spacing_px; }),
+      range([](const ViewMeasures& m) { return m.tilt_deg; }),
+      range([](const ViewMeasures& m) { return 100 * m.area_share; }));
 }
 
 std::vector<std::string> imageTable(const DetectionStage& stage) {

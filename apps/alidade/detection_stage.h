@@ -43,6 +43,9 @@ void addDebugOption(CLI::App& app, std::string& folder);
 /// One line an image that does not show the whole board, "name: reason: why", for people.
 [[nodiscard]] std::vector<std::string> reasonLines(const DetectionStage& stage);
 
+/// The range of each measure over the images that give corners, in a line for people; empty without images.
+[[nodiscard]] std::string measuresText(const DetectionStage& stage);
+
 /// One CSV line an image with its reason and measures, after a header line.
 [[nodiscard]] std::vector<std::string> imageTable(const DetectionStage& stage);
 

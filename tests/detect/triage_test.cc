@@ -77,6 +77,17 @@ TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
   EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
 }
 
+TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
+  for (ImageOutcome& outcome : outcomes) outcome.detection.measures.blur_px = 0.9;
+  EXPECT_TRUE(triage(outcomes).empty());
+  outcomes[1].detection.measures.blur_px = 2.4;
+  const auto notes = triage(outcomes);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_THAT(notes[0], HasSubstr("more blurred than the others: b"));
+  EXPECT_TRUE(outcomes[1].detection.hasCorners());
+}
+
 TEST(DiagnoseBoard, PrefersBoardsSeenWhole) {
   EXPECT_FALSE(diagnoseBoard(std::vector<ImageOutcome>{found("a", 100)}));
   const auto hint = diagnoseBoard(std::vector<ImageOutcome>{

@@ -37,7 +37,7 @@ constexpr double kFullShare = 0.8;
 constexpr double kNarrowShare = 0.3;
 constexpr double kApproachPx = 30;
 // Pixels this many blurs off a line still tell the grey levels on both sides.
-constexpr double kBandBlurs = 3.5;
+constexpr double kBandBlurs = 3.0;
 // What a window keeps off the neighbouring squares' edges.
 constexpr double kMarginBlurs = 1.5;
 constexpr double kMarginPx = 0.5;
@@ -210,18 +210,23 @@ class Refinement {
     }
   }
 
+  // The window of half size `share` about a model's corner, without what the neighbours' blur reaches.
+  [[nodiscard]] EdgeWindow windowFor(const EdgeModel& model, double share) const {
+    EdgeWindow window = task_.window(model.corner());
+    // Steps along u end at edges that run along v, and blur like line 1.
+    window.reach_u = share - task_.marginShare(window.step_u.norm(), model[EdgeModel::kBlur2]);
+    window.reach_v = share - task_.marginShare(window.step_v.norm(), model[EdgeModel::kBlur1]);
+    return window;
+  }
+  [[nodiscard]] bool hasRoom(const EdgeModel& model, double share) const {
+    return windowFor(model, share).shorterReach() >= std::max(kMinReachPx, model.largerBlur());
+  }
+
   // A fit in a window of half size `share`, from a model that is nearly right. Nothing if the window is too
   // small.
   [[nodiscard]] std::optional<Candidate> fit(const EdgeModel& start, double share) {
-    const double length_u = task_.guess.step_u.norm();
-    const double length_v = task_.guess.step_v.norm();
-    EdgeWindow window = task_.window(start.corner());
-    // Steps along u end at edges that run along v, and blur like line 1.
-    window.reach_u = share - task_.marginShare(length_u, start[EdgeModel::kBlur2]);
-    window.reach_v = share - task_.marginShare(length_v, start[EdgeModel::kBlur1]);
-    const std::array<double, 2> reach_px = {window.reach_u * length_u, window.reach_v * length_v};
-    const double shorter = std::min(reach_px[0], reach_px[1]);
-    if (!(shorter >= std::max(kMinReachPx, start.largerBlur()))) return std::nullopt;
+    if (!hasRoom(start, share)) return std::nullopt;
+    const EdgeWindow window = windowFor(start, share);
     gatherBands(task_.image, window, task_.origin, start, kBandBlurs, pixels_);
     if (pixels_.size() < kMinPixels) return std::nullopt;
     EdgeSolverOptions options;
@@ -230,10 +235,10 @@ class Refinement {
     if (!solution.converged || !isPlausible(task_, solution.model)) return std::nullopt;
     evaluateResiduals(pixels_, solution.model, residuals_);
     Candidate candidate{.model = solution.model,
-                        .quality = assessEdgeFit(pixels_, solution.model, residuals_, reach_px),
+                        .quality = assessEdgeFit(pixels_, solution.model, residuals_, window.reachPx()),
                         .covariance = {},
                         .window = share,
-                        .reach_px = shorter};
+                        .reach_px = window.shorterReach()};
     candidate.covariance = cornerCovariance(solution.model, solution.sums, candidate.quality);
     if (!candidate.covariance.allFinite() || !isCrossing(candidate)) return std::nullopt;
     return candidate;
@@ -244,9 +249,14 @@ class Refinement {
     const double approach = std::min(kSafeShare, kApproachPx / task_.spacing);
     std::optional<Candidate> best = fit(start, approach);
     if (best && isBlurOff(start, best->model)) best = fit(best->model, approach);
-    if (!best) best = fit(start, kNarrowShare);
-    if (!best) return fit(start, kFullShare);
-    const std::optional<Candidate> full = fit(best->model, kFullShare);
+    if ((!best || isSuspicious(*best)) && approach > kNarrowShare) {
+      const std::optional<Candidate> narrow = fit(best ? best->model : start, kNarrowShare);
+      if (narrow && !(best && isAsGood(*best, *narrow))) best = narrow;
+    }
+    // Without a smaller window to judge it by, the full one counts only where there is no room for that.
+    if (!best && hasRoom(start, approach)) return std::nullopt;
+    const std::optional<Candidate> full = fit(best ? best->model : start, kFullShare);
+    if (!best) return full;
     if (full && isAsGood(*full, *best)) return full;
     if (best->window < kSafeShare) {
       const std::optional<Candidate> safe = fit(best->model, kSafeShare);
@@ -265,16 +275,31 @@ class Refinement {
     return false;
   }
 
+  // Something in the window may not be of the corner: an arm shows less or more contrast than the others, or
+  // the residuals grow outwards.
+  static bool isSuspicious(const Candidate& candidate) {
+    constexpr double kUnevenArm = 0.12;
+    constexpr double kGrowth = 2.5;
+    constexpr double kRounding = 0.5;  // squared grey levels
+    for (const double arm : candidate.quality.arm_contrast) {
+      if (std::abs(arm - 1) > kUnevenArm) return true;
+    }
+    return candidate.quality.outer_variance > kGrowth * candidate.quality.inner_variance + kRounding;
+  }
+
   static bool isAsGood(const Candidate& large, const Candidate& small) {
+    // Variances from few cross-sections vary by themselves; taking whichever looks less would promise too
+    // much.
+    constexpr double kMoreSigma = 1.3;
     constexpr double kMoreResidual = 1.4;
-    constexpr double kMoreScatter = 2.0;
+    constexpr double kMoreScatter = 3.0;
     constexpr double kRounding = 0.2;  // squared grey levels; noise below this is not compared
     constexpr double kMaxSigmas = 4.0;
     const auto scatter = [](const Candidate& c) {
       return 0.5 * (c.quality.line_variance[0] + c.quality.line_variance[1]);
     };
     const double moved = (large.model.corner() - small.model.corner()).norm();
-    return large.sigma() <= small.sigma() && moved <= kMaxSigmas * small.sigma() &&
+    return large.sigma() <= kMoreSigma * small.sigma() && moved <= kMaxSigmas * small.sigma() &&
            large.quality.residual_variance <= kMoreResidual * small.quality.residual_variance + kRounding &&
            scatter(large) <= kMoreScatter * scatter(small) + kRounding;
   }
@@ -374,7 +399,7 @@ CornerFit asFit(const Task& task, const Candidate& candidate) {
 }
 
 std::optional<Task> makeTask(const GrayImage& image, const CornerGuess& guess) {
-  constexpr double kMinSpacingPx = 3;
+  constexpr double kMinSpacingPx = 4;
   if (image.empty() || !guess.pixel.allFinite() || !guess.step_u.allFinite() || !guess.step_v.allFinite())
     return std::nullopt;
   const double length_u = guess.step_u.norm();

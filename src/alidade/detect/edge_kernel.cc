@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/detect/edge_kernel.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 // The loops are written once, for short vectors of floats. GCC and Clang know such vectors on any processor;
 // on x86-64 the loops are also compiled for AVX2 with fused multiplication, and the processor decides. Other
@@ -31,12 +33,12 @@ using Lanes = float;
 using IntLanes = std::int32_t;
 #endif
 
-constexpr std::size_t kChunkVectors = 16;
-constexpr std::size_t kChunk = 16 * 8;                              // pixels, a multiple of kNumLanes
+constexpr std::size_t kChunk =
+    128;  // pixels, a multiple of kNumLanes; the columns of one stay in the first cache
 constexpr std::size_t kNumColumns = EdgeModel::kNumParameters + 1;  // the derivatives and the residual
 constexpr std::size_t kNumSums = kNumColumns * (kNumColumns + 1) / 2;
 constexpr std::size_t kVectorsPerChunk = kChunk / kNumLanes;
-static_assert(kNumLanes == 1 || kVectorsPerChunk == kChunkVectors);
+static_assert(kVectorsPerChunk * kNumLanes == kChunk);
 
 ALIDADE_ALWAYS_INLINE Lanes load(const float* from) {
   Lanes lanes;
@@ -167,10 +169,10 @@ ALIDADE_ALWAYS_INLINE void fillColumns(const FloatModel& m, const float* px, con
 
 // Adds the products of column I with columns 0 to I.
 template <std::size_t I>
-ALIDADE_ALWAYS_INLINE void addProducts(const Columns& columns, Lanes* sums) {
+ALIDADE_ALWAYS_INLINE void addProducts(const Columns& columns, std::size_t num_vectors, Lanes* sums) {
   Lanes sum[I + 1];
   for (std::size_t j = 0; j <= I; ++j) sum[j] = sums[I * (I + 1) / 2 + j];
-  for (std::size_t vector = 0; vector < kVectorsPerChunk; ++vector) {
+  for (std::size_t vector = 0; vector < num_vectors; ++vector) {
     const Lanes factor = columns[I][vector];
     for (std::size_t j = 0; j <= I; ++j) sum[j] += factor * columns[j][vector];
   }
@@ -178,8 +180,9 @@ ALIDADE_ALWAYS_INLINE void addProducts(const Columns& columns, Lanes* sums) {
 }
 
 template <std::size_t... I>
-ALIDADE_ALWAYS_INLINE void addAllProducts(const Columns& columns, Lanes* sums, std::index_sequence<I...>) {
-  (addProducts<I>(columns, sums), ...);
+ALIDADE_ALWAYS_INLINE void addAllProducts(const Columns& columns, std::size_t num_vectors, Lanes* sums,
+                                          std::index_sequence<I...>) {
+  (addProducts<I>(columns, num_vectors, sums), ...);
 }
 
 ALIDADE_ALWAYS_INLINE void sumAll(const EdgePixels& pixels, const EdgeModel& model, double* totals) {
@@ -190,16 +193,15 @@ ALIDADE_ALWAYS_INLINE void sumAll(const EdgePixels& pixels, const EdgeModel& mod
     const float* x = pixels.x() + begin;
     const float* y = pixels.y() + begin;
     const float* grey = pixels.grey() + begin;
-    for (std::size_t vector = 0; vector < kVectorsPerChunk; ++vector)
-      fillColumns(m, x, y, grey, vector, columns);
-    const std::size_t count = pixels.size() - begin;
-    if (count < kChunk) {  // what lies beyond the last pixel must not count
-      for (auto& column : columns) {
-        std::memset(reinterpret_cast<char*>(column) + count * sizeof(float), 0,
-                    (kChunk - count) * sizeof(float));
-      }
+    const std::size_t count = std::min(kChunk, pixels.size() - begin);
+    const std::size_t num_vectors = (count + kNumLanes - 1) / kNumLanes;
+    for (std::size_t vector = 0; vector < num_vectors; ++vector) fillColumns(m, x, y, grey, vector, columns);
+    // What lies in the last vector beyond the last pixel must not count.
+    for (auto& column : columns) {
+      std::memset(reinterpret_cast<char*>(column) + count * sizeof(float), 0,
+                  (num_vectors * kNumLanes - count) * sizeof(float));
     }
-    addAllProducts(columns, sums, std::make_index_sequence<kNumColumns>());
+    addAllProducts(columns, num_vectors, sums, std::make_index_sequence<kNumColumns>());
   }
   for (std::size_t i = 0; i < kNumSums; ++i) {
     float lanes[kNumLanes];

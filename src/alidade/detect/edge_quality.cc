@@ -91,18 +91,21 @@ EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, cons
     per_px[i] = 1 / std::max(length, reach_px[i] / kSectionsPerArm);
     per_blur[i] = 1 / model[EdgeModel::kBlur1 + i];
   }
-  double square = 0;
+  std::array<double, 2> squares{};  // inner, outer
+  std::array<double, 2> counts{};
   for (std::size_t p = 0; p < pixels.size(); ++p) {
     const double dx = pixels.x()[p] - corner.x();
     const double dy = pixels.y()[p] - corner.y();
     const double residual = residuals.residual[p];
-    square += residual * residual;
     const double z0 = std::abs(dx * normals[0].x() + dy * normals[0].y()) * per_blur[0];
     const double z1 = std::abs(dx * normals[1].x() + dy * normals[1].y()) * per_blur[1];
-    const double clear = std::max(z0, z1);
-    if (clear < kArmBlurs) continue;
     const std::size_t i = z0 < z1 ? 0 : 1;
     const double u = dx * directions[i].x() + dy * directions[i].y();
+    const std::size_t half = 2 * std::abs(u) < reach_px[i] ? 0 : 1;
+    squares[half] += residual * residual;
+    counts[half] += 1;
+    const double clear = std::max(z0, z1);
+    if (clear < kArmBlurs) continue;
     if (clear >= kSectionBlurs) {
       const double slope = i == 0 ? residuals.slope1[p] : residuals.slope2[p];
       const int section = std::clamp(static_cast<int>(std::floor(u * per_px[i])) + kSectionsPerArm, 0,
@@ -121,7 +124,9 @@ EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, cons
   }
   EdgeQuality quality;
   const double freedom = static_cast<double>(pixels.size()) - static_cast<double>(EdgeModel::kNumParameters);
-  quality.residual_variance = square / std::max(1.0, freedom);
+  quality.residual_variance = (squares[0] + squares[1]) / std::max(1.0, freedom);
+  quality.inner_variance = squares[0] / std::max(1.0, counts[0]);
+  quality.outer_variance = squares[1] / std::max(1.0, counts[1]);
   const double amplitude = model[EdgeModel::kAmplitude] * model.shadeAtCorner();
   for (std::size_t i = 0; i < 2; ++i) {
     quality.line_variance[i] = scatterVariance(lines[i], quality.residual_variance);

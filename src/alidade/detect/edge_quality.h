@@ -15,6 +15,9 @@ struct EdgeQuality {
   /// Of line 0 and 1: the noise variance, in squared grey levels, that explains how far the line's
   /// cross-sections scatter about it; see assessEdgeFit().
   std::array<double, 2> line_variance{};
+  /// Mean square of the residuals in the inner and in the outer half of the window.
+  double inner_variance = 0;
+  double outer_variance = 0;
   /// Contrast on the four arms that leave the corner, as a share of the model's: line 0 forwards and
   /// backwards along its direction, then line 1. NaN where an arm has too few pixels.
   std::array<double, 4> arm_contrast{};

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <array>
+
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
@@ -17,6 +20,11 @@ struct EdgeWindow {
   Eigen::Vector2d step_v;
   double reach_u = 0;  ///< as a share of the step
   double reach_v = 0;
+
+  [[nodiscard]] std::array<double, 2> reachPx() const {
+    return {reach_u * step_u.norm(), reach_v * step_v.norm()};
+  }
+  [[nodiscard]] double shorterReach() const { return std::min(reachPx()[0], reachPx()[1]); }
 };
 
 /// Takes every `stride`-th pixel of the window, in both directions, that is in the image. `origin` is the

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -93,6 +94,31 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes) {
   }
 }
 
+// Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
+void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<std::string>& notes) {
+  constexpr double kFactor = 2.5;
+  constexpr double kSharpPx = 1.5;  // nobody minds less
+  std::vector<double> blurs;
+  for (const ImageOutcome& outcome : outcomes) {
+    if (outcome.detection.hasCorners()) blurs.push_back(outcome.detection.measures.blur_px);
+  }
+  if (blurs.empty()) return;
+  const auto middle = blurs.begin() + static_cast<std::ptrdiff_t>(blurs.size() / 2);
+  std::nth_element(blurs.begin(), middle, blurs.end());
+  const double limit = std::max(kSharpPx, kFactor * *middle);
+  std::vector<std::string> names;
+  for (const ImageOutcome& outcome : outcomes) {
+    if (outcome.detection.hasCorners() && outcome.detection.measures.blur_px > limit)
+      names.push_back(outcome.image);
+  }
+  if (names.empty()) return;
+  constexpr std::size_t kMaxNamed = 5;
+  const std::size_t num_more = names.size() - std::min(names.size(), kMaxNamed);
+  names.resize(names.size() - num_more);
+  notes.push_back("much more blurred than the others: " + join(names, ", ") +
+                  (num_more > 0 ? " and " + std::to_string(num_more) + " more" : ""));
+}
+
 }  // namespace
 
 std::vector<std::string> triage(std::span<ImageOutcome> outcomes) {
@@ -100,6 +126,7 @@ std::vector<std::string> triage(std::span<ImageOutcome> outcomes) {
   refuseOtherSizes(outcomes, notes);
   refusePartsOfAnother(outcomes);
   refuseDuplicates(outcomes);
+  noteBlurred(outcomes, notes);
   return notes;
 }
 

@@ -16,6 +16,7 @@ namespace alidade {
 ///   (kDuplicate): copies and frames of a resting camera would feign more certainty than there is;
 /// - where more images show another board whole than show this one: those in which not all of this board's
 ///   border is seen (kOtherBoard), since what they show may be a part of the other one.
+/// Images much more blurred than the others keep their corners and are named.
 /// @param outcomes  in natural order of their names
 /// @returns what the user should know, a sentence each
 std::vector<std::string> triage(std::span<ImageOutcome> outcomes);
