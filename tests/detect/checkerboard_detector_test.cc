@@ -121,13 +121,15 @@ GrayImage cropped(const GrayImage& image, int x0, int y0, int width, int height)
   return out;
 }
 
-// How many corners carry the id of the truth; any that does not is a failure.
+// How many corners carry the id of the truth; any that does not is a failure. A corner that is half covered
+// may be off, but must say so: usual sigmas here are 0.02, and calibration leaves out what is off by 8.
 int countRightIds(const Detection& detection, const View& truth, Eigen::Vector2d offset) {
   constexpr double kSamePx = 1.0;  // neighbours are tens of pixels away
   int count = 0;
   for (const Corner& corner : detection.corners) {
     const Eigen::Vector2d expected = truth.corners[static_cast<std::size_t>(corner.id)].pixel - offset;
-    EXPECT_LT((corner.pixel - expected).norm(), kSamePx) << "corner " << corner.id;
+    EXPECT_LT((corner.pixel - expected).norm(), std::max(kSamePx, 8 * corner.sigma_px))
+        << "corner " << corner.id << " sigma " << corner.sigma_px;
     ++count;
   }
   return count;

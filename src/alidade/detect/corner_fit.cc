@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Cholesky>
@@ -25,10 +26,12 @@ constexpr double kMaxTurnDeg = 25;
 constexpr double kMinCrossingDeg = 10;
 constexpr double kMinContrast = 4;  // grey levels
 
-// First search: all pixels near the guess, thinned out to about this many, halving the window until none are
-// left out. Half of its window as a share of the spacing reaches as far as it can without the next corners.
+// First search: all pixels near the guess, thinned out to about this many, narrowing the window until nearly
+// none are left out. Half of its window as a share of the spacing reaches as far as it can without the next
+// corners.
 constexpr double kSearchShare = 0.45;
 constexpr double kSearchSamples = 420;
+constexpr std::size_t kMinSearchPixels = 20;
 
 // The windows of the fit proper. The first is safe where a board ends in squares of half the size; the last
 // uses all the edge there is. Large windows are approached by a fit over this many pixels' reach.
@@ -124,9 +127,8 @@ Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const NormalEquations& 
   constexpr double kLeastVariance = 1.0 / 12;  // whole grey levels
   using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
   using Columns = Eigen::Matrix<double, NormalEquations::kSize, 2>;
-  const Matrix::ConstDiagonalReturnType diagonal = sums.hessian.diagonal();
   const Eigen::Matrix<double, NormalEquations::kSize, 1> scale =
-      diagonal.cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+      sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
   const Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
   const Columns solved = system.llt().solve(Columns::Identity());
   const Eigen::Matrix2d unit = (scale.asDiagonal() * solved).topRows<2>() * scale.head<2>().asDiagonal();
@@ -152,9 +154,12 @@ bool isPlausible(const Task& task, const EdgeModel& model) {
 }
 
 // An X-corner shows the contrast of its squares on all four arms, above the noise.
-bool isCrossing(const Candidate& candidate) {
-  constexpr double kLeastArm = 0.5;
-  constexpr double kMostArm = 1.7;
+// Fits that had to be softened are held to closer limits: what kept them from converging may be an object in
+// front of the board.
+bool isCrossing(const Candidate& candidate, bool is_softened) {
+  const double kLeastArm = is_softened ? 0.6 : 0.5;
+  const double kMostArm = is_softened ? 1.5 : 1.7;
+  const double kMostResidual = is_softened ? 0.2 : 1.0;  // of the squared amplitude
   int num_arms = 0;
   for (const double arm : candidate.quality.arm_contrast) {
     if (std::isnan(arm)) continue;
@@ -162,7 +167,7 @@ bool isCrossing(const Candidate& candidate) {
     ++num_arms;
   }
   const double amplitude = candidate.model[EdgeModel::kAmplitude];
-  return num_arms >= 3 && candidate.quality.residual_variance < amplitude * amplitude;
+  return num_arms >= 3 && candidate.quality.residual_variance < kMostResidual * amplitude * amplitude;
 }
 
 class Refinement {
@@ -191,7 +196,7 @@ class Refinement {
       EdgeWindow window = task_.window(model.corner());
       window.reach_u = window.reach_v = share;
       gatherLattice(task_.image, window, task_.origin, stride, pixels_);
-      if (pixels_.size() < 20) return std::nullopt;
+      if (pixels_.size() < kMinSearchPixels) return std::nullopt;
       if (is_first) startLevels(pixels_, model);
       // Starting blurred widens the basin.
       const double start_blur = std::max(0.3 * share * task_.spacing, 0.7);
@@ -222,6 +227,17 @@ class Refinement {
     return windowFor(model, share).shorterReach() >= std::max(kMinReachPx, model.largerBlur());
   }
 
+  [[nodiscard]] bool hasAmpleRoom(const EdgeModel& model, double share) const {
+    constexpr double kAmpleBlurs = 4;
+    return windowFor(model, share).shorterReach() >=
+           std::max(2 * kMinReachPx, kAmpleBlurs * model.largerBlur());
+  }
+  // An edge shorter than some blurs hardly tells its place from its other properties.
+  [[nodiscard]] bool isShort(const EdgeModel& model, double share) const {
+    constexpr double kShortBlurs = 4;
+    return windowFor(model, share).shorterReach() < std::max(kMinReachPx, kShortBlurs * model.largerBlur());
+  }
+
   // A fit in a window of half size `share`, from a model that is nearly right. Nothing if the window is too
   // small.
   [[nodiscard]] std::optional<Candidate> fit(const EdgeModel& start, double share) {
@@ -231,7 +247,14 @@ class Refinement {
     if (pixels_.size() < kMinPixels) return std::nullopt;
     EdgeSolverOptions options;
     options.max_blur_px = std::max(1.0, 0.5 * task_.spacing);
-    const EdgeSolution solution = solveEdgeModel(pixels_, start, prior_, options);
+    EdgeSolution solution = solveEdgeModel(pixels_, start, prior_, options);
+    const bool is_softened = !solution.converged;
+    if (is_softened) {
+      // Edges sharper than the model can follow from pixel to pixel; a softer one finds the same corner.
+      constexpr double kSoftPx = 0.8;
+      options.min_blur_px = kSoftPx;
+      solution = solveEdgeModel(pixels_, solution.model, prior_, options);
+    }
     if (!solution.converged || !isPlausible(task_, solution.model)) return std::nullopt;
     evaluateResiduals(pixels_, solution.model, residuals_);
     Candidate candidate{.model = solution.model,
@@ -240,7 +263,10 @@ class Refinement {
                         .window = share,
                         .reach_px = window.shorterReach()};
     candidate.covariance = cornerCovariance(solution.model, solution.sums, candidate.quality);
-    if (!candidate.covariance.allFinite() || !isCrossing(candidate)) return std::nullopt;
+    // The model did not follow these pixels, so neither does what it says of its own error.
+    constexpr double kSoftenedSigmas = 2;
+    if (is_softened) candidate.covariance *= kSoftenedSigmas * kSoftenedSigmas;
+    if (!candidate.covariance.allFinite() || !isCrossing(candidate, is_softened)) return std::nullopt;
     return candidate;
   }
 
@@ -254,7 +280,7 @@ class Refinement {
       if (narrow && !(best && isAsGood(*best, *narrow))) best = narrow;
     }
     // Without a smaller window to judge it by, the full one counts only where there is no room for that.
-    if (!best && hasRoom(start, approach)) return std::nullopt;
+    if (!best && hasAmpleRoom(start, approach)) return std::nullopt;
     const std::optional<Candidate> full = fit(best ? best->model : start, kFullShare);
     if (!best) return full;
     if (full && isAsGood(*full, *best)) return full;
@@ -344,18 +370,38 @@ std::optional<double> contrastOfSquares(const GrayImage& image, const CornerGues
   return contrast;
 }
 
+// True unless one of the four squares shows the other colour than the fit says, as where something covers it
+// or the pattern is none. Squares outside the image say nothing.
+bool haveColoursOfFit(const GrayImage& image, const CornerGuess& guess, const CornerFit& fit) {
+  constexpr double kShare = 0.35;
+  constexpr double kLeastGap = 0.25;  // of the contrast
+  double darkest_bright = std::numeric_limits<double>::infinity();
+  double brightest_dark = -darkest_bright;
+  for (const auto& [u, v] : std::array<std::array<double, 2>, 4>{{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}}) {
+    const auto level = greyAt(image, fit.pixel + kShare * (u * guess.step_u + v * guess.step_v));
+    if (!level) continue;
+    if ((u * v > 0) == (fit.contrast > 0)) {
+      brightest_dark = std::max(brightest_dark, *level);
+    } else {
+      darkest_bright = std::min(darkest_bright, *level);
+    }
+  }
+  return darkest_bright - brightest_dark > kLeastGap * std::abs(fit.contrast);
+}
+
 // For squares too small, or too blurred, for the edge model.
 std::optional<CornerFit> fitSaddle(const Task& task, const Eigen::Vector2d& start) {
   constexpr double kRadiusShare = 0.45;
   constexpr double kMinRadiusPx = 2.7;
+  constexpr double kMaxRadiusPx = 20;
   constexpr double kMaxSigmaShare = 0.05;
   // Along the board's lines the grey levels bend less than between them; motion across both lines bends them
   // most.
   constexpr double kMaxBend = 1.5;
   const CornerGuess& guess = task.guess;
   const double reach = kMaxMoveShare * task.spacing;
-  const auto saddle =
-      findSaddle(task.image, start, std::max(kMinRadiusPx, kRadiusShare * task.spacing), reach);
+  const auto saddle = findSaddle(task.image, start,
+                                 std::clamp(kRadiusShare * task.spacing, kMinRadiusPx, kMaxRadiusPx), reach);
   if (!saddle || !((saddle->pixel - guess.pixel).norm() <= reach)) return std::nullopt;
   const auto contrast = contrastOfSquares(task.image, guess, saddle->pixel);
   if (!contrast || std::abs(*contrast) < kMinContrast ||
@@ -400,12 +446,13 @@ CornerFit asFit(const Task& task, const Candidate& candidate) {
 
 std::optional<Task> makeTask(const GrayImage& image, const CornerGuess& guess) {
   constexpr double kMinSpacingPx = 4;
+  constexpr double kMaxStepPx = 1e5;
   if (image.empty() || !guess.pixel.allFinite() || !guess.step_u.allFinite() || !guess.step_v.allFinite())
     return std::nullopt;
   const double length_u = guess.step_u.norm();
   const double length_v = guess.step_v.norm();
   const double spacing = std::min(length_u, length_v);
-  if (!(spacing >= kMinSpacingPx)) return std::nullopt;
+  if (!(spacing >= kMinSpacingPx && std::max(length_u, length_v) <= kMaxStepPx)) return std::nullopt;
   const double sine = std::abs(crossProduct(guess.step_u, guess.step_v)) / (length_u * length_v);
   if (!(sine >= std::sin(kMinCrossingDeg * std::numbers::pi / 180))) return std::nullopt;
   if (!(guess.pixel.x() > -spacing && guess.pixel.x() < image.size.width + spacing &&
@@ -427,12 +474,18 @@ std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerG
   Refinement refinement(*task, pixels_, residuals_);
   const std::optional<EdgeModel> start = refinement.search();
   const std::optional<Candidate> best = start ? refinement.fitBestWindow(*start) : std::nullopt;
-  // An edge shorter than this many blurs hardly tells its place from its other properties.
-  constexpr double kShortBlurs = 4;
-  if (best && best->reach_px >= kShortBlurs * best->model.largerBlur()) return asFit(*task, *best);
+  // Where there is room for edges, what they refuse is no corner.
+  constexpr double kSmallSpacingPx = 30;
+  if (best && !refinement.isShort(best->model, best->window)) {
+    const CornerFit fit = asFit(*task, *best);
+    if (haveColoursOfFit(image, guess, fit)) return fit;
+    return std::nullopt;
+  }
+  if (!best && task->spacing > kSmallSpacingPx && !(start && refinement.isShort(*start, kFullShare)))
+    return std::nullopt;
   const auto saddle =
       fitSaddle(*task, start ? (start->corner() + task->origin.cast<double>()).eval() : guess.pixel);
-  // So short, its sigma may promise too much where the blur is not Gaussian: the saddle is preferred.
+  // The sigma of so short edges may promise too much where the blur is not Gaussian: the saddle is preferred.
   constexpr double kPreferSaddle = 2.5;
   if (best && !(saddle && saddle->sigma_px < kPreferSaddle * best->sigma())) return asFit(*task, *best);
   return saddle;

@@ -73,7 +73,7 @@ ALIDADE_ALWAYS_INLINE Lanes powerOfTwo(const Lanes& x) {
 // erf(z / sqrt 2) and its derivative by z.
 ALIDADE_ALWAYS_INLINE void edgeProfile(const Lanes& z, Lanes& value, Lanes& derivative) {
   constexpr float kFarthest = 12.0F;  // beyond, the profile is flat in single precision
-  const Lanes zero = z - z;
+  const Lanes zero = {};
   const Lanes magnitude = z < zero ? -z : z;
   const Lanes x = magnitude > kFarthest ? zero + kFarthest : magnitude;
   const Lanes bell = powerOfTwo(x * x * -0.721347520F);  // exp(-z^2 / 2)

@@ -11,6 +11,7 @@ namespace alidade {
 namespace {
 
 constexpr int kSectionsPerArm = 32;
+constexpr int kNumSections = 2 * kSectionsPerArm;
 constexpr int kNumShapes =
     4;  // of a line's offset: place, angle, curvature, and opposite steps on the two arms
 
@@ -29,7 +30,7 @@ struct Arm {
 };
 
 struct LineSums {
-  std::array<Section, 2 * kSectionsPerArm> sections;
+  std::array<Section, kNumSections> sections;
   std::array<Arm, 2> arms;  // forwards, backwards
 };
 
@@ -43,7 +44,7 @@ double scatterVariance(const LineSums& line, double otherwise) {
   Eigen::Matrix<double, kNumShapes, 1> right = Eigen::Matrix<double, kNumShapes, 1>::Zero();
   double square = 0;
   int count = 0;
-  for (int i = 0; i < 2 * kSectionsPerArm; ++i) {
+  for (int i = 0; i < kNumSections; ++i) {
     const Section& section = line.sections[static_cast<std::size_t>(i)];
     if (!(section.information > 0.1 * most)) continue;
     const double u = (i + 0.5) / kSectionsPerArm - 1;
@@ -108,8 +109,8 @@ EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, cons
     if (clear < kArmBlurs) continue;
     if (clear >= kSectionBlurs) {
       const double slope = i == 0 ? residuals.slope1[p] : residuals.slope2[p];
-      const int section = std::clamp(static_cast<int>(std::floor(u * per_px[i])) + kSectionsPerArm, 0,
-                                     2 * kSectionsPerArm - 1);
+      const int section =
+          std::clamp(static_cast<int>(std::floor(u * per_px[i])) + kSectionsPerArm, 0, kNumSections - 1);
       Section& in = lines[i].sections[static_cast<std::size_t>(section)];
       in.information += slope * slope;
       in.score += slope * residual;

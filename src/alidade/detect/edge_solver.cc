@@ -96,9 +96,9 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
     holdAtBounds(trial, options, trial_sums);
     ++solution.num_evaluations;
     if (trial_sums.cost < sums.cost) {
+      damping = std::max(1e-7, 0.1 * damping);
       solution.model = trial;
       std::swap(solution.sums, trial_sums);
-      damping = std::max(1e-7, 0.1 * damping);
     } else {
       if (gain <= options.step_share * options.step_share * variance) {
         solution.converged = true;  // rounding decides which of the two is better
