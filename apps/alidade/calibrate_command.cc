@@ -47,6 +47,7 @@ class CalibrateCommand final : public Command {
                         .next_step = "alidade calibrate --help"});
     std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
     sources.insert(sources.end(), {board_, common_.config});
+    checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     const CancelFlag* cancel = catchInterrupts();
     CalibrationInput input;
@@ -129,6 +130,7 @@ class CalibrateCommand final : public Command {
                         .expected = "for example --board checkerboard:9x6:25mm"});
     DetectionStage stage = runDetection(
         {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, cancel);
+    requireBoards(stage, common_);
     input.board = stage.board;
     input.num_images = stage.outcomes.size();
     input.num_found = stage.numFound();

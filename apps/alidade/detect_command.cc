@@ -43,9 +43,12 @@ class DetectCommand final : public Command {
           {.where = "detect", .found = "a line break in --camera", .expected = "a name of one line"});
     std::vector<std::string> sources = withImages(inputs_);
     sources.insert(sources.end(), {board_, common_.config});
+    checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     const DetectionStage stage = runDetection(
         {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, catchInterrupts());
+    if (stage.views.empty() && common_.json) printResult(jsonText(json(stage)));
+    requireBoards(stage, common_);
 
     CornersFile file;
     file.camera = camera_;

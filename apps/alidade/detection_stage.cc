@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <mutex>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -71,7 +72,8 @@ void noteOrientations(DetectionStage& stage) {
   }
 }
 
-[[noreturn]] void throwNoBoard(const DetectionStage& stage, const std::vector<std::string>& paths) {
+[[noreturn]] void throwNoBoard(const DetectionStage& stage) {
+  const std::vector<std::string>& paths = stage.paths;
   std::map<DetectionReason, int> counts;
   for (const ImageOutcome& outcome : stage.outcomes) ++counts[outcome.detection.reason];
   if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
@@ -85,7 +87,7 @@ void noteOrientations(DetectionStage& stage) {
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
     reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
-  const auto hint = diagnoseBoard(stage.outcomes);
+  const auto hint = diagnoseBoard(stage.outcomes, stage.board);
   throw inputError(
       {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
        .found = fmt::format("no board ({})", join(reasons, ", ")),
@@ -97,10 +99,22 @@ void noteOrientations(DetectionStage& stage) {
                           "writes the images with what was found"});
 }
 
-// Where the debug image of an input goes. Names that differ in folders only stay apart.
-std::string debugPath(const std::string& folder, std::string name) {
-  std::replace(name.begin(), name.end(), '/', '_');
-  return (std::filesystem::path(folder) / (name + ".detection.png")).string();
+// Where the debug images go, by path of the input. Names that differ in folders only stay apart, and long
+// ones leave room for what is added to them.
+std::map<std::string, std::string> debugPaths(const std::string& folder,
+                                              const std::vector<std::string>& paths,
+                                              const std::vector<std::string>& names) {
+  constexpr std::size_t kMaxLength = 180;
+  std::map<std::string, std::string> result;
+  std::map<std::string, int> num_taken;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    std::string name = names[i].substr(names[i].size() - std::min(names[i].size(), kMaxLength));
+    std::replace(name.begin(), name.end(), '/', '_');
+    const int number = ++num_taken[name];
+    if (number > 1) name += fmt::format("-{}", number);
+    result[paths[i]] = (std::filesystem::path(folder) / (name + ".detection.png")).string();
+  }
+  return result;
 }
 
 void prepareDebugFolder(const std::string& folder, const std::vector<std::string>& images) {
@@ -143,13 +157,19 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
   DetectImagesOptions detect_options;
   detect_options.num_jobs = options.jobs;
   detect_options.cancel = cancel;
-  std::map<std::string, std::string> debug_paths;  // by path of the image
+  std::map<std::string, std::string> debug_paths;
+  std::mutex mutex;
+  std::string debug_complaint;  // a drawing that cannot be written is no reason to lose the corners
   if (!request.debug_folder.empty()) {
     prepareDebugFolder(request.debug_folder, paths);
-    for (std::size_t i = 0; i < paths.size(); ++i)
-      debug_paths[paths[i]] = debugPath(request.debug_folder, names[i]);
+    debug_paths = debugPaths(request.debug_folder, paths, names);
     detect_options.inspect = [&](const GrayImage& image, const ImageOutcome& outcome) {
-      writeColorPng(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, request.board));
+      try {
+        writeColorPng(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, request.board));
+      } catch (const Error& error) {
+        const std::lock_guard lock(mutex);
+        debug_complaint = oneLine(error.what());
+      }
     };
   }
   {
@@ -158,18 +178,42 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
     stage.outcomes = detectInImages(paths, loadImage, request.board, detect_options);
   }
   for (std::size_t i = 0; i < names.size(); ++i) stage.outcomes[i].image = names[i];
-  stage.notes = triage(stage.outcomes);
+  stage.notes = triage(stage.outcomes, stage.board);
   noteOrientations(stage);
   for (const ImageOutcome& outcome : stage.outcomes) {
     if (outcome.detection.hasCorners())
       stage.views.push_back({outcome.image, outcome.size, outcome.detection.corners});
   }
-  if (stage.views.empty()) throwNoBoard(stage, paths);
+  stage.paths = paths;
+  if (!debug_complaint.empty())
+    stage.notes.push_back("not all debug images could be written: " + debug_complaint);
+  if (stage.views.empty()) return stage;
   if (const std::string ambiguity = ambiguityText(stage.board); !ambiguity.empty())
     stage.notes.push_back(ambiguity);
-  const auto hint = diagnoseBoard(stage.outcomes);
+  const auto hint = diagnoseBoard(stage.outcomes, stage.board);
   if (hint && hint->is_closed) stage.notes.push_back(hintText(*hint, stage.board));
   return stage;
+}
+
+void requireBoards(const DetectionStage& stage, const CommonOptions& options) {
+  if (!stage.views.empty()) return;
+  if (!options.quiet && stage.outcomes.size() > 1) {
+    constexpr std::size_t kMaxListed = 12;
+    const std::vector<std::string> lines = reasonLines(stage);
+    for (std::size_t i = 0; i < std::min(lines.size(), kMaxListed); ++i) printMessage("  " + lines[i]);
+    if (lines.size() > kMaxListed) printMessage(fmt::format("  ... and {} more", lines.size() - kMaxListed));
+  }
+  throwNoBoard(stage);
+}
+
+void checkDebugFolder(const std::string& folder, const std::string& output) {
+  const auto normal = [](const std::string& path) {
+    const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
+    return whole.has_filename() ? whole : whole.parent_path();
+  };
+  if (folder.empty() || output.empty() || normal(folder) != normal(output)) return;
+  throw usageError(
+      {.where = "--debug " + folder, .found = "the name of the output", .expected = "a folder of its own"});
 }
 
 void addDebugOption(CLI::App& app, std::string& folder) {

@@ -18,6 +18,7 @@ struct DetectionStage {
       outcomes;                    ///< in natural order; image names without the part that all paths share
   std::vector<View> views;         ///< of the images that give corners
   std::vector<std::string> notes;  ///< things noticed that are no failure of an image
+  std::vector<std::string> paths;  ///< of the images, in the order of the outcomes
 
   /// Images that give corners, and those that show every corner.
   [[nodiscard]] std::size_t numFound() const;
@@ -32,10 +33,16 @@ struct DetectionRequest {
 
 /// Finds the board in all images that the inputs stand for, with progress on a terminal, and sorts out those
 /// that must not be used (see triage).
-/// @throws Error (kInput) when there is no image, or no board in any; (kUsage) when the debug folder holds
-/// inputs; Cancelled
+/// @throws Error (kInput) when there is no image; (kUsage) when the debug folder holds inputs; Cancelled
 [[nodiscard]] DetectionStage runDetection(const DetectionRequest& request, const CommonOptions& options,
                                           const CancelFlag* cancel);
+
+/// Goes on only if at least one image gives corners. Otherwise says what each image shows instead.
+/// @throws Error (kInput)
+void requireBoards(const DetectionStage& stage, const CommonOptions& options);
+
+/// Checks before any long work that the debug folder and the output are not the same. @throws Error (kUsage)
+void checkDebugFolder(const std::string& folder, const std::string& output);
 
 /// The flag --debug, for commands that find boards.
 void addDebugOption(CLI::App& app, std::string& folder);

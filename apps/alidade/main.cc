@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
     useOneThreadPerImage();
     return runProgram(argc, argv);
   } catch (const Cancelled&) {
-    printMessage("interrupted; nothing was written");
+    printMessage("interrupted; no result was written");
     endByCaughtSignal();
   } catch (const Error& e) {
     return fail(static_cast<int>(e.code()), e.what());

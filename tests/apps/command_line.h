@@ -42,12 +42,15 @@ MATCHER_P(EndsWith, code, "ends with exit code " + std::to_string(code)) {
 }
 
 /// Failed as a good program fails: with this code, nothing on standard output, and a complaint that is not
-/// about itself.
+/// about itself. Indented lines before it may say what came of each input.
 MATCHER_P2(FailsWith, code, message,
            "fails with exit code " + std::to_string(code) + " and a message that " +
                testing::DescribeMatcher<std::string>(message)) {
-  return testing::Value(arg, EndsWith(code)) && arg.out.empty() && arg.err.starts_with("error: ") &&
-         !arg.err.starts_with("error: internal") && testing::Value(arg.err, message);
+  std::string complaint = arg.err;
+  while (complaint.starts_with("  ") && complaint.find('\n') != std::string::npos)
+    complaint.erase(0, complaint.find('\n') + 1);
+  return testing::Value(arg, EndsWith(code)) && arg.out.empty() && complaint.starts_with("error: ") &&
+         !complaint.starts_with("error: internal") && testing::Value(arg.err, message);
 }
 
 }  // namespace alidade

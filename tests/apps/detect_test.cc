@@ -84,6 +84,25 @@ TEST(Detect, DrawsWhatItFoundIntoAFolderOfItsOwn) {
   }
   EXPECT_EQ(num_drawn, 2);
 
+  EXPECT_THAT(detect({1}, {"--debug", scratch.path("d"), "-o", scratch.path("d/")}),
+              FailsWith(2, AllOf(HasSubstr("--debug"), HasSubstr("the name of the output"))));
+
+  // Names that differ in folders only give drawings of their own; one that cannot be written costs no
+  // corners.
+  for (const char* folder : {"two", "two/a", "blocked", "blocked/b.png.detection.png"})
+    std::filesystem::create_directory(scratch.path(folder));
+  std::filesystem::copy(imagePath(1), scratch.path("two/a/p.png"));
+  std::filesystem::copy(imagePath(2), scratch.path("two/a_p.png"));
+  std::filesystem::copy(imagePath(1), scratch.path("two/b.png"));
+  ASSERT_THAT(runAlidade({"detect", scratch.path("two/a/p.png"), scratch.path("two/a_p.png"), "--board",
+                          kBoard, "--debug", scratch.path("apart")}),
+              EndsWith(0));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path("apart")), {}), 2);
+  const RunResult blocked = runAlidade(
+      {"detect", scratch.path("two/b.png"), "--board", kBoard, "--debug", scratch.path("blocked")});
+  ASSERT_THAT(blocked, EndsWith(0));
+  EXPECT_THAT(blocked.err, HasSubstr("not all debug images could be written"));
+
   // Among the inputs, the drawings would be inputs of the next run.
   std::filesystem::create_directory(scratch.path("photos"));
   std::filesystem::copy(imagePath(1), scratch.path("photos/a.png"));
@@ -117,6 +136,17 @@ TEST(Detect, TellsWhatBoardTheImagesShowInstead) {
       runAlidade({"detect", imagePath(1), imagePath(2), "--board", "checkerboard:6x9:25mm", "--quiet"}),
       EndsWith(0))
       << "swapped sides are the same board";
+}
+
+TEST(Detect, SaysOfEachImageWhyWhereNoneShowsTheBoard) {
+  const RunResult run =
+      runAlidade({"detect", imagePath(1), imagePath(2), "--board", "checkerboard:10x7:25mm", "--json"});
+  EXPECT_THAT(run, EndsWith(1));
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("view_001.png: other_board: "), HasSubstr("view_002.png: other_board: ")));
+  const auto images = nlohmann::json::parse(run.out).at("images");
+  ASSERT_EQ(images.size(), 2u);
+  EXPECT_EQ(images[0].at("reason"), "other_board");
 }
 
 TEST(Detect, WritesOneJsonDocument) {

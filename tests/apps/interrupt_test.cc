@@ -25,7 +25,7 @@ RunResult interrupted(const std::vector<std::string>& args, int signal) {
 void expectInterrupted(const RunResult& result, int signal) {
   EXPECT_FALSE(result.is_late);
   EXPECT_EQ(result.signal, signal) << "exit code " << result.exit_code;
-  EXPECT_EQ(result.err, "interrupted; nothing was written\n");
+  EXPECT_EQ(result.err, "interrupted; no result was written\n");
   EXPECT_EQ(result.out, "");
 }
 

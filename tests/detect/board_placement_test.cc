@@ -18,7 +18,8 @@ CornerMesh makeMesh(int width, int height, bool origin_is_dark) {
   return mesh;
 }
 
-constexpr MeshSides kUnseen = {MeshSide::kUnseen, MeshSide::kUnseen, MeshSide::kUnseen, MeshSide::kUnseen};
+constexpr MeshSides kUnseen = {MeshSide::kUnclear, MeshSide::kUnclear, MeshSide::kUnclear,
+                               MeshSide::kUnclear};
 
 MeshSides closingAt(std::initializer_list<std::size_t> directions) {
   MeshSides sides = kUnseen;

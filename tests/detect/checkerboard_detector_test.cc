@@ -196,6 +196,66 @@ TEST(DetectCheckerboard, FindsTheCornersBesideAHand) {
   EXPECT_GE(num_corners, 11 * 40);
 }
 
+TEST(DetectCheckerboard, RefusesTwoBoardsThatFitAndPatternsWithoutEnd) {
+  // The same view twice, side by side.
+  const RenderedSet set = rendered({.width = 480, .height = 360}, 3, 13);
+  int num_refused = 0;
+  for (const GrayImage& image : set.images) {
+    GrayImage twice{.size = {.width = 960, .height = 360}, .pixels = {}};
+    for (int y = 0; y < 360; ++y) {
+      for (int x = 0; x < 960; ++x) twice.pixels.push_back(image.at(x % 480, y));
+    }
+    EXPECT_EQ(detectCheckerboard(twice, kBoard).reason, DetectionReason::kSeveralBoards);
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 3);
+
+  // A floor of squares of which just 9x6 corners come into the image.
+  GrayImage floor{.size = {.width = 395, .height = 275}, .pixels = {}};
+  for (int y = 0; y < 275; ++y) {
+    for (int x = 0; x < 395; ++x) floor.pixels.push_back((x / 40 + y / 40) % 2 == 0 ? 40 : 210);
+  }
+  const Detection detection = detectCheckerboard(floor, kBoard);
+  EXPECT_EQ(detection.reason, DetectionReason::kUnplaced);
+  ASSERT_TRUE(detection.seen);
+  EXPECT_EQ(detection.seen->num_corners, 54);
+}
+
+// A sheet of any brightness over the board on one side, and the image's border on the other: where the sheet
+// begins is not where the board ends.
+TEST(DetectCheckerboard, TakesNoCoverForTheMargin) {
+  int num_checked = 0;
+  const double square = 40;
+  for (const int level : {130, 170, 220, 250}) {
+    for (const double edge : {5.5, 6.3, 6.6, 7.5}) {  // in squares from the first line of corners
+      View truth;
+      for (int id = 0; id < 54; ++id) {
+        Corner corner;
+        corner.id = id;
+        corner.pixel = {square * (id % 9) - 20, square * (id / 9) + 80};
+        truth.corners.push_back(corner);
+      }
+      GrayImage image{.size = {.width = 480, .height = 400}, .pixels = {}};
+      for (int y = 0; y < 400; ++y) {
+        for (int x = 0; x < 480; ++x) {
+          const double column = std::floor((x + 20.5) / square);
+          const double row = std::floor((y - 79.5) / square);
+          const bool is_board = column < 9 && row >= -1 && row < 6;
+          const bool is_dark = is_board && (static_cast<int>(column + row) % 2 == 0);
+          image.pixels.push_back(static_cast<std::uint8_t>((x + 20.5) / square > edge ? level
+                                                           : is_dark                  ? 30
+                                                           : is_board || row >= -2    ? 220
+                                                                                      : 120));
+        }
+      }
+      // Corners 0, 9, ... lie outside of the image.
+      countRightIds(detectCheckerboard(image, kBoard), truth, {0, 0});
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 16);
+}
+
 TEST(DetectCheckerboard, FindsSmallSquaresAndBlurredOnes) {
   int num_checked = 0;
   for (const int width : {200, 240}) {

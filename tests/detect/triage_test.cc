@@ -43,7 +43,7 @@ ImageOutcome seen(int columns, int rows, bool is_closed,
 TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 100.2),
                                         found("d", 100.6), found("e", 160)};
-  triage(outcomes);
+  triage(outcomes, kBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners());
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
   EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kDuplicate);
@@ -56,7 +56,7 @@ TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
 TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
   outcomes[1].size = {.width = 641, .height = 480};
-  const auto notes = triage(outcomes);
+  const auto notes = triage(outcomes, kBoard);
   EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kOtherSize);
   EXPECT_THAT(outcomes[1].detection.detail, HasSubstr("641x480"));
   ASSERT_EQ(notes.size(), 1U);
@@ -66,32 +66,75 @@ TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
 TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
   std::vector<ImageOutcome> outcomes = {found("a", 100, false), found("b", 160, true), seen(10, 7, true),
                                         seen(10, 7, true), seen(10, 7, true)};
-  triage(outcomes);
+  triage(outcomes, kBoard);
   EXPECT_EQ(outcomes[0].detection.reason, DetectionReason::kOtherBoard);
   EXPECT_THAT(outcomes[0].detection.detail, HasSubstr("10x7"));
   EXPECT_TRUE(outcomes[1].detection.hasCorners()) << "its border was seen";
 
   // A stray image of another board casts no doubt on the others.
   outcomes = {found("a", 100, false), found("b", 160, false), seen(10, 7, true)};
-  triage(outcomes);
+  triage(outcomes, kBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
+}
+
+TEST(Triage, RefusesASpecWithALineThatNoImageShows) {
+  // 9x6 corners of a board given as 10x6, one end unseen: each image alone could be right.
+  const Checkerboard asked{.columns = 10, .rows = 6, .square_m = 0.025};
+  std::vector<ImageOutcome> outcomes = {found("a", 100, false), found("b", 160, false),
+                                        found("c", 220, false), found("d", 280, false)};
+  for (ImageOutcome& outcome : outcomes) outcome.detection.reason = DetectionReason::kPartial;
+  std::vector<ImageOutcome> with_all = outcomes;
+  triage(outcomes, asked);
+  for (const ImageOutcome& outcome : outcomes) {
+    EXPECT_EQ(outcome.detection.reason, DetectionReason::kOtherBoard);
+    EXPECT_THAT(outcome.detection.detail, HasSubstr("most show 9x6"));
+  }
+  const auto hint = diagnoseBoard(outcomes, asked);
+  ASSERT_TRUE(hint);
+  EXPECT_EQ(hint->columns, 9);
+
+  with_all[2].detection.seen = SeenGrid{.columns = 10, .rows = 6, .num_corners = 60, .is_closed = false};
+  triage(with_all, asked);
+  for (const ImageOutcome& outcome : with_all) EXPECT_TRUE(outcome.detection.hasCorners());
+}
+
+TEST(Triage, LetsImagesWithoutTheBoardHaveNoSayInTheSize) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160)};
+  for (int i = 0; i < 3; ++i) {
+    outcomes.emplace_back();
+    outcomes.back().image = "noise";
+    outcomes.back().size = {.width = 600, .height = 500};
+  }
+  triage(outcomes, kBoard);
+  EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
+  EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kOtherSize);
+}
+
+TEST(DiagnoseBoard, DoesNotTakeTheBoardAskedForForAnother) {
+  std::vector<ImageOutcome> outcomes = {seen(9, 6, true, DetectionReason::kTooSmall),
+                                        seen(9, 6, true, DetectionReason::kTooSmall), found("c", 100, false)};
+  EXPECT_FALSE(diagnoseBoard(outcomes, kBoard));
+  triage(outcomes, kBoard);
+  EXPECT_TRUE(outcomes[2].detection.hasCorners());
 }
 
 TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
   for (ImageOutcome& outcome : outcomes) outcome.detection.measures.blur_px = 0.9;
-  EXPECT_TRUE(triage(outcomes).empty());
+  EXPECT_TRUE(triage(outcomes, kBoard).empty());
   outcomes[1].detection.measures.blur_px = 2.4;
-  const auto notes = triage(outcomes);
+  const auto notes = triage(outcomes, kBoard);
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_THAT(notes[0], HasSubstr("more blurred than the others: b"));
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
 }
 
 TEST(DiagnoseBoard, PrefersBoardsSeenWhole) {
-  EXPECT_FALSE(diagnoseBoard(std::vector<ImageOutcome>{found("a", 100)}));
-  const auto hint = diagnoseBoard(std::vector<ImageOutcome>{
-      seen(8, 5, false), seen(8, 5, false), seen(8, 5, false), seen(13, 12, true), seen(13, 12, true)});
+  EXPECT_FALSE(diagnoseBoard(std::vector<ImageOutcome>{found("a", 100)}, kBoard));
+  const auto hint =
+      diagnoseBoard(std::vector<ImageOutcome>{seen(8, 5, false), seen(8, 5, false), seen(8, 5, false),
+                                              seen(13, 12, true), seen(13, 12, true)},
+                    kBoard);
   ASSERT_TRUE(hint);
   EXPECT_EQ(hint->columns, 13);
   EXPECT_EQ(hint->rows, 12);

@@ -9,47 +9,66 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Colours seen at a square outside the outermost line of corners, and beyond it.
+// What is seen from the outermost line of corners outwards, over one square.
 struct OuterSquare {
-  bool is_dark = false;           ///< as the mesh's colours have it
-  bool is_bright_beyond = false;  ///< where the next square would be
+  bool is_dark = false;              ///< as the mesh's colours have it
+  bool is_bright_beyond = false;     ///< like a bright square or the margin, where the next square would be
+  bool is_dark_beyond = false;       ///< like a dark square there
+  bool ends_where_it_should = true;  ///< of dark squares: a step from the line, give or take
 };
 
-// The square outside corners `a` and `b` of the outermost line, `direction` leading out. Nothing if it is not
-// seen there in its colour, or lies outside the image.
-std::optional<OuterSquare> outerSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNode a,
-                                       MeshNode b, int direction) {
+enum class Visibility { kSeen, kHidden, kOutside };
+
+// The square outside corners `a` and `b` of the outermost line, `direction` leading out. Hidden if it does
+// not have its colour.
+Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNode a, MeshNode b,
+                        int direction, OuterSquare& square) {
   const MeshCorner* corner_a = mesh.find(a);
   const MeshCorner* corner_b = mesh.find(b);
-  if (corner_a == nullptr || corner_b == nullptr) return std::nullopt;
+  if (corner_a == nullptr || corner_b == nullptr) return Visibility::kHidden;
   const auto next_a = mesh.predict(step(a, direction));
   const auto next_b = mesh.predict(step(b, direction));
-  if (!next_a || !next_b) return std::nullopt;
+  if (!next_a || !next_b) return Visibility::kHidden;
   const Vector2d middle = 0.5 * (corner_a->pixel + corner_b->pixel);
   const Vector2d outwards = 0.5 * (*next_a + *next_b) - middle;
-  // Boards may end in half squares, and margins may be narrow.
+  // Margins may be narrow; where the image ends early, a narrower strip of them must do.
   constexpr double kInside = 0.35;
-  constexpr double kBeyond = 1.2;
-  constexpr double kNearBeyond = 1.08;  // where the image ends there
+  constexpr double kBeyond = 1.25;
+  constexpr double kNearBeyond = 1.1;
   const Vector2d inner = middle - 0.5 * outwards;
   const Vector2d outer = middle + kInside * outwards;
-  Vector2d beyond = middle + kBeyond * outwards;
-  if (!image.covers(beyond)) beyond = middle + kNearBeyond * outwards;
-  if (!image.covers(inner) || !image.covers(outer) || !image.covers(beyond)) return std::nullopt;
+  const double beyond = image.covers(middle + kBeyond * outwards) ? kBeyond : kNearBeyond;
+  if (!image.covers(inner) || !image.covers(outer)) return Visibility::kHidden;
+  if (!image.covers(middle + beyond * outwards)) return Visibility::kOutside;
 
   // The square between two neighbours on the far side is named by its lowest node.
   const MeshNode out_a = step(a, direction);
   const MeshNode out_b = step(b, direction);
   const MeshNode lowest{std::min({a.i, b.i, out_a.i, out_b.i}), std::min({a.j, b.j, out_a.j, out_b.j})};
-  OuterSquare square;
   square.is_dark = mesh.squareIsDark(lowest);
   const double level_inner = image.at(inner);
   const double level_outer = image.at(outer);
   const double contrast = square.is_dark ? level_inner - level_outer : level_outer - level_inner;
   constexpr double kNeededShare = 0.4;
-  if (contrast < kNeededShare * 0.5 * (corner_a->contrast + corner_b->contrast)) return std::nullopt;
-  square.is_bright_beyond = image.at(beyond) > 0.5 * (level_inner + level_outer);
-  return square;
+  if (contrast < kNeededShare * 0.5 * (corner_a->contrast + corner_b->contrast)) return Visibility::kHidden;
+  const double bright = square.is_dark ? level_inner : level_outer;
+  const double dark = square.is_dark ? level_outer : level_inner;
+  const double level_beyond = image.at(middle + beyond * outwards);
+  // A cover, a sleeve or glare that is brighter than the middle is not yet a margin.
+  constexpr double kAlike = 0.3;  // of the contrast; light changes along a square
+  square.is_bright_beyond = std::abs(level_beyond - bright) < kAlike * contrast;
+  square.is_dark_beyond = std::abs(level_beyond - dark) < kAlike * contrast;
+  if (square.is_dark) {
+    // Nor does a cover end just where the square does.
+    constexpr double kStep = 0.05;
+    constexpr double kMinEnd = 0.82;
+    constexpr double kMaxEnd = 1.18;
+    const double half = 0.5 * (bright + dark);
+    double end = kInside;
+    while (end < beyond && image.at(middle + end * outwards) < half) end += kStep;
+    square.ends_where_it_should = end >= kMinEnd && end <= kMaxEnd;
+  }
+  return Visibility::kSeen;
 }
 
 MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direction) {
@@ -62,29 +81,40 @@ MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direct
   const int last = runs_along_j ? mesh.max().j : mesh.max().i;
   const auto node = [&](int k) { return runs_along_j ? MeshNode{line, k} : MeshNode{k, line}; };
   int num_dark = 0;
-  int num_dark_fit = 0;
+  int num_dark_end = 0;
+  int num_dark_turn = 0;
   int num_bright = 0;
   int num_bright_close = 0;
+  int num_bright_turn = 0;
+  int num_outside = 0;
   for (int k = first; k < last; ++k) {
-    const auto square = outerSquare(image, mesh, node(k), node(k + 1), direction);
-    if (!square) continue;
-    if (square->is_dark) {
+    OuterSquare square;
+    const Visibility visibility = lookAtSquare(image, mesh, node(k), node(k + 1), direction, square);
+    num_outside += visibility == Visibility::kOutside ? 1 : 0;
+    if (visibility != Visibility::kSeen) continue;
+    if (square.is_dark) {
       ++num_dark;
-      num_dark_fit += square->is_bright_beyond ? 1 : 0;
+      num_dark_end += square.is_bright_beyond && square.ends_where_it_should ? 1 : 0;
+      num_dark_turn += square.is_bright_beyond ? 1 : 0;
     } else {
       ++num_bright;
-      num_bright_close += square->is_bright_beyond ? 1 : 0;
+      num_bright_close += square.is_bright_beyond ? 1 : 0;
+      num_bright_turn += square.is_dark_beyond ? 1 : 0;
     }
   }
-  // A bright square follows a dark one either way, be it a square or the margin; what follows the bright ones
+  // Bright follows the dark squares either way, be it a square or the margin; what follows the bright ones
   // tells. Where dark follows dark (a shadow, the rim of the image circle) nothing can be told.
   constexpr double kMost = 0.75;
-  const int num_needed = std::min(3, last - first);
-  if (num_dark == 0 || num_bright == 0 || num_dark + num_bright < num_needed) return MeshSide::kUnseen;
-  if (num_dark_fit < kMost * num_dark) return MeshSide::kUnseen;
-  if (num_bright_close >= kMost * num_bright) return MeshSide::kCloses;
-  if (num_bright - num_bright_close >= kMost * num_bright) return MeshSide::kContinues;
-  return MeshSide::kUnseen;
+  constexpr double kShareSeen = 0.5;
+  const int num_squares = last - first;
+  const int num_seen = num_dark + num_bright;
+  const bool is_enough = num_dark > 0 && num_bright > 0 && num_seen >= std::min(3, num_squares);
+  if (is_enough && num_seen >= kShareSeen * num_squares && num_dark_end >= kMost * num_dark &&
+      num_bright_close >= kMost * num_bright)
+    return MeshSide::kCloses;
+  if (is_enough && num_dark_turn >= kMost * num_dark && num_bright_turn >= kMost * num_bright)
+    return MeshSide::kContinues;
+  return 2 * num_outside >= num_squares ? MeshSide::kOutside : MeshSide::kUnclear;
 }
 
 // The cell that a turn of the board, one that keeps its counts, carries to the place of `cell`.

@@ -12,8 +12,9 @@ namespace alidade {
 
 /// What the picture shows beyond the outermost corners of a mesh on one side.
 enum class MeshSide {
-  kUnseen,     ///< the image's border, something in front of the board, or no telling
-  kCloses,     ///< the last squares and then a bright margin: the board ends here
+  kUnclear,    ///< something in front of the board, a dark background, or no telling
+  kOutside,    ///< the next line of corners would lie outside the image, and no margin is seen before it
+  kCloses,     ///< the last squares, whole, and then a margin as bright as the bright squares: the board ends
   kContinues,  ///< more squares: the board goes on
 };
 

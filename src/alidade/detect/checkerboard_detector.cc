@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <Eigen/SVD>
 
 #include "alidade/core/error.h"
@@ -29,8 +30,8 @@ constexpr int kFinestSearchPx = 2600;
 constexpr int kCoarsestSearchPx = 160;
 constexpr std::size_t kMinMesh = 4;
 constexpr std::size_t kMaxMeshes = 4;  // of a level, the largest
-constexpr std::size_t kMinSeen = 9;    // corners; fewer are seen in window panes and tiles
-constexpr std::size_t kMinPlaced = 8;
+constexpr std::size_t kMinSeen = 9;    // corners to be spoken of; fewer are seen in window panes and tiles
+constexpr std::size_t kMinPlaced = 8;  // corners that are worth placing on the board
 constexpr double kMinSpacingPx = 5;
 
 // A mesh at one level of the pyramid, and how it lies on the board.
@@ -40,30 +41,61 @@ struct Candidate {
   int level = 0;
   std::vector<Placement> placements;
   bool is_placed = false;
+  Eigen::AlignedBox2d box;  // of its corners in the whole image
 
   [[nodiscard]] bool isWhole(const Checkerboard& board) const {
     return is_placed && mesh.size() == static_cast<std::size_t>(board.numCorners());
   }
 };
 
-// A mesh that misses corners might also be a piece of another board. It counts as this one where enough of
-// the border is seen, or nearly all of the corners.
+// A mesh might also be a piece of another board, or of a pattern without end. It counts as this board where
+// enough of the border is seen.
 bool isConvincing(const Candidate& candidate, const Checkerboard& board) {
-  const auto num_closing = std::count(candidate.sides.begin(), candidate.sides.end(), MeshSide::kCloses);
+  const auto num = [&](MeshSide side) {
+    return std::count(candidate.sides.begin(), candidate.sides.end(), side);
+  };
+  const auto num_closing = num(MeshSide::kCloses);
   const double share = static_cast<double>(candidate.mesh.size()) / board.numCorners();
   constexpr std::size_t kManyCorners = 20;  // of these, no other pattern has so many by chance
-  if (share == 1.0) return candidate.mesh.size() >= kManyCorners || num_closing >= 2;
+  const bool is_large = candidate.mesh.size() >= kManyCorners;
+  // All corners, and not just as many as happen to fit into the image.
+  if (share == 1.0)
+    return num_closing >= 2 || (is_large && num(MeshSide::kOutside) + (num_closing > 0 ? 0 : 1) < 4);
   const int along_i = candidate.mesh.max().i - candidate.mesh.min().i + 1;
   const int along_j = candidate.mesh.max().j - candidate.mesh.min().j + 1;
   const bool spans_board = std::max(along_i, along_j) == std::max(board.columns, board.rows) &&
                            std::min(along_i, along_j) == std::min(board.columns, board.rows);
   constexpr double kNearlyAll = 0.75;
-  return num_closing >= 2 || (spans_board && share >= kNearlyAll && candidate.mesh.size() >= kManyCorners);
+  return num_closing >= 2 || (spans_board && share >= kNearlyAll && is_large && num_closing >= 1);
 }
 
-bool isBetter(const Candidate& a, const Candidate& b) {
-  if (a.is_placed != b.is_placed) return a.is_placed;
-  return a.mesh.size() > b.mesh.size();
+bool overlap(const Candidate& a, const Candidate& b) {
+  constexpr double kShare = 0.25;  // of the smaller one
+  const Eigen::AlignedBox2d common = a.box.intersection(b.box);
+  return !common.isEmpty() && common.volume() > kShare * std::min(a.box.volume(), b.box.volume());
+}
+
+// The largest mesh, at the finest level where it was found. Another one may only be preferred, because it can
+// be placed, if it is somewhere else: what can be placed only where less of it is seen is not to be trusted.
+// Candidates are sorted that way.
+const Candidate& choose(const std::vector<Candidate>& candidates) {
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    if (!candidates[c].is_placed) continue;
+    const bool is_contradicted = std::any_of(
+        candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(c),
+        [&](const Candidate& larger) { return !larger.is_placed && overlap(larger, candidates[c]); });
+    if (!is_contradicted) return candidates[c];
+  }
+  return candidates.front();
+}
+
+// True if another board fits as well as the chosen one, elsewhere in the image.
+bool isOneOfSeveral(const std::vector<Candidate>& candidates, const Candidate& chosen) {
+  constexpr double kAsLarge = 0.75;
+  return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& other) {
+    return other.is_placed && other.level == chosen.level && !overlap(other, chosen) &&
+           static_cast<double>(other.mesh.size()) >= kAsLarge * static_cast<double>(chosen.mesh.size());
+  });
 }
 
 int longestSide(const GrayImage& image) {
@@ -96,9 +128,28 @@ std::vector<int> levelsToSearch(const GrayImage& image) {
   return levels;
 }
 
-// Meshes of a level, laid on the board. The best is kept in `best`.
+template <class Visit>
+void forEachNode(const CornerMesh& mesh, Visit visit) {
+  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
+    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
+      if (const MeshCorner* corner = mesh.find({i, j})) visit(MeshNode{i, j}, *corner);
+    }
+  }
+}
+
+// The mesh in pixels of the whole image.
+CornerMesh inWholeImage(const CornerMesh& mesh, int level) {
+  CornerMesh out;
+  out.origin_square_is_dark = mesh.origin_square_is_dark;
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    out.insert(node, {.pixel = fromHalved(corner.pixel, level), .contrast = corner.contrast});
+  });
+  return out;
+}
+
+// Meshes of a level, laid on the board, are added to `candidates`.
 void searchLevel(const GrayImage& image, int level, const Checkerboard& board,
-                 std::optional<Candidate>& best) {
+                 std::vector<Candidate>& candidates) {
   const SmoothImage smooth = smoothed(image);
   std::vector<CornerMesh> meshes = joinCorners(smooth, findXCorners(smooth), kMinMesh);
   if (meshes.size() > kMaxMeshes) meshes.resize(kMaxMeshes);
@@ -110,31 +161,17 @@ void searchLevel(const GrayImage& image, int level, const Checkerboard& board,
     candidate.placements = possiblePlacements(mesh, candidate.sides, board);
     const bool is_unique = areEquivalent(candidate.placements, mesh, board);
     candidate.level = level;
+    forEachNode(mesh, [&](MeshNode, const MeshCorner& corner) {
+      candidate.box.extend(fromHalved(corner.pixel, level));
+    });
     candidate.mesh = std::move(mesh);
     candidate.is_placed = is_unique && isConvincing(candidate, board);
-    if (!best || isBetter(candidate, *best)) best = std::move(candidate);
-  }
-}
-
-// The mesh in pixels of the whole image.
-CornerMesh inWholeImage(const CornerMesh& mesh, int level) {
-  CornerMesh out;
-  out.origin_square_is_dark = mesh.origin_square_is_dark;
-  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
-    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
-      if (const MeshCorner* corner = mesh.find({i, j}))
-        out.insert({i, j}, {.pixel = fromHalved(corner->pixel, level), .contrast = corner->contrast});
-    }
-  }
-  return out;
-}
-
-template <class Visit>
-void forEachNode(const CornerMesh& mesh, Visit visit) {
-  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
-    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
-      if (const MeshCorner* corner = mesh.find({i, j})) visit(MeshNode{i, j}, *corner);
-    }
+    // Two pieces of one board both grow into all of it.
+    const auto is_same = [&](const Candidate& other) {
+      return other.level == level && other.mesh.size() == candidate.mesh.size() && overlap(other, candidate);
+    };
+    if (std::none_of(candidates.begin(), candidates.end(), is_same))
+      candidates.push_back(std::move(candidate));
   }
 }
 
@@ -275,7 +312,7 @@ Detection describeUnplaced(Detection detection, const Candidate& candidate, cons
   }
   if (seen.columns > longer || seen.rows > shorter) {
     return refused(std::move(detection), DetectionReason::kLargerBoard,
-                   "shows " + seen_counts + " inner corners, more than " + asked);
+                   "shows " + seen_counts + " inner corners, more one way than the " + asked + " asked for");
   }
   if (seen.is_closed) {
     return refused(std::move(detection), DetectionReason::kOtherBoard,
@@ -303,26 +340,30 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
     detection.reason = DetectionReason::kFound;
     return;
   }
-  // The lines of corners just outside the mesh that the board still has, and whether they are in the image.
-  bool is_cut = false;
-  const auto outside = [&](MeshNode node) {
-    const auto cell = placement.cell(mesh, node);
-    if (cell[0] < 0 || cell[1] < 0 || cell[0] >= board.columns || cell[1] >= board.rows) return;
-    const auto place = mesh.predict(node);
-    if (!place) return;
-    constexpr double kMarginPx = 3;  // nearer to the border no corner is seen
-    if (place->x() < kMarginPx || place->y() < kMarginPx || place->x() > size.width - 1 - kMarginPx ||
-        place->y() > size.height - 1 - kMarginPx)
-      is_cut = true;
-  };
+  // Corners of the board next to those found, which the mesh can predict: inside the image or not.
+  int num_inside = 0;
+  int num_outside = 0;
   for (int j = mesh.min().j - 1; j <= mesh.max().j + 1; ++j) {
     for (int i = mesh.min().i - 1; i <= mesh.max().i + 1; ++i) {
-      if (mesh.find({i, j}) == nullptr) outside({i, j});
+      const auto cell = placement.cell(mesh, {i, j});
+      const bool is_on_board =
+          cell[0] >= 0 && cell[1] >= 0 && cell[0] < board.columns && cell[1] < board.rows;
+      if (!is_on_board || mesh.find({i, j}) != nullptr) continue;
+      const auto place = mesh.predict({i, j});
+      if (!place) continue;
+      constexpr double kMarginPx = 3;  // nearer to the border no corner is seen
+      const bool is_outside = place->x() < kMarginPx || place->y() < kMarginPx ||
+                              place->x() > size.width - 1 - kMarginPx ||
+                              place->y() > size.height - 1 - kMarginPx;
+      ++(is_outside ? num_outside : num_inside);
     }
   }
+  const bool is_cut = num_outside > num_inside;
   detection.reason = is_cut ? DetectionReason::kCut : DetectionReason::kPartial;
-  detection.detail = std::to_string(num_found) + " of " + std::to_string(total) +
-                     " corners; the others are " + (is_cut ? "outside the image" : "covered or unclear");
+  detection.detail = std::to_string(num_found) + " of " + std::to_string(total) + " corners; " +
+                     (num_outside == 0  ? "the others are covered or unclear"
+                      : num_inside == 0 ? "the others are outside the image"
+                                        : "the others are outside the image, covered or unclear");
 }
 
 Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, const Checkerboard& board) {
@@ -383,6 +424,8 @@ std::string_view reasonCode(DetectionReason reason) {
       return "larger_board";
     case DetectionReason::kOtherBoard:
       return "other_board";
+    case DetectionReason::kSeveralBoards:
+      return "several_boards";
     case DetectionReason::kIrregular:
       return "irregular";
     case DetectionReason::kBlurred:
@@ -407,17 +450,21 @@ bool givesCorners(DetectionReason reason) {
 Detection detectCheckerboard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");
   Pyramid pyramid(image);
-  std::optional<Candidate> best;
+  std::vector<Candidate> candidates;
   for (const int level : levelsToSearch(image)) {
-    searchLevel(pyramid.level(level), level, board, best);
-    if (best && best->isWhole(board)) break;
+    searchLevel(pyramid.level(level), level, board, candidates);
+    std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+      return a.mesh.size() != b.mesh.size() ? a.mesh.size() > b.mesh.size() : a.level < b.level;
+    });
+    if (!candidates.empty() && choose(candidates).isWhole(board)) break;
   }
-  if (!best) {
-    Detection detection;
-    detection.detail = "no checkerboard pattern seen";
-    return detection;
+  if (candidates.empty()) return refused({}, DetectionReason::kNoBoard, "no checkerboard pattern seen");
+  const Candidate& chosen = choose(candidates);
+  if (chosen.is_placed && isOneOfSeveral(candidates, chosen)) {
+    return refused({}, DetectionReason::kSeveralBoards,
+                   "shows two boards or more that could be the one asked for; cover all but one");
   }
-  return placeAndRefine(image, *best, board);
+  return placeAndRefine(image, chosen, board);
 }
 
 }  // namespace alidade

@@ -15,19 +15,20 @@ namespace alidade {
 
 /// What came of looking for a board in an image. The first three give corners; the others do not.
 enum class DetectionReason {
-  kFound,        ///< every corner of the board
-  kPartial,      ///< some corners are covered or unclear; those seen have their certain ids
-  kCut,          ///< some corners lie outside the image; those seen have their certain ids
-  kNoBoard,      ///< no checkerboard pattern in the image
-  kUnplaced,     ///< a part of a board, but which part cannot be told
-  kLargerBoard,  ///< the pattern has more corners than the board that was asked for
-  kOtherBoard,   ///< a whole board of other counts
-  kIrregular,    ///< corners were found, but they do not form a grid after refinement
-  kBlurred,      ///< the board is seen, but too blurred to locate its corners
-  kTooSmall,     ///< the board is seen, but its squares are too few pixels wide
-  kDuplicate,    ///< shows the same as another image
-  kUnreadable,   ///< the image could not be read
-  kOtherSize,    ///< the image has another size than most
+  kFound,          ///< every corner of the board
+  kPartial,        ///< some corners are covered or unclear; those seen have their certain ids
+  kCut,            ///< some corners lie outside the image; those seen have their certain ids
+  kNoBoard,        ///< no checkerboard pattern in the image
+  kUnplaced,       ///< a part of a board, but which part cannot be told
+  kLargerBoard,    ///< the pattern has more corners than the board that was asked for
+  kOtherBoard,     ///< a whole board of other counts
+  kSeveralBoards,  ///< two or more boards that fit: which one is meant cannot be told
+  kIrregular,      ///< corners were found, but they do not form a grid after refinement
+  kBlurred,        ///< the board is seen, but too blurred to locate its corners
+  kTooSmall,       ///< the board is seen, but its squares are too few pixels wide
+  kDuplicate,      ///< shows the same as another image
+  kUnreadable,     ///< the image could not be read
+  kOtherSize,      ///< the image has another size than most
 };
 
 /// Stable name of a reason for files and JSON, such as "no_board".

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <utility>
 
 namespace alidade {
 namespace {
@@ -328,6 +329,37 @@ void dropMisfits(CornerMesh& mesh) {
   for (const MeshNode node : misfits) mesh.erase(node);
 }
 
+// Takes away outermost lines that hold much fewer corners than the line before them.
+void dropStrayLines(CornerMesh& mesh) {
+  constexpr double kFewest = 0.3;
+  const auto countLine = [&](bool runs_along_i, int line) {
+    int count = 0;
+    const int first = runs_along_i ? mesh.min().i : mesh.min().j;
+    const int last = runs_along_i ? mesh.max().i : mesh.max().j;
+    for (int k = first; k <= last; ++k) {
+      if (mesh.find(runs_along_i ? MeshNode{k, line} : MeshNode{line, k}) != nullptr) ++count;
+    }
+    return count;
+  };
+  bool is_done = false;
+  while (!is_done && mesh.size() > 0) {
+    is_done = true;
+    for (const bool runs_along_i : {true, false}) {
+      const int first = runs_along_i ? mesh.min().j : mesh.min().i;
+      const int last = runs_along_i ? mesh.max().j : mesh.max().i;
+      for (const auto& [line, inner] : {std::pair(first, first + 1), std::pair(last, last - 1)}) {
+        if (first == last || countLine(runs_along_i, line) >= kFewest * countLine(runs_along_i, inner))
+          continue;
+        const int begin = runs_along_i ? mesh.min().i : mesh.min().j;
+        const int end = runs_along_i ? mesh.max().i : mesh.max().j;
+        for (int k = begin; k <= end; ++k) mesh.erase(runs_along_i ? MeshNode{k, line} : MeshNode{line, k});
+        is_done = false;
+      }
+    }
+    mesh.shrink();
+  }
+}
+
 }  // namespace
 
 std::vector<CornerMesh> joinCorners(const SmoothImage& image, std::span<const XCorner> corners,
@@ -337,7 +369,7 @@ std::vector<CornerMesh> joinCorners(const SmoothImage& image, std::span<const XC
 
 void completeMesh(const SmoothImage& image, CornerMesh& mesh) {
   dropMisfits(mesh);
-  constexpr int kMaxRounds = 100;  // a line of corners a round; boards are smaller
+  constexpr int kMaxRounds = 200;  // a line of corners a round, and no board has more lines
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<std::pair<MeshNode, MeshCorner>> found;
     for (int j = mesh.min().j - 1; j <= mesh.max().j + 1; ++j) {
@@ -350,6 +382,7 @@ void completeMesh(const SmoothImage& image, CornerMesh& mesh) {
     for (const auto& [node, corner] : found) mesh.insert(node, corner);
   }
   mesh.shrink();
+  dropStrayLines(mesh);
 }
 
 }  // namespace alidade

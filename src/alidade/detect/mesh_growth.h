@@ -19,7 +19,8 @@ namespace alidade {
 
 /// Adds corners that joinCorners() could not link, such as those that a scratch or a highlight hides from
 /// near: wherever the mesh predicts a corner and the picture shows four sectors of the right colours. Drops
-/// corners that stand far from where their neighbours put them.
+/// corners that stand far from where their neighbours put them, and outermost lines of which only a few
+/// corners are there: those are mostly none.
 void completeMesh(const SmoothImage& image, CornerMesh& mesh);
 
 }  // namespace alidade

@@ -18,17 +18,24 @@ void withdraw(Detection& detection, DetectionReason reason, std::string detail) 
   detection.corners.clear();
 }
 
+// The counts of a grid as seen, longer side first, are those of the board.
+bool hasCountsOf(const SeenGrid& seen, const Checkerboard& board) {
+  return seen.columns == std::max(board.columns, board.rows) &&
+         seen.rows == std::min(board.columns, board.rows);
+}
+
 void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<std::string>& notes) {
+  const bool any_corners =
+      std::any_of(outcomes.begin(), outcomes.end(), [](const auto& o) { return o.detection.hasCorners(); });
+  // Images without the board have no say in its size, unless there are no others.
   std::vector<ImageSize> sizes;
-  std::vector<std::size_t> readable;
-  for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    if (outcomes[i].detection.reason == DetectionReason::kUnreadable) continue;
-    sizes.push_back(outcomes[i].size);
-    readable.push_back(i);
+  for (const ImageOutcome& outcome : outcomes) {
+    const bool is_readable = outcome.detection.reason != DetectionReason::kUnreadable;
+    if (any_corners ? outcome.detection.hasCorners() : is_readable) sizes.push_back(outcome.size);
   }
   const SizeGroups groups = groupBySize(sizes);
-  for (const std::size_t k : groups.others) {
-    ImageOutcome& outcome = outcomes[readable[k]];
+  for (ImageOutcome& outcome : outcomes) {
+    if (outcome.detection.reason == DetectionReason::kUnreadable || outcome.size == groups.size) continue;
     withdraw(outcome.detection, DetectionReason::kOtherSize,
              "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
   }
@@ -78,20 +85,40 @@ void refuseDuplicates(std::span<ImageOutcome> outcomes) {
   }
 }
 
-void refusePartsOfAnother(std::span<ImageOutcome> outcomes) {
-  const auto hint = diagnoseBoard(outcomes);
-  if (!hint || !hint->is_closed) return;
-  const auto num_with_corners =
-      std::count_if(outcomes.begin(), outcomes.end(),
-                    [](const ImageOutcome& outcome) { return outcome.detection.hasCorners(); });
-  if (hint->num_images <= num_with_corners) return;
+void refuseUnclosed(std::span<ImageOutcome> outcomes, const std::string& detail) {
   for (ImageOutcome& outcome : outcomes) {
     Detection& detection = outcome.detection;
-    if (!detection.hasCorners() || (detection.seen && detection.seen->is_closed)) continue;
-    withdraw(detection, DetectionReason::kOtherBoard,
-             "may be a part of the board of " + std::to_string(hint->columns) + "x" +
-                 std::to_string(hint->rows) + " inner corners that most images show");
+    const bool is_sure = detection.seen && detection.seen->is_closed;
+    if (detection.hasCorners() && !is_sure) withdraw(detection, DetectionReason::kOtherBoard, detail);
   }
+}
+
+void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
+  int num_with_corners = 0;
+  int num_all_lines = 0;
+  std::map<std::pair<int, int>, int> counts;
+  for (const ImageOutcome& outcome : outcomes) {
+    const Detection& detection = outcome.detection;
+    if (!detection.hasCorners() || !detection.seen) continue;
+    ++num_with_corners;
+    num_all_lines += hasCountsOf(*detection.seen, board) ? 1 : 0;
+    ++counts[{detection.seen->columns, detection.seen->rows}];
+  }
+  const auto hint = diagnoseBoard(outcomes, board);
+  if (hint && hint->is_closed && hint->num_images > num_all_lines) {
+    refuseUnclosed(outcomes, "may be a part of the board of " + std::to_string(hint->columns) + "x" +
+                                 std::to_string(hint->rows) + " inner corners that other images show whole");
+    return;
+  }
+  constexpr int kEnoughImages = 3;
+  if (num_all_lines > 0 || num_with_corners < kEnoughImages) return;
+  const auto commonest = std::max_element(counts.begin(), counts.end(),
+                                          [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (2 * commonest->second <= num_with_corners) return;
+  refuseUnclosed(outcomes, "no image shows all lines of a board of " + std::to_string(board.columns) + "x" +
+                               std::to_string(board.rows) + " inner corners, most show " +
+                               std::to_string(commonest->first.first) + "x" +
+                               std::to_string(commonest->first.second));
 }
 
 // Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
@@ -121,24 +148,33 @@ void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<std::string
 
 }  // namespace
 
-std::vector<std::string> triage(std::span<ImageOutcome> outcomes) {
+std::vector<std::string> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
   std::vector<std::string> notes;
   refuseOtherSizes(outcomes, notes);
-  refusePartsOfAnother(outcomes);
+  refusePartsOfAnother(outcomes, board);
   refuseDuplicates(outcomes);
   noteBlurred(outcomes, notes);
   return notes;
 }
 
-std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes) {
+std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Checkerboard& asked) {
+  // A board that was seen but not used for what it looks like is no other board.
+  const auto speaks = [&](const Detection& detection) {
+    switch (detection.reason) {
+      case DetectionReason::kUnplaced:
+      case DetectionReason::kLargerBoard:
+      case DetectionReason::kOtherBoard:
+        return detection.seen && !hasCountsOf(*detection.seen, asked);
+      default:
+        return false;
+    }
+  };
   std::optional<BoardHint> best;
   for (const bool is_closed : {true, false}) {
     std::map<std::pair<int, int>, int> counts;
     for (const ImageOutcome& outcome : outcomes) {
       const Detection& detection = outcome.detection;
-      if (detection.hasCorners() || !detection.seen || detection.seen->is_closed != is_closed) continue;
-      if (detection.reason == DetectionReason::kDuplicate || detection.reason == DetectionReason::kOtherSize)
-        continue;
+      if (!speaks(detection) || detection.seen->is_closed != is_closed) continue;
       ++counts[{detection.seen->columns, detection.seen->rows}];
     }
     for (const auto& [size, count] : counts) {

@@ -11,15 +11,18 @@
 namespace alidade {
 
 /// Looks at the images of one camera together and takes the corners from those that must not be used:
-/// - images of another size than most (kOtherSize);
-/// - images whose corners are all within a quarter of a pixel (RMS) of those of an image before them
-///   (kDuplicate): copies and frames of a resting camera would feign more certainty than there is;
-/// - where more images show another board whole than show this one: those in which not all of this board's
-///   border is seen (kOtherBoard), since what they show may be a part of the other one.
+/// - images of another size than most of those with corners (kOtherSize);
+/// - images in which not all of the board's border is seen, where more images show another board whole than
+/// show
+///   all of this one, or where at least three give corners, none of them shows all lines of this board, and
+///   most show the same fewer ones (kOtherBoard): what they show may be a part of another board, or all of
+///   it;
+/// - images whose corners are those of an image before them to within a quarter of a pixel (RMS; kDuplicate):
+///   copies and frames of a resting camera would feign more certainty than there is.
 /// Images much more blurred than the others keep their corners and are named.
 /// @param outcomes  in natural order of their names
 /// @returns what the user should know, a sentence each
-std::vector<std::string> triage(std::span<ImageOutcome> outcomes);
+std::vector<std::string> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board);
 
 /// A board that images show while another was asked for.
 struct BoardHint {
@@ -29,9 +32,10 @@ struct BoardHint {
   bool is_closed = false;  ///< its border was seen: no more corners hide outside the images
 };
 
-/// The commonest grid among images without corners; of those that were seen whole, if there are any. Nothing
-/// if they show none.
-[[nodiscard]] std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes);
+/// The commonest grid other than the board asked for, among images without corners; of those that were seen
+/// whole, if there are any. Nothing if they show none.
+[[nodiscard]] std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes,
+                                                     const Checkerboard& asked);
 
 /// The hint in a sentence, with the SPEC to use and the likely slip.
 [[nodiscard]] std::string hintText(const BoardHint& hint, const Checkerboard& asked);

@@ -247,6 +247,13 @@ std::vector<XCorner> findXCorners(const SmoothImage& image) {
         corners.push_back(corner);
     }
   }
+  // More than the largest board has are a fine texture, in which nothing is lost.
+  constexpr std::size_t kMaxCorners = 60000;
+  if (corners.size() > kMaxCorners) {
+    std::stable_sort(corners.begin(), corners.end(),
+                     [](const XCorner& a, const XCorner& b) { return a.contrast > b.contrast; });
+    corners.resize(kMaxCorners);
+  }
   return corners;
 }
 

@@ -31,7 +31,7 @@ struct SmoothImage {
   [[nodiscard]] const std::uint16_t* row(int y) const {
     return values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width);
   }
-  /// Grey level between pixels, bilinear; the place must be at least one pixel inside the border.
+  /// Grey level between pixels, bilinear, where covers() says so.
   [[nodiscard]] double at(const Eigen::Vector2d& pixel) const {
     const int x = static_cast<int>(pixel.x());
     const int y = static_cast<int>(pixel.y());
@@ -56,8 +56,8 @@ struct SmoothImage {
 /// pairs.
 [[nodiscard]] std::vector<XCorner> findXCorners(const SmoothImage& image);
 
-/// The X-corner nearest to `guess`, no farther than `radius_px`, seen on a circle of `ring_px` around it.
-/// Nothing if there is none.
+/// The X-corner at the strongest saddle within about `radius_px` of `guess`, seen on a circle of `ring_px`
+/// around it. False if there is none.
 [[nodiscard]] bool xCornerNear(const SmoothImage& image, const Eigen::Vector2d& guess, double radius_px,
                                double ring_px, XCorner& corner);
 
