@@ -2,6 +2,7 @@
 #include "alidade/calibrate/calibrator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <tuple>
@@ -10,6 +11,7 @@
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/size_groups.h"
 #include "alidade/calibrate/start.h"
+#include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/init/pose_from_homography.h"
@@ -74,6 +76,15 @@ void prepare(const Checkerboard& board, std::vector<View>& views) {
       {.where = twin->image, .found = "two views with this name", .expected = "one view an image"});
 }
 
+// The model that contains `model` and comes next after it in size, or nothing.
+template <CameraModel... Models>
+std::optional<std::string> nextLargerModel(ModelList<Models...>, std::string_view model) {
+  const std::array<std::string_view, sizeof...(Models)> ids = {Models::kId...};
+  const auto here = std::find(ids.begin(), ids.end(), model);
+  if (here == ids.end() || here + 1 == ids.end()) return std::nullopt;
+  return std::string(*(here + 1));
+}
+
 // The whole estimation: state that the steps below hand on.
 class Estimator {
  public:
@@ -87,7 +98,91 @@ class Estimator {
     return result();
   }
 
+  // After run(): the next larger model, if it says beyond doubt that this one lacks something. It is solved
+  // from this one's answer, on the same corners and with the same loss, so that the two costs compare.
+  [[nodiscard]] std::optional<BetterModel> betterModel() const {
+    const auto id = nextLargerModel(NestedModels{}, options_.model);
+    if (!id || summary_.termination != Termination::kConverged) return std::nullopt;
+    BundleState larger = state_;
+    larger.params = enlargedParameters(*id);
+    // A few steps tell whether there is anything to gain; most often there is not.
+    constexpr int kGlance = 5;
+    const BundleSummary glance = solveLarger(*id, larger, kGlance);
+    if (!isGain(glance.cost, larger.params.size())) return std::nullopt;
+    // Where the larger model has parameters that these views cannot tell apart, the solver drifts without
+    // end.
+    constexpr int kPatience = 100;
+    const BundleSummary summary = solveLarger(*id, larger, kPatience);
+    if (summary.termination != Termination::kConverged || !isGain(summary.cost, larger.params.size()) ||
+        !isSound(*id, larger)) {
+      return std::nullopt;
+    }
+    double sum = 0;
+    std::size_t num_corners = 0;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      for (const auto& error :
+           reprojectionErrors(*id, larger.params, larger.camera_from_board[v], observations_[v])) {
+        sum += error.squaredNorm();
+        ++num_corners;
+      }
+    }
+    return BetterModel{.id = *id, .rms_px = std::sqrt(sum / static_cast<double>(num_corners))};
+  }
+
  private:
+  // The same camera as one of the larger model: its further parameters are zero.
+  [[nodiscard]] std::vector<double> enlargedParameters(const std::string& id) const {
+    const auto names = parameterNames(options_.model);
+    std::vector<double> params;
+    for (const std::string_view name : parameterNames(id)) {
+      const auto at = std::find(names.begin(), names.end(), name);
+      params.push_back(at == names.end() ? 0.0 : state_.params[static_cast<std::size_t>(at - names.begin())]);
+    }
+    return params;
+  }
+
+  [[nodiscard]] BundleSummary solveLarger(const std::string& id, BundleState& larger,
+                                          int max_iterations) const {
+    constexpr double kFunctionTolerance = 1e-8;  // of the cost: far below a gain that counts
+    return solveBundle(id, observations_, larger,
+                       {.loss = loss_,
+                        .max_iterations = max_iterations,
+                        .function_tolerance = kFunctionTolerance,
+                        .cancel = options_.cancel});
+  }
+
+  // Two questions. Is the gain real? F test of the further parameters: the drop of the sum of squares for
+  // each of them over the variance that the larger model leaves; 1 on average if they are not needed. Does it
+  // matter? With corners enough, effects show that no use of the camera would ever feel.
+  [[nodiscard]] bool isGain(double larger_cost, std::size_t num_larger_params) const {
+    constexpr double kNeededF = 10;       // chance alone exceeds this once in a billion times
+    constexpr double kNeededShare = 0.1;  // of the sum of squares: 5 % of the RMS
+    std::size_t num_corners = 0;
+    for (const auto& view : observations_) num_corners += view.size();
+    const auto extra = static_cast<double>(num_larger_params - state_.params.size());
+    const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -
+                           6.0 * static_cast<double>(views_.size());
+    const double floor = 2 * kMinSigmaPx * kMinSigmaPx * static_cast<double>(num_corners);
+    const double drop = 2 * (summary_.cost - larger_cost);
+    return drop / extra > kNeededF * std::max(2 * larger_cost, floor) / freedom &&
+           drop > kNeededShare * 2 * summary_.cost;
+  }
+
+  // A larger model is only worth recommending if these views determine it and it sees the whole image.
+  [[nodiscard]] bool isSound(const std::string& id, const BundleState& larger) const {
+    constexpr double kMinCondition = 1e-11;  // of parameters scaled to the same size
+    const IntrinsicsInformation information = intrinsicsInformation(id, observations_, larger);
+    if (!information.inverse || information.scaled_condition < kMinCondition) return false;
+    const AnyCamera camera = AnyCamera::make(id, larger.params);
+    if (!certifyDomain(camera, views_.front().size).full_image) return false;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      for (const Observation& observation : observations_[v]) {
+        if (!camera.project(larger.camera_from_board[v] * observation.p_board).ok()) return false;
+      }
+    }
+    return true;
+  }
+
   void exclude(std::size_t v, std::string reason) {
     excluded_.push_back({views_[v].image, std::move(reason)});
     const auto at = static_cast<std::ptrdiff_t>(v);
@@ -323,54 +418,15 @@ class Estimator {
   std::vector<ExcludedView> excluded_;
 };
 
-// The models that have all parameters of `model` and more: with the rest at zero they are the same camera.
-std::vector<std::string> largerModels(const std::string& model) {
-  const auto names = parameterNames(model);
-  std::vector<std::string> larger;
-  for (const std::string& id : modelIds()) {
-    const auto others = parameterNames(id);
-    const bool has_all = std::all_of(names.begin(), names.end(), [&](std::string_view name) {
-      return std::find(others.begin(), others.end(), name) != others.end();
-    });
-    if (has_all && others.size() > names.size()) larger.push_back(id);
-  }
-  return larger;
-}
-
-// F test of the parameters that a larger model has more: the drop of the sum of squares for each of them over
-// the variance that the larger model leaves. 1 on average if they are not needed.
-double gainOfLargerModel(const CalibrationResult& small, const CalibrationResult& large) {
-  const auto sum_of_squares = [](const CalibrationResult& r) { return r.rms_px * r.rms_px * r.num_corners; };
-  const auto num_params = [](const CalibrationResult& r) {
-    return static_cast<double>(r.camera.parameters().size());
-  };
-  const double freedom =
-      2.0 * large.num_corners - num_params(large) - 6.0 * static_cast<double>(large.views.size());
-  // Corners that either of them left out would make the sums incomparable; per corner they stay so.
-  const double per_corner =
-      sum_of_squares(small) / small.num_corners - sum_of_squares(large) / large.num_corners;
-  const double variance =
-      std::max(sum_of_squares(large), 2 * kMinSigmaPx * kMinSigmaPx * large.num_corners) / freedom;
-  return per_corner * large.num_corners / (num_params(large) - num_params(small)) / variance;
-}
-
 }  // namespace
 
 CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
                             const CalibratorOptions& options) {
   static_cast<void>(parameterNames(options.model));  // throws for an unknown model
   prepare(board, views);
-  CalibrationResult result = Estimator(board, views, options).run();
-  constexpr double kNeeded = 10;  // chance alone exceeds this once in a billion times
-  for (const std::string& id : largerModels(options.model)) {
-    CalibratorOptions larger = options;
-    larger.model = id;
-    const CalibrationResult other = Estimator(board, views, larger).run();
-    if (other.solver.termination != Termination::kConverged || !(gainOfLargerModel(result, other) > kNeeded))
-      continue;
-    result.better_model = {.id = id, .rms_px = other.rms_px};
-    break;
-  }
+  Estimator estimator(board, std::move(views), options);
+  CalibrationResult result = estimator.run();
+  result.better_model = estimator.betterModel();
   result.findings = judge(result);
   return result;
 }

@@ -15,6 +15,7 @@ constexpr int kNumAngles = 512;            // steps from the axis to the limit
 constexpr int kNumAnglesSymmetric = 4096;  // the same where one azimuth tells all
 constexpr int kNumAzimuths = 64;           // around the axis, for lenses that are not symmetric
 constexpr int kNumRimPoints = 256;
+constexpr double kSameAngle = 1e-9;
 // Below this firmness, a pixel's own rounding moves its ray by more than 1e-9 rad.
 constexpr double kMinFirmness = 1.5e-7;
 
@@ -127,6 +128,8 @@ double firstFoldAround(const Firmness& firmness, double limit) {
     const double right = folds[static_cast<std::size_t>((i + 1) % kNumAzimuths)];
     const double here = folds[static_cast<std::size_t>(i)];
     if (here > left || here > right || here > limit) continue;
+    // Where all azimuths end alike, at the sphere's own limit, there is no dip to follow.
+    if (std::max(left, right) - here < kSameAngle) continue;
     first = std::min(first, fold(goldenMinimum(fold, (i - 1) * step, (i + 1) * step, 30)));
   }
   return first;
