@@ -171,8 +171,9 @@ TEST(Calibrate, CountsCopiesOfAViewOnce) {
   const CalibrationResult copied = calibrate(set.board, set.views);
   EXPECT_EQ(copied.excluded_views.size(), 50U);
   EXPECT_EQ(copied.views.size(), 10U);
+  // The views are summed in another order, and the solver stops a step sooner or later for it.
   for (int i = 0; i < 9; ++i) {
-    EXPECT_NEAR(copied.parameterStd(i), once.parameterStd(i), 1e-9 * once.parameterStd(i));
+    EXPECT_NEAR(copied.parameterStd(i), once.parameterStd(i), 1e-6 * once.parameterStd(i));
   }
 }
 

@@ -97,6 +97,7 @@ struct KannalaBrandt {
     if (!(r <= radius(limit))) return false;
     double low = 0;
     double high = limit;
+    double last_step = limit;
     theta = std::min(r, limit);
     for (int i = 0; i < kMaxIterations; ++i) {
       const double error = radius(theta) - r;
@@ -105,12 +106,14 @@ struct KannalaBrandt {
       const double t2 = theta * theta;
       const double slope = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
       double next = theta - error / slope;
-      if (!(next > low && next < high)) next = 0.5 * (low + high);
-      const double step = std::abs(next - theta);
+      // Where Newton's steps do not at least halve, they may go to and fro for ever.
+      const bool is_slow = !(std::abs(next - theta) <= 0.5 * last_step);
+      if (is_slow || !(next > low && next < high)) next = 0.5 * (low + high);
+      last_step = std::abs(next - theta);
       theta = next;
-      if (step <= kEpsilon * theta || high - low <= kEpsilon * high) return true;
+      if (last_step <= kEpsilon * theta || high - low <= 2 * kEpsilon * high) return true;
     }
-    return true;  // Newton's steps go to and fro between neighbouring numbers
+    return false;
   }
 };
 
