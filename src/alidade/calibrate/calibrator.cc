@@ -102,7 +102,7 @@ class Estimator {
   // from this one's answer, on the same corners and with the same loss, so that the two costs compare.
   [[nodiscard]] std::optional<BetterModel> betterModel() const {
     const auto id = nextLargerModel(NestedModels{}, options_.model);
-    if (!id || summary_.termination != Termination::kConverged) return std::nullopt;
+    if (!id || summary_.termination == Termination::kFailed) return std::nullopt;
     BundleState larger = state_;
     larger.params = enlargedParameters(*id);
     // A few steps tell whether there is anything to gain; most often there is not.
@@ -151,12 +151,15 @@ class Estimator {
                         .cancel = options_.cancel});
   }
 
-  // Two questions. Is the gain real? F test of the further parameters: the drop of the sum of squares for
-  // each of them over the variance that the larger model leaves; 1 on average if they are not needed. Does it
-  // matter? With corners enough, effects show that no use of the camera would ever feel.
+  // Is the gain real? F test of the further parameters: the drop of the sum of squares for each of them over
+  // the variance that the larger model leaves; 1 on average if they are not needed. A lens without distortion
+  // is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to the last
+  // digit, and with corners enough that shows: there the gain must be worth the trouble as well.
   [[nodiscard]] bool isGain(double larger_cost, std::size_t num_larger_params) const {
-    constexpr double kNeededF = 10;       // chance alone exceeds this once in a billion times
-    constexpr double kNeededShare = 0.1;  // of the sum of squares: 5 % of the RMS
+    constexpr double kNeededF = 10;           // chance alone exceeds this once in a billion times
+    constexpr double kWorthwhileShare = 0.1;  // of the sum of squares: 5 % of the RMS
+    const bool has_distortion = state_.params.size() > kAffineParamNames.size();
+    const double needed_share = has_distortion ? kWorthwhileShare : 0.0;
     std::size_t num_corners = 0;
     for (const auto& view : observations_) num_corners += view.size();
     const auto extra = static_cast<double>(num_larger_params - state_.params.size());
@@ -165,7 +168,7 @@ class Estimator {
     const double floor = 2 * kMinSigmaPx * kMinSigmaPx * static_cast<double>(num_corners);
     const double drop = 2 * (summary_.cost - larger_cost);
     return drop / extra > kNeededF * std::max(2 * larger_cost, floor) / freedom &&
-           drop > kNeededShare * 2 * summary_.cost;
+           drop > needed_share * 2 * summary_.cost;
   }
 
   // A larger model is only worth recommending if these views determine it and it sees the whole image.
