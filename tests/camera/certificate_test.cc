@@ -180,6 +180,43 @@ TEST(Certificate, SeesANarrowDipBetweenSamples) {
   EXPECT_NEAR(camera.cone().max_angle_rad, std::atan(std::sqrt(s0)), kAngleTolerance);
 }
 
+// A fold that all but happens costs the inverse its digits as a fold does. With one root s0 in s = r^2 and a
+// slope of `slope` left over, g' = (1 - slope) (1 - s / s0)^2 + slope.
+TEST(Certificate, EndsWhereTheInverseWouldLoseItsDigits) {
+  const double s0 = 0.36;
+  const double dip = std::atan(std::sqrt(s0));
+  int num_checked = 0;
+  double worst = 0;
+  for (const double slope : {1e-3, 1e-4, 1e-5, 1e-6, 5e-7, 3e-7, 2e-7, 1e-7, 1e-8, 1e-10, 0.0}) {
+    const double k2 = (1 - slope) / (5 * s0 * s0);
+    const double k1 = -2.0 / 3 * (1 - slope) / s0;
+    const Camera<Radtan> camera({1000, 1000, 960, 600, k1, k2, 0, 0, 0});
+    if (slope >= 1e-6) {
+      EXPECT_FALSE(camera.cone().is_limited_by_fold);
+    }
+    if (slope <= 1e-7) {
+      EXPECT_TRUE(camera.cone().is_limited_by_fold);
+      EXPECT_NEAR(camera.cone().max_angle_rad, dip, 4e-4);
+      EXPECT_LT(camera.cone().max_angle_rad, dip);
+    }
+    for (double off = 1e-9; off < 1e-2; off *= 1.1) {
+      for (const double angle : {dip - off, dip + off, camera.cone().max_angle_rad - off}) {
+        const Eigen::Vector3d ray = rayAt(angle, 0.4);
+        const Projection projection = camera.project(ray);
+        if (!projection.ok()) continue;
+        const auto back = camera.unproject(projection.pixel);
+        ASSERT_TRUE(back) << "slope " << slope << " at " << angle;
+        const double error = angleBetween(*back, ray);
+        worst = std::max(worst, error);
+        ASSERT_LE(error, 1e-9) << "slope " << slope << " at " << angle - dip << " from the dip";
+        ++num_checked;
+      }
+    }
+  }
+  std::printf("%d rays beside the dip, worst %.1e rad\n", num_checked, worst);
+  EXPECT_GE(num_checked, 2000);
+}
+
 TEST(Certificate, RefusesTheRaysThatOtherLibrariesFoldIntoTheImage) {
   // With these parameters the bare polynomial puts rays at 65 to 69 degrees back inside the 1920x1200 image.
   const Camera<Radtan> camera({1003, 1003, 959.5, 599.5, -0.28, 0.08, 5e-4, -4e-4, -0.01});

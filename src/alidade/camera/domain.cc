@@ -17,7 +17,7 @@ constexpr int kNumAzimuths = 64;           // around the axis, for lenses that a
 constexpr int kNumRimPoints = 256;
 constexpr double kSameAngle = 1e-9;
 // Below this firmness, a pixel's own rounding moves its ray by more than 1e-9 rad.
-constexpr double kMinFirmness = 1.5e-7;
+constexpr double kMinFirmness = 2.2e-7;
 
 // How firmly a pixel determines its ray: the smaller singular value of the Jacobian on the sphere, with the
 // determinant's sign, over the size of the numbers in the plane, in which rounding is counted. 1/sqrt(2) on
