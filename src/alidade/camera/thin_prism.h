@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
-#include <cstddef>
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
@@ -66,11 +66,10 @@ struct ThinPrism {
         J_m_lens[i] = J_m_rational[i];
         J_m_lens[12 + i] = J_m_rational[8 + i];
       }
-      const std::array<double, 8> prism = {r2, r2 * r2, 0, 0, 0, 0, r2, r2 * r2};
-      for (int i = 0; i < 4; ++i) {
-        J_m_lens[8 + i] = prism[static_cast<std::size_t>(i)];
-        J_m_lens[20 + i] = prism[static_cast<std::size_t>(4 + i)];
-      }
+      const std::array<double, 4> prism_x = {r2, r2 * r2, 0, 0};
+      const std::array<double, 4> prism_y = {0, 0, r2, r2 * r2};
+      std::copy(prism_x.begin(), prism_x.end(), J_m_lens + 8);
+      std::copy(prism_y.begin(), prism_y.end(), J_m_lens + 20);
     }
     return true;
   }
