@@ -58,7 +58,7 @@ std::string parameterTable(const CalibrationResult& result) {
 std::string domainText(const CalibrationResult& result) {
   const CertifiedCone& cone = result.domain.cone;
   return fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis{}; {}\n",
-                     degrees(cone.max_angle_rad), cone.is_limited_by_fold ? " (a fold)" : "",
+                     degrees(cone.max_angle_rad), cone.is_limited_by_fold ? " (a fold or pole)" : "",
                      result.domain.full_image ? "every pixel of the image has a ray"
                                               : "NOT every pixel of the image has a ray");
 }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <functional>
 #include <limits>
 
@@ -160,6 +161,47 @@ TEST(Calibrate, SaysNoToAModelThatIsTooLean) {
   EXPECT_EQ(num_refused, 10);
 }
 
+// A quotient of polynomials over a polynomial that suffices: its coefficients are undetermined and run away,
+// which must not be held against the smaller model.
+TEST(Calibrate, TrustsAModelThatALargerOneOnlyOverfits) {
+  int num_trusted = 0;
+  const std::vector<std::vector<double>> lenses = {
+      {-0.28, 0.08, 8e-4, -4e-4, -0.01}, {-0.05, 0.01, 0, 0, 0}, {0, 0, 0, 0, 0}};
+  for (const std::vector<double>& lens : lenses) {
+    std::vector<double> truth = {535, 534, 322, 238};
+    truth.insert(truth.end(), lens.begin(), lens.end());
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      for (const double noise : {0.02, 0.2}) {
+        const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, 20, noise, seed);
+        const CalibrationResult result = calibrate(set.board, set.views);
+        EXPECT_FALSE(result.better_model) << result.better_model->id;
+        num_trusted += result.isTrustworthy() ? 1 : 0;
+      }
+    }
+  }
+  // In the odd set radtan's own k3 bends back before a corner that no view reached.
+  EXPECT_GE(num_trusted, 57);
+}
+
+// A wide lens that a polynomial cannot follow and the quotient does.
+TEST(Calibrate, NamesTheNextLargerModelWhereItIsNeeded) {
+  int num_named = 0;
+  const std::vector<double> truth = {300, 301, 322, 238, 1.35, 0.25, 5e-4, -4e-4, 0.01, 1.68, 0.62, 0.05};
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const SimulatedSet set = simulateSet(AnyCamera::make("rational", truth), kSize, 25, 0.05, seed);
+    const CalibrationResult lean = calibrate(set.board, set.views, {.model = "radtan"});
+    EXPECT_FALSE(lean.isTrustworthy());
+    if (lean.better_model) {
+      EXPECT_EQ(lean.better_model->id, "rational");
+      ++num_named;
+    }
+    const CalibrationResult enough = calibrate(set.board, set.views, {.model = "rational"});
+    EXPECT_FALSE(enough.better_model) << enough.better_model->id;
+  }
+  std::printf("rational named for %d of 10 sets\n", num_named);
+  EXPECT_GE(num_named, 3) << "the others fold inside the image themselves or do not settle";
+}
+
 TEST(Calibrate, CountsCopiesOfAViewOnce) {
   SimulatedSet set = noisySet(10, 1);
   const CalibrationResult once = calibrate(set.board, set.views);
@@ -171,8 +213,9 @@ TEST(Calibrate, CountsCopiesOfAViewOnce) {
   const CalibrationResult copied = calibrate(set.board, set.views);
   EXPECT_EQ(copied.excluded_views.size(), 50U);
   EXPECT_EQ(copied.views.size(), 10U);
+  // The views are summed in another order, and the solver stops a step sooner or later for it.
   for (int i = 0; i < 9; ++i) {
-    EXPECT_NEAR(copied.parameterStd(i), once.parameterStd(i), 1e-9 * once.parameterStd(i));
+    EXPECT_NEAR(copied.parameterStd(i), once.parameterStd(i), 1e-6 * once.parameterStd(i));
   }
 }
 

@@ -25,7 +25,8 @@ std::string messageOf(const std::function<void()>& call) {
 }
 
 TEST(AnyCamera, ListsModelsAndParameterNames) {
-  EXPECT_THAT(modelIds(), ElementsAre("pinhole", "radtan"));
+  EXPECT_THAT(modelIds(), ElementsAre("pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "fov",
+                                      "ucm", "omni", "eucm", "double_sphere"));
   EXPECT_THAT(parameterNames("pinhole"), ElementsAre("fx", "fy", "cx", "cy"));
   EXPECT_THAT(parameterNames("radtan"), ElementsAre("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"));
 }
@@ -33,7 +34,7 @@ TEST(AnyCamera, ListsModelsAndParameterNames) {
 TEST(AnyCamera, RefusesUnknownModelsWithTheNearestName) {
   const std::string message = messageOf([] { static_cast<void>(AnyCamera::make("radtn", {})); });
   EXPECT_THAT(message, HasSubstr("'radtn'"));
-  EXPECT_THAT(message, HasSubstr("pinhole, radtan"));
+  EXPECT_THAT(message, HasSubstr("pinhole, radtan, rational"));
   EXPECT_THAT(message, HasSubstr("did you mean 'radtan'?"));
 }
 
@@ -47,6 +48,20 @@ TEST(AnyCamera, RefusesParametersThatAreNone) {
   EXPECT_THAT(message({-500, 500, 320, 240}), HasSubstr("parameter fx: -500; expected a positive"));
   EXPECT_THAT(message({500, 500, 320, std::numeric_limits<double>::infinity()}), HasSubstr("parameter cy"));
   EXPECT_EQ(message({500, 500, 320, 240}), "no error");
+}
+
+TEST(AnyCamera, RefusesLensParametersOutOfRange) {
+  const auto message = [](const char* model, std::vector<double> params) {
+    return messageOf([&] { static_cast<void>(AnyCamera::make(model, params)); });
+  };
+  EXPECT_THAT(message("ucm", {500, 500, 320, 240, 1.1}),
+              HasSubstr("parameter alpha: 1.1; expected a number from 0 to 1"));
+  EXPECT_THAT(message("eucm", {500, 500, 320, 240, 0.5, -1}),
+              HasSubstr("parameter beta: -1; expected a number of at least"));
+  EXPECT_THAT(message("double_sphere", {500, 500, 320, 240, -1, 0.5}), HasSubstr("parameter xi: -1"));
+  EXPECT_THAT(message("fov", {500, 500, 320, 240, 3.2}), HasSubstr("parameter w: 3.2"));
+  EXPECT_THAT(message("omni", {500, 500, 320, 240, -0.1, 0, 0, 0, 0}), HasSubstr("parameter xi: -0.1"));
+  EXPECT_EQ(message("ucm", {500, 500, 320, 240, 1}), "no error");
 }
 
 TEST(AnyCamera, BatchEqualsOneByOne) {
@@ -69,6 +84,20 @@ TEST(AnyCamera, BatchEqualsOneByOne) {
 TEST(AnyCamera, StartsUndistortedAtTheImagesMiddle) {
   EXPECT_THAT(startParameters("radtan", 700, {.width = 640, .height = 480}),
               ElementsAre(700, 700, 319.5, 239.5, 0, 0, 0, 0, 0));
+}
+
+// The focal length asked for is that of the axis, whatever scale a model's formula has.
+TEST(AnyCamera, StartsHaveTheFocalLengthAskedFor) {
+  int num_checked = 0;
+  for (const std::string& id : modelIds()) {
+    const AnyCamera camera = AnyCamera::make(id, startParameters(id, 700, {.width = 640, .height = 480}));
+    const Projection projection = camera.project({1e-4, -1e-4, 1});
+    ASSERT_TRUE(projection.ok()) << id;
+    EXPECT_NEAR(projection.pixel.x(), 319.5 + 0.07, 1e-8) << id;
+    EXPECT_NEAR(projection.pixel.y(), 239.5 - 0.07, 1e-8) << id;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 10);
 }
 
 TEST(SelfCheck, PointsProjectToTheirPixelsAllOverTheImage) {

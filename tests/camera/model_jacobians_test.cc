@@ -3,6 +3,10 @@
 
 #include <ceres/jet.h>
 
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
 #include "support/model_fixture.h"
 
 namespace alidade {
@@ -16,20 +20,24 @@ template <class M>
 class ModelJacobians : public testing::Test {};
 TYPED_TEST_SUITE(ModelJacobians, AllModelTypes, ModelName);
 
-// Angles from the axis to the rim of the domain, with the axis itself and both sides of where series could
-// start.
+// Angles from the axis to the rim of the domain: the axis itself, both sides of where the series of the arc
+// tangent starts (0.001), and both sides of 90 degrees. Those that the domain lacks are taken at its rim.
 std::vector<double> angles(double max_angle) {
-  const double rim = std::min(max_angle, std::numbers::pi / 2 - 1e-3);
-  std::vector<double> all = {0.0, 1e-12, 1e-8, 1e-6, 1e-4, 1e-3};
-  for (int i = 1; i <= 20; ++i) all.push_back(rim * i / 20.0 * (1 - 1e-9));
+  const double rim = max_angle * (1 - 1e-9);
+  std::vector<double> all = {0.0, 1e-12, 1e-8, 1e-6, 1e-4, 1e-3 * (1 - 1e-6), 1e-3 * (1 + 1e-6), 2e-3};
+  constexpr double kRight = std::numbers::pi / 2;
+  for (const double off : {-1e-3, -1e-9, 0.0, 1e-9, 1e-3}) all.push_back(std::min(rim, kRight + off));
+  for (int i = 1; i <= 20; ++i) all.push_back(rim * i / 20.0);
   return all;
 }
+constexpr int kNumAngles = 33;
 
 TYPED_TEST(ModelJacobians, AgreeWithAutomaticDifferentiation) {
   using M = TypeParam;
   constexpr int kN = kNumParams<M>;
   using Jet = ceres::Jet<double, 3 + kN>;
   int num_checked = 0;
+  double worst = 0;
   const auto sets = ModelFixture<M>::paramSets();
   for (const auto& params : sets) {
     const Camera<M> camera(params);
@@ -51,12 +59,16 @@ TYPED_TEST(ModelJacobians, AgreeWithAutomaticDifferentiation) {
           for (int r = 0; r < 2; ++r) {
             EXPECT_NEAR(projection.pixel[r], jet_px[r].a, kJacobianTolerance * (1 + std::abs(jet_px[r].a)));
             for (int i = 0; i < 3; ++i) {
+              worst = std::max(
+                  worst, std::abs(J_px_cam[3 * r + i] - jet_px[r].v[i]) / (1 + std::abs(jet_px[r].v[i])));
               ASSERT_NEAR(J_px_cam[3 * r + i], jet_px[r].v[i],
                           kJacobianTolerance * (1 + std::abs(jet_px[r].v[i])))
                   << "point coordinate " << i << " at angle " << angle;
             }
             for (int i = 0; i < kN; ++i) {
               const double expected = jet_px[r].v[3 + i];
+              worst =
+                  std::max(worst, std::abs(J_px_params[kN * r + i] - expected) / (1 + std::abs(expected)));
               ASSERT_NEAR(J_px_params[kN * r + i], expected, kJacobianTolerance * (1 + std::abs(expected)))
                   << kParamNames<M>[static_cast<std::size_t>(i)] << " at angle " << angle;
             }
@@ -66,7 +78,9 @@ TYPED_TEST(ModelJacobians, AgreeWithAutomaticDifferentiation) {
       }
     }
   }
-  EXPECT_EQ(num_checked, static_cast<int>(sets.size()) * 26 * 12 * 3);
+  std::printf("%-14s %d points, worst Jacobian entry %.1e\n", std::string(M::kId).c_str(), num_checked,
+              worst);
+  EXPECT_EQ(num_checked, static_cast<int>(sets.size()) * kNumAngles * 12 * 3);
 }
 
 // A central projection does not change along a ray, so the Jacobian maps the ray to nothing.
@@ -83,7 +97,7 @@ TYPED_TEST(ModelJacobians, VanishAlongTheRay) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, static_cast<int>(ModelFixture<M>::paramSets().size()) * 26);
+  EXPECT_EQ(num_checked, static_cast<int>(ModelFixture<M>::paramSets().size()) * kNumAngles);
 }
 
 TYPED_TEST(ModelJacobians, AreOptional) {

@@ -50,8 +50,8 @@ struct Finding {
 /// A model with more parameters that explains the same views significantly better.
 struct BetterModel {
   std::string id;
-  double rms_px = 0;       ///< weighted, with the weights that this model's errors suggest
-  double lean_rms_px = 0;  ///< that of the model in use, with the same weights
+  double rms_px = 0;       ///< weighted, with the weights of the model in use
+  double lean_rms_px = 0;  ///< that of the model in use
 };
 
 struct CalibrationResult {

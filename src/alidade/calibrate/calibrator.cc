@@ -2,6 +2,7 @@
 #include "alidade/calibrate/calibrator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -12,6 +13,7 @@
 #include "alidade/calibrate/leverage.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/start.h"
+#include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -82,6 +84,15 @@ void prepare(const Checkerboard& board, std::vector<View>& views) {
       {.where = twin->image, .found = "two views with this name", .expected = "one view an image"});
 }
 
+// The model that contains `model` and comes next after it in size, or nothing.
+template <CameraModel... Models>
+std::optional<std::string> nextLargerModel(ModelList<Models...>, std::string_view model) {
+  const std::array<std::string_view, sizeof...(Models)> ids = {Models::kId...};
+  const auto here = std::find(ids.begin(), ids.end(), model);
+  if (here == ids.end() || here + 1 == ids.end()) return std::nullopt;
+  return std::string(*(here + 1));
+}
+
 // The whole estimation: state that the steps below hand on.
 class Estimator {
  public:
@@ -95,21 +106,111 @@ class Estimator {
     return result();
   }
 
-  /// Mean over the corners in use of weight (dx^2 + dy^2), px^2, with the weights that `noise` gives them.
-  [[nodiscard]] double meanWeightedSquare(const CornerNoise& noise) const {
+  // After run(): the next larger model, if it says beyond doubt that this one lacks something. It is solved
+  // from this one's answer, on the same corners and with the same loss, so that the two costs compare.
+  [[nodiscard]] std::optional<BetterModel> betterModel() const {
+    const auto id = nextLargerModel(NestedModels{}, options_.model);
+    if (!id || summary_.termination == Termination::kFailed) return std::nullopt;
+    BundleState larger = state_;
+    larger.params = enlargedParameters(*id);
+    // A few steps tell whether there is anything to gain; most often there is not.
+    constexpr int kGlance = 5;
+    const BundleSummary glance = solveLarger(*id, larger, kGlance);
+    if (!isGain(glance.cost, larger.params.size())) return std::nullopt;
+    // Where the larger model has parameters that these views cannot tell apart, the solver drifts without
+    // end.
+    constexpr int kPatience = 100;
+    const BundleSummary summary = solveLarger(*id, larger, kPatience);
+    if (summary.termination != Termination::kConverged || !isGain(summary.cost, larger.params.size()) ||
+        !isSound(*id, larger)) {
+      return std::nullopt;
+    }
+    // Both by the weights of this model, as the comparison was.
+    double sum = 0;
+    std::size_t num_corners = 0;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      const auto errors =
+          reprojectionErrors(*id, larger.params, larger.camera_from_board[v], observations_[v]);
+      for (std::size_t i = 0; i < errors.size(); ++i) {
+        sum += observations_[v][i].weight * errors[i].squaredNorm();
+        ++num_corners;
+      }
+    }
+    return BetterModel{.id = *id,
+                       .rms_px = std::sqrt(sum / static_cast<double>(num_corners)),
+                       .lean_rms_px = std::sqrt(meanWeightedSquare())};
+  }
+
+ private:
+  // Mean over the corners in use of weight (dx^2 + dy^2), px^2.
+  [[nodiscard]] double meanWeightedSquare() const {
     double sum = 0;
     int count = 0;
     for (std::size_t v = 0; v < errors_.size(); ++v) {
       for (std::size_t i = 0; i < errors_[v].size(); ++i) {
-        sum += noise.weight(observations_[v][i].sigma_px) * errors_[v][i].squaredNorm();
+        sum += observations_[v][i].weight * errors_[v][i].squaredNorm();
         ++count;
       }
     }
     return sum / count;
   }
-  [[nodiscard]] const CornerNoise& noise() const { return noise_; }
 
- private:
+  // The same camera as one of the larger model: its further parameters are zero.
+  [[nodiscard]] std::vector<double> enlargedParameters(const std::string& id) const {
+    const auto names = parameterNames(options_.model);
+    std::vector<double> params;
+    for (const std::string_view name : parameterNames(id)) {
+      const auto at = std::find(names.begin(), names.end(), name);
+      params.push_back(at == names.end() ? 0.0 : state_.params[static_cast<std::size_t>(at - names.begin())]);
+    }
+    return params;
+  }
+
+  [[nodiscard]] BundleSummary solveLarger(const std::string& id, BundleState& larger,
+                                          int max_iterations) const {
+    constexpr double kFunctionTolerance = 1e-8;  // of the cost: far below a gain that counts
+    return solveBundle(id, observations_, larger,
+                       {.loss = loss_,
+                        .max_iterations = max_iterations,
+                        .function_tolerance = kFunctionTolerance,
+                        .cancel = options_.cancel});
+  }
+
+  // Is the gain real? F test of the further parameters: the drop of the sum of squares for each of them over
+  // the variance that the larger model leaves; 1 on average if they are not needed. A lens without distortion
+  // is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to the last
+  // digit, and with corners enough that shows: there the gain must be worth the trouble as well.
+  [[nodiscard]] bool isGain(double larger_cost, std::size_t num_larger_params) const {
+    constexpr double kNeededF = 10;           // chance alone exceeds this once in a billion times
+    constexpr double kWorthwhileShare = 0.1;  // of the sum of squares: 5 % of the RMS
+    const bool has_distortion = state_.params.size() > kAffineParamNames.size();
+    const double needed_share = has_distortion ? kWorthwhileShare : 0.0;
+    std::size_t num_corners = 0;
+    for (const auto& view : observations_) num_corners += view.size();
+    const auto extra = static_cast<double>(num_larger_params - state_.params.size());
+    const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -
+                           6.0 * static_cast<double>(views_.size());
+    const double floor = 2 * kMinSigmaPx * kMinSigmaPx * static_cast<double>(num_corners);
+    const double drop = 2 * (summary_.cost - larger_cost);
+    return drop / extra > kNeededF * std::max(2 * larger_cost, floor) / freedom &&
+           drop > needed_share * 2 * summary_.cost;
+  }
+
+  // A larger model is only worth recommending if these views determine it and it sees the whole image.
+  [[nodiscard]] bool isSound(const std::string& id, const BundleState& larger) const {
+    constexpr double kMinCondition = 1e-11;  // of parameters scaled to the same size
+    const IntrinsicsInformation information = intrinsicsInformation(id, observations_, larger);
+    if (!information.inverse || information.scaled_condition < kMinCondition) return false;
+    const AnyCamera camera = AnyCamera::make(id, larger.params);
+    if (!certifyDomain(camera, views_.front().size).full_image) return false;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      for (const Observation& observation : observations_[v]) {
+        if (!camera.project(larger.camera_from_board[v] * observation.p_board).ok()) return false;
+      }
+    }
+    return true;
+  }
+
   void exclude(std::size_t v, std::string reason) {
     excluded_.push_back({views_[v].image, std::move(reason)});
     const auto at = static_cast<std::ptrdiff_t>(v);
@@ -342,7 +443,7 @@ class Estimator {
     }
     result.num_corners = static_cast<int>(weighted_errors.size());
     result.rms_px = std::sqrt(sum / result.num_corners);
-    result.weighted_rms_px = std::sqrt(meanWeightedSquare(noise_));
+    result.weighted_rms_px = std::sqrt(meanWeightedSquare());
     std::sort(excluded_.begin(), excluded_.end(),
               [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
     result.excluded_views = std::move(excluded_);
@@ -384,64 +485,15 @@ class Estimator {
   std::vector<ExcludedView> excluded_;
 };
 
-// The models that have all parameters of `model` and more: with the rest at zero they are the same camera.
-std::vector<std::string> largerModels(const std::string& model) {
-  const auto names = parameterNames(model);
-  std::vector<std::string> larger;
-  for (const std::string& id : modelIds()) {
-    const auto others = parameterNames(id);
-    const bool has_all = std::all_of(names.begin(), names.end(), [&](std::string_view name) {
-      return std::find(others.begin(), others.end(), name) != others.end();
-    });
-    if (has_all && others.size() > names.size()) larger.push_back(id);
-  }
-  return larger;
-}
-
-// Means over the corners of weight (dx^2 + dy^2), px^2, of two models. Both are of the same weights, those
-// that the larger model's errors suggest: a model that does not follow the lens takes its misfit for noise.
-struct MeanSquares {
-  double small;
-  double large;
-};
-
-// F test of the parameters that a larger model has more: the drop of the sum of squares for each of them over
-// the variance that the larger model leaves. 1 on average if they are not needed.
-double gainOfLargerModel(MeanSquares mean_squares, std::size_t num_more, const CalibrationResult& large) {
-  const double num_free =
-      static_cast<double>(large.camera.parameters().size()) + 6.0 * static_cast<double>(large.views.size());
-  const double freedom = 2.0 * large.num_corners - num_free;
-  // Corners that either of them left out would make the sums incomparable; the means stay so.
-  const double drop = (mean_squares.small - mean_squares.large) * large.num_corners;
-  const double variance =
-      std::max(mean_squares.large, 2 * kMinSigmaPx * kMinSigmaPx) * large.num_corners / freedom;
-  return drop / static_cast<double>(num_more) / variance;
-}
-
 }  // namespace
 
 CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
                             const CalibratorOptions& options) {
   static_cast<void>(parameterNames(options.model));  // throws for an unknown model
   prepare(board, views);
-  Estimator estimator(board, views, options);
+  Estimator estimator(board, std::move(views), options);
   CalibrationResult result = estimator.run();
-  constexpr double kNeeded = 10;  // chance alone exceeds this once in a billion times
-  for (const std::string& id : largerModels(options.model)) {
-    CalibratorOptions larger = options;
-    larger.model = id;
-    Estimator other_estimator(board, views, larger);
-    const CalibrationResult other = other_estimator.run();
-    if (other.solver.termination != Termination::kConverged) continue;
-    const CornerNoise& noise = other_estimator.noise();
-    const MeanSquares mean_squares{.small = estimator.meanWeightedSquare(noise),
-                                   .large = other_estimator.meanWeightedSquare(noise)};
-    const std::size_t num_more = other.camera.parameters().size() - result.camera.parameters().size();
-    if (!(gainOfLargerModel(mean_squares, num_more, other) > kNeeded)) continue;
-    result.better_model = {
-        .id = id, .rms_px = std::sqrt(mean_squares.large), .lean_rms_px = std::sqrt(mean_squares.small)};
-    break;
-  }
+  result.better_model = estimator.betterModel();
   result.findings = judge(result);
   return result;
 }

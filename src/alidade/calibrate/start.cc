@@ -89,7 +89,7 @@ std::optional<std::vector<double>> findStart(std::string_view model_id, const Ch
   for (const AffineStart& start : affineStarts(homographiesOf(board, views), size)) {
     Candidate candidate;
     candidate.state.params = startParameters(model_id, start.fx, size);
-    candidate.state.params[1] = start.fy;
+    candidate.state.params[1] *= start.fy / start.fx;
     candidate.state.params[2] = start.cx;
     candidate.state.params[3] = start.cy;
     const AnyCamera camera = AnyCamera::make(model_id, candidate.state.params);

@@ -40,31 +40,47 @@ struct HuberLoss {
 
 namespace detail {
 
-/// Upper triangular R with R^T R = G, in place of `gram`; only G's upper triangle is read. A pivot that has
-/// sunk into rounding, because the columns before it determine its own, is replaced by a tiny positive one,
-/// which keeps R^T times the last column exact where dropping the row would not.
+/// R with R^T R = G, in place of `gram`, of which only the upper triangle is read: Cholesky's factor with its
+/// rows in order of falling pivots (relative to the diagonal), the last column's at the end. So pivots that
+/// have sunk into rounding, because other columns determine theirs, come where nothing but rounding is left
+/// to divide by them, and many of them do no harm. Each is replaced by a tiny positive one, which keeps R^T
+/// times the last column exact where dropping the row would not.
 template <int kSize>
 void factorize(Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>& gram) {
   constexpr double kMinPivot = 1e-14;  // of the diagonal; several roundings of a sum over many corners
-  const Eigen::Matrix<double, kSize, 1> diagonal = gram.diagonal();
-  for (int k = 0; k < kSize; ++k) {
-    const double floor = k + 1 < kSize ? kMinPivot * diagonal(k) : 0.0;
-    const double root = std::sqrt(std::max(gram(k, k), floor));
-    const double scale = root > 0 ? 1 / root : 0.0;
-    for (int j = 0; j < k; ++j) gram(k, j) = 0;
-    gram(k, k) = root;
-    for (int j = k + 1; j < kSize; ++j) gram(k, j) *= scale;
-    // No row of a positive semidefinite matrix exceeds this (Cauchy and Schwarz). The row of a pivot that is
-    // rounding would: its noise, divided by next to nothing, would grow from pivot to pivot. The last column
-    // stays as it is, and with it the gradient.
-    for (int j = k + 1; j + 1 < kSize; ++j) {
-      const double bound = std::sqrt(std::max(gram(j, j), 0.0));
-      gram(k, j) = std::clamp(gram(k, j), -bound, bound);
+  constexpr int kLast = kSize - 1;
+  using Square = Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>;
+  Square rest = gram.template selfadjointView<Eigen::Upper>();
+  const Eigen::Matrix<double, kSize, 1> diagonal = rest.diagonal();
+  gram.setZero();
+  Eigen::Matrix<bool, kSize, 1> is_done = Eigen::Matrix<bool, kSize, 1>::Constant(false);
+  for (int row = 0; row < kLast; ++row) {
+    int k = -1;
+    double largest = 0;
+    for (int j = 0; j < kLast; ++j) {
+      const double share = diagonal(j) > 0 ? rest(j, j) / diagonal(j) : 0.0;
+      if (is_done(j) || (k >= 0 && share <= largest)) continue;
+      k = j;
+      largest = share;
     }
-    for (int i = k + 1; i < kSize; ++i) {
-      for (int j = i; j < kSize; ++j) gram(i, j) -= gram(k, i) * gram(k, j);
+    is_done(k) = true;
+    if (largest > kMinPivot) {
+      gram.row(row) = rest.row(k) / std::sqrt(rest(k, k));
+      for (int j = 0; j < kLast; ++j) {
+        if (is_done(j) && j != k) gram(row, j) = 0;
+      }
+      for (int i = 0; i < kSize; ++i) {
+        const double factor = gram(row, i);
+        for (int j = 0; j < kSize; ++j) rest(i, j) -= factor * gram(row, j);
+      }
+    } else {
+      const double root = std::sqrt(kMinPivot * diagonal(k));
+      gram(row, k) = root;
+      gram(row, kLast) = root > 0 ? rest(k, kLast) / root : 0.0;
+      rest(kLast, kLast) -= gram(row, kLast) * gram(row, kLast);
     }
   }
+  gram(kLast, kLast) = std::sqrt(std::max(rest(kLast, kLast), 0.0));
 }
 
 }  // namespace detail

@@ -29,6 +29,13 @@ void withModel(std::string_view id, F&& f) {
                     .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
 }
 
+std::string rangeText(const ParamRange& range) {
+  if (std::isfinite(range.max))
+    return "a number from " + exactText(range.min) + " to " + exactText(range.max);
+  if (std::isfinite(range.min)) return "a number of at least " + exactText(range.min);
+  return "a finite number";
+}
+
 template <CameraModel M>
 Camera<M> makeCamera(std::span<const double> params) {
   if (params.size() != static_cast<std::size_t>(kNumParams<M>)) {
@@ -40,10 +47,12 @@ Camera<M> makeCamera(std::span<const double> params) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = params[i];
     const bool is_focal = i < 2;
-    if (std::isfinite(values[i]) && (!is_focal || values[i] > 0)) continue;
+    const ParamRange range = i < 4 ? ParamRange{} : M::kLensRanges[i - 4];
+    const bool is_in_range = values[i] >= range.min && values[i] <= range.max;
+    if (std::isfinite(values[i]) && (is_focal ? values[i] > 0 : is_in_range)) continue;
     throw inputError({.where = "parameter " + std::string(kParamNames<M>[i]),
                       .found = exactText(values[i]),
-                      .expected = is_focal ? "a positive number of pixels" : "a finite number"});
+                      .expected = is_focal ? "a positive number of pixels" : rangeText(range)});
   }
   return Camera<M>(values);
 }
@@ -70,6 +79,12 @@ std::vector<double> startParameters(std::string_view model_id, double focal_px, 
   withModel(model_id, [&](auto tag) {
     using M = typename decltype(tag)::Model;
     params.insert(params.end(), M::kStartLens.begin(), M::kStartLens.end());
+    const double axis[3] = {0, 0, 1};
+    double m[2];
+    double J[6];
+    expect(M::lensJacobian(M::kStartLens.data(), axis, m, J, nullptr), "a start has a value on its axis");
+    params[0] /= J[0];
+    params[1] /= J[4];
   });
   return params;
 }

@@ -33,7 +33,8 @@ struct VariantOfList<ModelList<Models...>> {
 /// @throws Error (kUsage) for an unknown id, naming the known ones.
 [[nodiscard]] std::span<const std::string_view> parameterNames(std::string_view model_id);
 
-/// Parameters of an undistorted start with the given focal length and the image's centre.
+/// Parameters of the model's start with the image's centre and the given focal length, in pixels a radian on
+/// the axis: fx and fy are other numbers where the model's formula has a scale of its own.
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
 /// A camera of any model of the list, by value.
@@ -46,7 +47,7 @@ class AnyCamera {
 
   /// Makes a camera from a model's id and its parameters in storage order.
   /// @throws Error (kUsage) for an unknown id; Error (kInput) for a wrong count, a number that is not finite,
-  /// or a focal length that is not positive, naming the parameter.
+  /// a focal length that is not positive, or a lens parameter out of its range, naming the parameter.
   [[nodiscard]] static AnyCamera make(std::string_view model_id, std::span<const double> params);
 
   [[nodiscard]] std::string_view modelId() const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -21,7 +22,8 @@ namespace alidade {
 enum class ProjectStatus {
   kOk,
   kBehind,   ///< not in front of a camera that can only look forward
-  kOutside,  ///< beyond the first fold or the model's domain, or not a point (NaN, the camera centre)
+  kOutside,  ///< beyond the first fold or the model's domain, or not a point (not finite, at the camera
+             ///< centre or beyond all lengths, 1e-100 to 1e100)
 };
 
 /// Where a point of the camera frame appears. `pixel` holds NaN unless the status is kOk.
@@ -44,11 +46,13 @@ class Camera {
   explicit Camera(const Params& params)
       : params_(params),
         cone_(certifyCone(
-            [&params](const Eigen::Vector3d& ray, double* J) {
-              double m[2];
+            [&params](const Eigen::Vector3d& ray, double* m, double* J) {
               return M::lensJacobian(params.data() + 4, ray.data(), m, J, nullptr);
             },
-            M::kMaxAngle, M::isAxiallySymmetric(params.data() + 4))),
+            {.model_rad = M::kMaxAngle,
+             .closed_form_rad = M::maxAngle(params.data() + 4),
+             .is_axially_symmetric = M::isAxiallySymmetric(params.data() + 4),
+             .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})),
         cos_max_angle_(std::cos(cone_.max_angle_rad)) {}
 
   [[nodiscard]] const Params& params() const { return params_; }
@@ -84,15 +88,40 @@ class Camera {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
     Eigen::Vector3d ray;
     if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray.data())) return std::nullopt;
-    return ray;
+    if (classify(ray) == ProjectStatus::kOk) return ray;
+    return onRim(ray, pixel);
   }
 
  private:
   [[nodiscard]] ProjectStatus classify(const Eigen::Vector3d& p) const {
+    // Squares of lengths beyond these overflow, and a lens that divides by infinity sees the point anywhere.
+    constexpr double kMinLength = 1e-100;
+    constexpr double kMaxLength = 1e100;
     const double norm = p.stableNorm();
-    if (!(norm > 0.0) || !std::isfinite(norm)) return ProjectStatus::kOutside;
+    if (!(norm >= kMinLength && norm <= kMaxLength)) return ProjectStatus::kOutside;
     if (M::kMaxAngle <= std::numbers::pi / 2 && p.z() <= 0.0) return ProjectStatus::kBehind;
     return p.z() >= cos_max_angle_ * norm ? ProjectStatus::kOk : ProjectStatus::kOutside;
+  }
+
+  // A ray on the very rim of the cone comes back from its pixel with rounding, which may put it outside. It
+  // counts if the ray next to it on the rim cannot be told from it, there or in the image.
+  [[nodiscard]] std::optional<Eigen::Vector3d> onRim(const Eigen::Vector3d& ray,
+                                                     const Eigen::Vector2d& pixel) const {
+    constexpr double kSameRay = 1e-13;   // rad
+    constexpr double kNearRay = 1e-9;    // rad, within which rays round where the lens nearly folds
+    constexpr double kSamePixel = 1e-8;  // px
+    const double rho = std::hypot(ray.x(), ray.y());
+    if (!(rho > 0.0)) return std::nullopt;
+    // Inside by what classify() itself may round.
+    const double z = cos_max_angle_ + 4 * std::numeric_limits<double>::epsilon();
+    const double scale = std::sqrt(std::max(0.0, (1 - z) * (1 + z))) / rho;
+    const Eigen::Vector3d rim(scale * ray.x(), scale * ray.y(), z);
+    const double away = (rim - ray).norm();
+    if (!(away <= kNearRay)) return std::nullopt;
+    const Projection projection = project(rim);
+    if (!projection.ok()) return std::nullopt;
+    if (away > kSameRay && !((projection.pixel - pixel).norm() <= kSamePixel)) return std::nullopt;
+    return rim;
   }
 
   Params params_;

@@ -4,35 +4,58 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <string_view>
 
 namespace alidade {
 
+/// The values that a lens parameter may take, both ends included.
+struct ParamRange {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
 /// What a camera model must provide. A model is a stateless struct that describes the *lens*: the map from a
-/// ray in the camera frame (any length > 0) to the normalised plane, m = lens(ray). The affine step to
-/// pixels, u = fx mx + cx and v = fy my + cy, is the same for all models and is written once (projection.h).
+/// ray in the camera frame (any length > 0, any direction) to the normalised plane, m = lens(ray). The affine
+/// step to pixels, u = fx mx + cx and v = fy my + cy, is the same for all models and is written once
+/// (projection.h).
 ///
 ///   kId              the name in files and on the command line
 ///   kNumLensParams   how many parameters follow fx fy cx cy
 ///   kLensParamNames  their names, in storage order
-///   kStartLens       values from which a calibration may start: the lens closest to a plain perspective
-///   kMaxAngle        field angle from the optical axis up to which the formula makes sense, radians
+///   kLensRanges      the values that each may take; the lens has no value outside
+///   kStartLens       values from which a calibration may start: an undistorted perspective, or for wide
+///                    lenses a common one
+///   kMaxAngle        field angle from the optical axis up to which the formula makes sense at most, radians;
+///                    a model that stops at or before 90 degrees says of points behind it that they are
+///   kIsOneToOneWithoutFold  true if a lens that folds nowhere in a cone about the axis is one-to-one there
+///                    for a reason that the model's comment gives; false: the cone's rim is looked at too
+///   maxAngle(k)      where these parameters' lens certainly ends, as far as a closed form says: its first
+///                    pole, or a fold of its own; kMaxAngle where there is none
 ///   isAxiallySymmetric(k)  true if the lens treats all azimuths alike
-///   lens<T>(k, ray, m)    the map itself, for double and for automatic differentiation; false outside the
-///   formula lensJacobian(k, ray, m, J_m_ray, J_m_lens)  the same with row-major 2x3 and 2xN Jacobians (null
-///   = not wanted) unlens(k, m, max_angle, ray)  the inverse inside the cone of half-angle max_angle; false
-///   without a preimage
+///   lens<T>(k, ray, m)     the map itself, for double and for automatic differentiation; false where the
+///                    formula has no value
+///   lensJacobian(k, ray, m, J_m_ray, J_m_lens)  the same with row-major 2x3 and 2xN Jacobians (null = not
+///                    wanted)
+///   unlens(k, m, max_angle, ray)  the inverse: the unit ray inside the cone of half-angle max_angle, in
+///                    which the lens is one-to-one, or a nanoradian beyond; false without one. A closed form
+///                    may ignore max_angle: Camera::unproject lets nothing out of the cone
 template <class M>
 concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kId } -> std::convertible_to<std::string_view>;
   { M::kNumLensParams } -> std::convertible_to<int>;
   { M::kMaxAngle } -> std::convertible_to<double>;
+  { M::kIsOneToOneWithoutFold } -> std::convertible_to<bool>;
   requires std::same_as < decltype(M::kLensParamNames), const std::array < std::string_view,
+      static_cast<std::size_t>(M::kNumLensParams)
+  >> ;
+  requires std::same_as < decltype(M::kLensRanges), const std::array < ParamRange,
       static_cast<std::size_t>(M::kNumLensParams)
   >> ;
   requires std::same_as < decltype(M::kStartLens), const std::array < double,
       static_cast<std::size_t>(M::kNumLensParams)
   >> ;
+  { M::maxAngle(in) } -> std::same_as<double>;
   { M::isAxiallySymmetric(in) } -> std::same_as<bool>;
   { M::template lens<double>(in, in, out) } -> std::same_as<bool>;
   { M::lensJacobian(in, in, out, out, out) } -> std::same_as<bool>;

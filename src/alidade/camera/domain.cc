@@ -11,26 +11,47 @@
 namespace alidade {
 namespace {
 
-constexpr int kNumAngles = 512;   // steps from the axis to the limit
-constexpr int kNumAzimuths = 64;  // around the axis, for lenses that are not symmetric
+constexpr int kNumAngles = 512;            // steps from the axis to the limit
+constexpr int kNumAnglesSymmetric = 4096;  // the same where one azimuth tells all
+constexpr int kNumAzimuths = 64;           // around the axis, for lenses that are not symmetric
+constexpr int kNumRimPoints = 256;
+constexpr double kSameAngle = 1e-9;
+// Below this firmness, a pixel's own rounding moves its ray by more than 1e-9 rad.
+constexpr double kMinFirmness = 2.2e-7;
 
-// The two singular values' harmonic balance, 2 s1 s2 / (s1^2 + s2^2) with the determinant's sign: in [-1, 1]
-// whatever the scale, so that its dips can be compared between the axis and the far field.
-double conformality(const LensJacobianFunction& lens, double angle, double azimuth) {
-  const double c = std::cos(angle);
-  const double s = std::sin(angle);
-  const double ca = std::cos(azimuth);
-  const double sa = std::sin(azimuth);
-  std::array<double, 6> J{};
-  if (!lens({s * ca, s * sa, c}, J.data())) return -1.0;
-  const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J.data());
-  const Eigen::Vector2d along = J_m_ray * Eigen::Vector3d(c * ca, c * sa, -s);
-  const Eigen::Vector2d across = J_m_ray * Eigen::Vector3d(-sa, ca, 0.0);
-  const double det = along.x() * across.y() - along.y() * across.x();
-  const double size = along.squaredNorm() + across.squaredNorm();
-  const double value = 2 * det / size;
-  return std::isfinite(value) ? value : -1.0;
-}
+// How firmly a pixel determines its ray: the smaller singular value of the Jacobian on the sphere, with the
+// determinant's sign, over the size of the numbers in the plane, in which rounding is counted. 1/sqrt(2) on
+// the axis and about that along all of a perspective plane; -1 where the lens has no value.
+class Firmness {
+ public:
+  explicit Firmness(const LensJacobianFunction& lens) : lens_(lens) {
+    std::array<double, 2> m{};
+    std::array<double, 6> J{};
+    const Eigen::Vector3d axis(0, 0, 1);
+    if (lens_(axis, m.data(), J.data())) axis_scale_ = std::sqrt(std::abs(sphereDeterminant(J.data(), axis)));
+  }
+
+  double operator()(double angle, double azimuth) const {
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    const double ca = std::cos(azimuth);
+    const double sa = std::sin(azimuth);
+    std::array<double, 2> m{};
+    std::array<double, 6> J{};
+    if (!lens_({s * ca, s * sa, c}, m.data(), J.data())) return -1.0;
+    const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J.data());
+    const Eigen::Vector2d along = J_m_ray * Eigen::Vector3d(c * ca, c * sa, -s);
+    const Eigen::Vector2d across = J_m_ray * Eigen::Vector3d(-sa, ca, 0.0);
+    const double det = along.x() * across.y() - along.y() * across.x();
+    const double size = std::sqrt(along.squaredNorm() + across.squaredNorm());
+    const double value = det / size / (axis_scale_ + std::hypot(m[0], m[1]));
+    return std::isfinite(value) ? value : -1.0;
+  }
+
+ private:
+  const LensJacobianFunction& lens_;
+  double axis_scale_ = 0;
+};
 
 // Smallest of f on [a, b], by golden section; f has one dip there.
 template <class F>
@@ -58,33 +79,95 @@ double goldenMinimum(const F& f, double a, double b, int num_iterations) {
   return 0.5 * (a + b);
 }
 
-// First angle in (0, limit) at which the lens folds along one azimuth, or a value above the limit.
-double firstFold(const LensJacobianFunction& lens, double limit, double azimuth) {
-  const auto f = [&](double angle) { return conformality(lens, angle, azimuth); };
-  const auto bisect = [&](double good, double bad) {
+// First angle in (0, limit) at which the lens folds along one azimuth, or a value above the limit. A fold
+// that all but happens counts as lying kFoldMargin farther out, so that the margin ends where it begins.
+double firstFold(const Firmness& firmness, double limit, double azimuth, int num_angles) {
+  const auto f = [&](double angle) { return firmness(angle, azimuth); };
+  const auto bisect = [&](double good, double bad, double level) {
     for (int i = 0; i < 60 && bad - good > 1e-14; ++i) {
       const double middle = 0.5 * (good + bad);
-      (f(middle) > 0 ? good : bad) = middle;
+      (f(middle) > level ? good : bad) = middle;
     }
     return good;
   };
-  const double step = limit / kNumAngles;
+  const auto foldIn = [&](double good, double bad) {
+    const double weak = bisect(good, bad, kMinFirmness);
+    const double beyond = std::min(weak + kFoldMargin, limit);
+    return f(beyond) > 0 ? beyond : bisect(weak, beyond, 0.0);
+  };
+  const double step = limit / num_angles;
   double before = f(0.0);
-  if (!(before > 0)) return 0.0;
+  if (!(before > kMinFirmness)) return 0.0;
   double here = before;
-  for (int i = 1; i <= kNumAngles; ++i) {
-    const double angle = i < kNumAngles ? i * step : limit * (1 - 1e-12);
+  for (int i = 1; i <= num_angles; ++i) {
+    const double angle = i < num_angles ? i * step : limit * (1 - 1e-12);
     const double next = f(angle);
-    if (!(next > 0)) return bisect(angle - step, angle);
+    if (!(next > kMinFirmness)) return foldIn(angle - step, angle);
     // A dip that touches zero between two samples: look at its bottom.
     if (i >= 2 && here <= before && here <= next && here < 0.5) {
       const double bottom = goldenMinimum(f, angle - 2 * step, angle, 40);
-      if (!(f(bottom) > 0)) return bisect(angle - 2 * step, bottom);
+      if (!(f(bottom) > kMinFirmness)) return foldIn(angle - 2 * step, bottom);
     }
     before = here;
     here = next;
   }
-  return 2 * limit;
+  return 2 * std::numbers::pi;
+}
+
+// Smallest of the first folds over all azimuths.
+double firstFoldAround(const Firmness& firmness, double limit) {
+  const auto fold = [&](double azimuth) { return firstFold(firmness, limit, azimuth, kNumAngles); };
+  const double step = 2 * std::numbers::pi / kNumAzimuths;
+  std::vector<double> folds(kNumAzimuths);
+  for (int i = 0; i < kNumAzimuths; ++i) folds[static_cast<std::size_t>(i)] = fold(i * step);
+  double first = *std::min_element(folds.begin(), folds.end());
+  if (first > limit) return first;
+  // All dips that come within a step's reach of the lowest sample are followed to their bottom.
+  for (int i = 0; i < kNumAzimuths; ++i) {
+    const double left = folds[static_cast<std::size_t>((i + kNumAzimuths - 1) % kNumAzimuths)];
+    const double right = folds[static_cast<std::size_t>((i + 1) % kNumAzimuths)];
+    const double here = folds[static_cast<std::size_t>(i)];
+    if (here > left || here > right || here > limit) continue;
+    // Where all azimuths end alike, at the sphere's own limit, there is no dip to follow.
+    if (std::max(left, right) - here < kSameAngle) continue;
+    first = std::min(first, fold(goldenMinimum(fold, (i - 1) * step, (i + 1) * step, 30)));
+  }
+  return first;
+}
+
+// True if the cone's rim has an image that does not cross itself.
+bool hasSimpleRim(const LensJacobianFunction& lens, double angle) {
+  std::vector<Eigen::Vector2d> rim(kNumRimPoints);
+  for (int i = 0; i < kNumRimPoints; ++i) {
+    const double azimuth = 2 * std::numbers::pi * i / kNumRimPoints;
+    const Eigen::Vector3d ray(std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth),
+                              std::cos(angle));
+    std::array<double, 6> J{};
+    if (!lens(ray, rim[static_cast<std::size_t>(i)].data(), J.data())) return false;
+  }
+  const auto side = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()) > 0;
+  };
+  const auto point = [&](int i) { return rim[static_cast<std::size_t>(i % kNumRimPoints)]; };
+  for (int i = 0; i < kNumRimPoints; ++i) {
+    for (int j = i + 2; j < kNumRimPoints; ++j) {
+      if (i == 0 && j == kNumRimPoints - 1) continue;  // neighbours
+      const Eigen::Vector2d a = point(i), b = point(i + 1), c = point(j), d = point(j + 1);
+      if (side(a, b, c) != side(a, b, d) && side(c, d, a) != side(c, d, b)) return false;
+    }
+  }
+  return true;
+}
+
+// Largest angle up to max_angle with a simple rim; a small enough one always is.
+double largestSimpleRim(const LensJacobianFunction& lens, double max_angle) {
+  double good = 0;
+  double bad = max_angle;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (good + bad);
+    (hasSimpleRim(lens, middle) ? good : bad) = middle;
+  }
+  return good;
 }
 
 }  // namespace
@@ -95,29 +178,20 @@ double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
   return J_m_ray.row(0).cross(J_m_ray.row(1)).dot(ray);
 }
 
-CertifiedCone certifyCone(const LensJacobianFunction& lens, double limit_rad, bool is_axially_symmetric) {
-  const auto fold = [&](double azimuth) { return firstFold(lens, limit_rad, azimuth); };
-  double first = fold(0.0);
-  if (!is_axially_symmetric) {
-    const double step = 2 * std::numbers::pi / kNumAzimuths;
-    std::vector<double> folds(kNumAzimuths);
-    for (int i = 0; i < kNumAzimuths; ++i) folds[static_cast<std::size_t>(i)] = fold(i * step);
-    const int best = static_cast<int>(std::min_element(folds.begin(), folds.end()) - folds.begin());
-    first = folds[static_cast<std::size_t>(best)];
-    if (first <= limit_rad) {
-      // All dips that come within a step's reach of the lowest sample are followed to their bottom.
-      for (int i = 0; i < kNumAzimuths; ++i) {
-        const double left = folds[static_cast<std::size_t>((i + kNumAzimuths - 1) % kNumAzimuths)];
-        const double right = folds[static_cast<std::size_t>((i + 1) % kNumAzimuths)];
-        const double here = folds[static_cast<std::size_t>(i)];
-        if (here > left || here > right || here > limit_rad) continue;
-        first = std::min(first, fold(goldenMinimum(fold, (i - 1) * step, (i + 1) * step, 30)));
-      }
-    }
-  }
+CertifiedCone certifyCone(const LensJacobianFunction& lens, const ConeLimits& limits) {
+  const double limit = std::min(limits.model_rad, limits.closed_form_rad);
+  const Firmness firmness(lens);
+  double first = limits.is_axially_symmetric ? firstFold(firmness, limit, 0.0, kNumAnglesSymmetric)
+                                             : firstFoldAround(firmness, limit);
+  if (limits.closed_form_rad < limits.model_rad) first = std::min(first, limits.closed_form_rad);
   CertifiedCone cone;
-  cone.is_limited_by_fold = first <= limit_rad;
-  cone.max_angle_rad = cone.is_limited_by_fold ? std::max(0.0, first - kFoldMargin) : limit_rad;
+  cone.is_limited_by_fold = first <= limits.model_rad;
+  cone.max_angle_rad = cone.is_limited_by_fold ? std::max(0.0, first - kFoldMargin) : limits.model_rad;
+  if (!limits.is_one_to_one_without_fold && !limits.is_axially_symmetric &&
+      !hasSimpleRim(lens, cone.max_angle_rad)) {
+    cone.max_angle_rad = largestSimpleRim(lens, cone.max_angle_rad);
+    cone.is_limited_by_fold = true;
+  }
   return cone;
 }
 

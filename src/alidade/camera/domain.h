@@ -15,18 +15,26 @@ inline constexpr double kFoldMargin = 1e-5;
 /// The cone about the optical axis in which a camera is one-to-one.
 struct CertifiedCone {
   double max_angle_rad = std::numbers::pi;  ///< largest field angle that may be used
-  bool is_limited_by_fold = false;          ///< false: the model's own limit, no fold or pole below it
+  bool is_limited_by_fold = false;          ///< or by a pole; false: the model's own limit, neither below it
 };
 
-/// Row-major 2x3 Jacobian of the normalised plane by a unit ray; false where the lens has no value (a pole).
-using LensJacobianFunction = std::function<bool(const Eigen::Vector3d& ray, double* J_m_ray)>;
+/// The normalised plane's point m[2] and its row-major 2x3 Jacobian by a unit ray; false where the lens has
+/// no value (beyond a pole).
+using LensJacobianFunction = std::function<bool(const Eigen::Vector3d& ray, double* m, double* J_m_ray)>;
 
-/// Finds the smallest field angle, over all azimuths, at which the lens stops being locally one-to-one: where
-/// the determinant of the Jacobian restricted to the unit sphere turns negative, or the lens has no value.
-/// @param limit_rad  the model's own largest angle
-/// @param is_axially_symmetric  look at one azimuth only
-[[nodiscard]] CertifiedCone certifyCone(const LensJacobianFunction& lens, double limit_rad,
-                                        bool is_axially_symmetric);
+/// What a model knows of its own domain; see CameraModel.
+struct ConeLimits {
+  double model_rad = std::numbers::pi;        ///< the model's largest angle, whatever its parameters
+  double closed_form_rad = std::numbers::pi;  ///< the same with these parameters
+  bool is_axially_symmetric = false;          ///< look at one azimuth only
+  bool is_one_to_one_without_fold = true;     ///< false: look at the rim as well
+};
+
+/// Finds the smallest field angle, over all azimuths, at which the lens stops being one-to-one: where the
+/// determinant of the Jacobian restricted to the unit sphere turns negative (a fold), the lens has no value
+/// (a pole), or the determinant is so small that the inverse has lost its digits (a fold that all but
+/// happens).
+[[nodiscard]] CertifiedCone certifyCone(const LensJacobianFunction& lens, const ConeLimits& limits);
 
 /// Determinant of the lens' Jacobian by the unit sphere's tangent plane at `ray` (unit length), per
 /// steradian.

@@ -6,8 +6,16 @@
 #include <variant>
 
 #include "alidade/camera/camera_model.h"
+#include "alidade/camera/double_sphere.h"
+#include "alidade/camera/eucm.h"
+#include "alidade/camera/fov.h"
+#include "alidade/camera/kannala_brandt.h"
+#include "alidade/camera/omni.h"
 #include "alidade/camera/pinhole.h"
 #include "alidade/camera/radtan.h"
+#include "alidade/camera/rational.h"
+#include "alidade/camera/thin_prism.h"
+#include "alidade/camera/ucm.h"
 
 namespace alidade {
 
@@ -18,7 +26,11 @@ struct ModelList {
 
 /// THE list of camera models. The variant, the names in files and on the command line, the cost functions and
 /// the tests all come from it: adding a model is one header, its include above and its name here.
-using AllModels = ModelList<Pinhole, Radtan>;
+using AllModels =
+    ModelList<Pinhole, Radtan, Rational, ThinPrism, KannalaBrandt, Fov, Ucm, Omni, Eucm, DoubleSphere>;
+
+/// Models of which each is the one before it with more parameters: with those at zero they are the same lens.
+using NestedModels = ModelList<Pinhole, Radtan, Rational, ThinPrism>;
 
 /// Stands for a model where only its type is wanted.
 template <CameraModel M>

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <string_view>
 
+#include "alidade/camera/camera_model.h"
+
 namespace alidade {
 
 /// Perspective projection without distortion: mx = X / Z, my = Y / Z.
@@ -16,9 +18,12 @@ struct Pinhole {
   static constexpr std::string_view kId = "pinhole";
   static constexpr int kNumLensParams = 0;
   static constexpr std::array<std::string_view, 0> kLensParamNames = {};
+  static constexpr std::array<ParamRange, 0> kLensRanges = {};
   static constexpr std::array<double, 0> kStartLens = {};
   static constexpr double kMaxAngle = std::numbers::pi / 2;
+  static constexpr bool kIsOneToOneWithoutFold = true;
 
+  static double maxAngle(const double*) { return kMaxAngle; }
   static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <string_view>
 
+#include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
 
 namespace alidade {
@@ -24,9 +24,12 @@ struct Radtan {
   static constexpr std::string_view kId = "radtan";
   static constexpr int kNumLensParams = 5;
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"k1", "k2", "p1", "p2", "k3"};
+  static constexpr std::array<ParamRange, 5> kLensRanges = {};
   static constexpr std::array<double, 5> kStartLens = {0, 0, 0, 0, 0};
   static constexpr double kMaxAngle = kPerspectiveMaxAngle;
+  static constexpr bool kIsOneToOneWithoutFold = true;
 
+  static double maxAngle(const double*) { return kMaxAngle; }
   static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
 
   template <class T>
@@ -50,14 +53,7 @@ struct Radtan {
     const detail::WarpSample s = warp(k, x, y);
     m[0] = s.mx;
     m[1] = s.my;
-    if (J_m_ray != nullptr) {
-      J_m_ray[0] = s.dmx_dx * iz;
-      J_m_ray[1] = s.dmx_dy * iz;
-      J_m_ray[2] = -(s.dmx_dx * x + s.dmx_dy * y) * iz;
-      J_m_ray[3] = s.dmy_dx * iz;
-      J_m_ray[4] = s.dmy_dy * iz;
-      J_m_ray[5] = -(s.dmy_dx * x + s.dmy_dy * y) * iz;
-    }
+    if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
     if (J_m_lens != nullptr) {
       const double r2 = x * x + y * y;
       const double r4 = r2 * r2;
@@ -77,17 +73,8 @@ struct Radtan {
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    // The last nanoradian lets a ray on the rim of the domain come back despite rounding.
-    const double rho_max = std::tan(max_angle + 1e-9);
-    double x = 0;
-    double y = 0;
-    const auto f = [k](double px, double py) { return warp(k, px, py); };
-    if (!detail::invertWarp(f, m[0], m[1], rho_max, x, y)) return false;
-    const double norm = std::hypot(x, y, 1.0);
-    ray[0] = x / norm;
-    ray[1] = y / norm;
-    ray[2] = 1.0 / norm;
-    return true;
+    const auto f = [k](double x, double y) { return warp(k, x, y); };
+    return detail::unwarpRay(f, m, max_angle, ray);
   }
 
  private:

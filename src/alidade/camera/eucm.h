@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "alidade/camera/camera_model.h"
+#include "alidade/camera/unified_sphere.h"
+#include "alidade/camera/wide_angle.h"
+
+namespace alidade {
+
+/// Extended unified camera model: central projection by way of an ellipsoid. With
+/// d = sqrt(beta (X^2 + Y^2) + Z^2):
+///
+///   mx = X / (alpha d + (1 - alpha) Z),  my = Y / (alpha d + (1 - alpha) Z)
+///
+/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), alpha (0 to 1), beta (> 0); no units. alpha = 0 is the
+/// perspective projection, beta = 1 is `ucm`.
+/// Domain: Z > -w d with w = alpha / (1 - alpha) up to alpha = 1/2 (a pole) and w = (1 - alpha) / alpha above
+/// (a fold), a cone whose half-angle is known in closed form. Inverse: closed form.
+/// Source: Khomutenko, Garcia and Martinet 2016, An enhanced unified camera model, RA-L 1(1), section II.
+struct Eucm {
+  static constexpr std::string_view kId = "eucm";
+  static constexpr int kNumLensParams = 2;
+  static constexpr std::array<std::string_view, 2> kLensParamNames = {"alpha", "beta"};
+  static constexpr std::array<ParamRange, 2> kLensRanges = {
+      ParamRange{.min = 0.0, .max = 1.0},
+      ParamRange{.min = 1e-3, .max = std::numeric_limits<double>::infinity()}};
+  static constexpr std::array<double, 2> kStartLens = {0.5, 1.0};
+  static constexpr double kMaxAngle = kWideMaxAngle;
+  static constexpr bool kIsOneToOneWithoutFold = true;
+
+  static double maxAngle(const double* k) {
+    if (!isInRange(k[0], k[1])) return 0.0;
+    const double w = detail::sphereLimit(k[0]);
+    return std::min(kMaxAngle, std::atan2(std::sqrt((1 - w) * (1 + w)), -w * std::sqrt(k[1])));
+  }
+  static bool isAxiallySymmetric(const double*) { return true; }
+
+  template <class T>
+  static bool lens(const T* k, const T* ray, T* m) {
+    using std::sqrt;
+    if (!isInRange(k[0], k[1])) return false;
+    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
+    if (!(ray[2] > T(0)) && !(rho2 > T(0))) return false;
+    const T scaled2 = k[1] * rho2;
+    const T d = sqrt(scaled2 + ray[2] * ray[2]);
+    if (!(ray[2] > -detail::sphereLimit(k[0]) * d)) return false;
+    const T depth = detail::blend(k[0], scaled2, ray[2], d);
+    m[0] = ray[0] / depth;
+    m[1] = ray[1] / depth;
+    return true;
+  }
+
+  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
+    const double alpha = k[0];
+    const double beta = k[1];
+    if (!isInRange(alpha, beta)) return false;
+    const double z = ray[2];
+    const double rho2 = ray[0] * ray[0] + ray[1] * ray[1];
+    if (!(z > 0.0) && !(rho2 > 0.0)) return false;
+    const double d = std::sqrt(beta * rho2 + z * z);
+    if (!(z > -detail::sphereLimit(alpha) * d)) return false;
+    const double f = 1 / detail::blend(alpha, beta * rho2, z, d);
+    m[0] = ray[0] * f;
+    m[1] = ray[1] * f;
+    if (J_m_ray != nullptr) {
+      const double df_ds = -f * f * alpha * beta / (2 * d);
+      const double df_dz = -f * f * detail::blendSlope(alpha, beta * rho2, z, d) / d;
+      detail::radialJacobian(ray, f, df_ds, df_dz, 1.0, J_m_ray);
+    }
+    if (J_m_lens != nullptr) {
+      const double df_dalpha = -f * f * (d - z);
+      const double df_dbeta = -f * f * alpha * rho2 / (2 * d);
+      J_m_lens[0] = ray[0] * df_dalpha;
+      J_m_lens[1] = ray[0] * df_dbeta;
+      J_m_lens[2] = ray[1] * df_dalpha;
+      J_m_lens[3] = ray[1] * df_dbeta;
+    }
+    return true;
+  }
+
+  static bool unlens(const double* k, const double* m, double, double* ray) {
+    if (!isInRange(k[0], k[1])) return false;
+    double z = 0;
+    if (!detail::sphereDepth(k[0], k[1] * (m[0] * m[0] + m[1] * m[1]), z)) return false;
+    return detail::makeUnitRay(m[0], m[1], z, ray);
+  }
+
+ private:
+  template <class T>
+  static bool isInRange(const T& alpha, const T& beta) {
+    return alpha >= T(0) && alpha <= T(1) && beta >= T(kLensRanges[1].min);
+  }
+};
+
+}  // namespace alidade

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string_view>
+
+#include "alidade/camera/camera_model.h"
+#include "alidade/camera/perspective_plane.h"
+
+namespace alidade {
+
+/// Radial distortion as a quotient of polynomials, with the tangential terms of `radtan`. With x = X/Z,
+/// y = Y/Z, r2 = x^2 + y^2 and
+/// a = (1 + k1 r2 + k2 r2^2 + k3 r2^3) / (1 + k4 r2 + k5 r2^2 + k6 r2^3):
+///
+///   mx = x a + 2 p1 x y + p2 (r2 + 2 x^2)
+///   my = y a + p1 (r2 + 2 y^2) + 2 p2 x y
+///
+/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), k1, k2, p1, p2, k3, k4, k5, k6 (no unit; this is
+/// OpenCV's order).
+/// Domain: Z > 0, the denominator positive, and field angle below the first fold over all azimuths: the first
+/// root of the denominator is a pole, at which rays leave the image for infinity, and what the formula says
+/// beyond it is no lens. The map is the gradient of a potential; see `radtan`.
+/// Inverse: safeguarded Newton iteration inside that disc.
+/// Source: Claus and Fitzgibbon 2005, A rational function lens distortion model for general cameras, CVPR,
+/// for the idea; the formula is that of OpenCV's CALIB_RATIONAL_MODEL.
+struct Rational {
+  static constexpr std::string_view kId = "rational";
+  static constexpr int kNumLensParams = 8;
+  static constexpr std::array<std::string_view, 8> kLensParamNames = {"k1", "k2", "p1", "p2",
+                                                                      "k3", "k4", "k5", "k6"};
+  static constexpr std::array<ParamRange, 8> kLensRanges = {};
+  static constexpr std::array<double, 8> kStartLens = {0, 0, 0, 0, 0, 0, 0, 0};
+  static constexpr double kMaxAngle = kPerspectiveMaxAngle;
+  static constexpr bool kIsOneToOneWithoutFold = true;
+
+  /// The pole, in closed form as far as the roots of a cubic allow: where numerator and denominator nearly
+  /// cancel, it is too narrow to be found by sampling.
+  static double maxAngle(const double* k) {
+    const double r2_max = std::pow(std::tan(kMaxAngle), 2);
+    return std::min(kMaxAngle, std::atan(std::sqrt(firstRoot(k[5], k[6], k[7], r2_max))));
+  }
+  static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
+
+  template <class T>
+  static bool lens(const T* k, const T* ray, T* m) {
+    if (!(ray[2] > T(0))) return false;
+    const T x = ray[0] / ray[2];
+    const T y = ray[1] / ray[2];
+    const T r2 = x * x + y * y;
+    const T denominator = T(1) + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
+    if (!(denominator > T(0))) return false;
+    const T a = (T(1) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / denominator;
+    const T xy2 = T(2) * x * y;
+    m[0] = x * a + k[2] * xy2 + k[3] * (r2 + T(2) * x * x);
+    m[1] = y * a + k[2] * (r2 + T(2) * y * y) + k[3] * xy2;
+    return true;
+  }
+
+  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
+    if (!(ray[2] > 0.0)) return false;
+    const double iz = 1.0 / ray[2];
+    const double x = ray[0] * iz;
+    const double y = ray[1] * iz;
+    const double r2 = x * x + y * y;
+    const double denominator = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
+    if (!(denominator > 0.0)) return false;
+    const detail::WarpSample s = warp(k, x, y);
+    m[0] = s.mx;
+    m[1] = s.my;
+    if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
+    if (J_m_lens != nullptr) {
+      const double numerator = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+      const double up = r2 / denominator;                 // d a / d k1
+      const double down = -up * numerator / denominator;  // d a / d k4
+      const double xy2 = 2 * x * y;
+      const std::array<double, 8> da = {up, up * r2, 0, 0, up * r2 * r2, down, down * r2, down * r2 * r2};
+      for (int i = 0; i < 8; ++i) {
+        J_m_lens[i] = x * da[static_cast<std::size_t>(i)];
+        J_m_lens[8 + i] = y * da[static_cast<std::size_t>(i)];
+      }
+      J_m_lens[2] = xy2;
+      J_m_lens[3] = r2 + 2 * x * x;
+      J_m_lens[10] = r2 + 2 * y * y;
+      J_m_lens[11] = xy2;
+    }
+    return true;
+  }
+
+  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
+    const auto f = [k](double x, double y) { return warp(k, x, y); };
+    return detail::unwarpRay(f, m, max_angle, ray);
+  }
+
+  /// The distortion of the plane and its Jacobian, short of the pole.
+  static detail::WarpSample warp(const double* k, double x, double y) {
+    const double r2 = x * x + y * y;
+    const double numerator = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+    const double denominator = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
+    const double slope_up = k[0] + r2 * (2 * k[1] + r2 * 3 * k[4]);
+    const double slope_down = k[5] + r2 * (2 * k[6] + r2 * 3 * k[7]);
+    const double a = numerator / denominator;
+    const double da = (slope_up - a * slope_down) / denominator;  // da / d(r2)
+    const double p1 = k[2];
+    const double p2 = k[3];
+    detail::WarpSample s;
+    s.mx = x * a + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
+    s.my = y * a + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
+    s.dmx_dx = a + 2 * x * x * da + 2 * p1 * y + 6 * p2 * x;
+    s.dmx_dy = 2 * x * y * da + 2 * p1 * x + 2 * p2 * y;
+    s.dmy_dx = s.dmx_dy;
+    s.dmy_dy = a + 2 * y * y * da + 6 * p1 * y + 2 * p2 * x;
+    return s;
+  }
+
+ private:
+  // Smallest root in (0, limit] of 1 + b s + c s^2 + d s^3, or infinity. Between its turning points the cubic
+  // is monotone, so that a change of sign there brackets exactly one root.
+  static double firstRoot(double b, double c, double d, double limit) {
+    const auto value = [=](double s) { return 1 + s * (b + s * (c + s * d)); };
+    // Turning points: b + 2 c s + 3 d s^2 = 0, in the form that does not cancel.
+    std::array<double, 3> ends = {limit, limit, limit};
+    const double discriminant = c * c - 3 * b * d;
+    if (discriminant >= 0) {
+      const double q = -(c + std::copysign(std::sqrt(discriminant), c));
+      const double s1 = q / (3 * d);
+      const double s2 = b / q;
+      if (s1 > 0 && s1 < limit) ends[0] = s1;
+      if (s2 > 0 && s2 < limit) ends[1] = s2;
+      std::sort(ends.begin(), ends.end());
+    }
+    double low = 0;
+    for (const double end : ends) {
+      if (value(end) > 0) {
+        low = end;
+        continue;
+      }
+      double high = end;
+      for (int i = 0; i < 200 && high - low > 1e-16 * high; ++i) {
+        const double middle = 0.5 * (low + high);
+        (value(middle) > 0 ? low : high) = middle;
+      }
+      return low;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+};
+
+}  // namespace alidade
