@@ -207,16 +207,19 @@ class ConvertCommand final : public Command {
         .self_check = makeSelfCheck(camera, size),
         .calibration = {},
         .created_by = provenance(source, conversion)};
+    // A model that reaches no pixel has no error. A file needs a number, and has the finding that says it.
+    const double fit_rms_px =
+        conversion.fit && std::isfinite(conversion.fit->rms_px) ? conversion.fit->rms_px : 0.0;
     if (source.calibration) {
       file.calibration = editedRecord(*source.calibration, source.camera, conversion.edit);
       if (conversion.fit && camera.modelId() != source.camera.modelId())
-        file.calibration = refittedRecord(*std::move(file.calibration), conversion.fit->rms_px);
+        file.calibration = refittedRecord(*std::move(file.calibration), fit_rms_px);
     }
     if (!conversion.reasons.empty()) {
       // A file that was kept all the same says so, even one without a calibration of its own.
       if (!file.calibration) {
         file.calibration.emplace();
-        file.calibration->rms_px = conversion.fit->rms_px;
+        file.calibration->rms_px = fit_rms_px;
       }
       file.calibration->is_trustworthy = false;
       for (const Reason& reason : conversion.reasons) file.calibration->findings.push_back(reason.id);

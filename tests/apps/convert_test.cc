@@ -237,6 +237,18 @@ TEST(Convert, WritesNothingWhenTheModelDoesNotReachThePixels) {
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.out, AllOf(HasSubstr("[unreached_pixels]"), HasSubstr("accepted 0.1 %")));
   EXPECT_FALSE(scratch.has("out.yaml"));
+
+  // No pixel at all leaves no error to state, and still a file that can be read.
+  const std::string wider =
+      scratch.write("wider.yaml", replaced(smallCamera(), "fx: 500, fy: 501", "fx: 1e-4, fy: 1e-4"));
+  const RunResult none =
+      convert(wider, scratch.path("none.yaml"), {"--model", "radtan", "--keep-untrustworthy", "--json"});
+  EXPECT_THAT(none, EndsWith(3));
+  const auto fit = nlohmann::json::parse(none.out).at("fit");
+  EXPECT_EQ(fit.at("unreached_share"), 1);
+  EXPECT_TRUE(fit.at("rms_px").is_null() && fit.at("max_error_px").is_null());
+  EXPECT_EQ(cameraIn(scratch, "none.yaml").calibration->findings,
+            (std::vector<std::string>{"unreached_pixels"}));
 }
 
 TEST(Convert, WritesToStandardOutput) {
