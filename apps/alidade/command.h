@@ -50,6 +50,7 @@ struct CommandEntry {
 [[nodiscard]] std::unique_ptr<Command> makeProjectCommand();
 [[nodiscard]] std::unique_ptr<Command> makeUnprojectCommand();
 [[nodiscard]] std::unique_ptr<Command> makeValidateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 
 /// The flags --json, --quiet, --config, and --jobs where a command has work to share out.

@@ -10,8 +10,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const std::vector<std::string> kCommands = {"calibrate", "detect",   "project",
-                                            "unproject", "validate", "simulate"};
+const std::vector<std::string> kCommands = {"calibrate", "detect",  "project", "unproject",
+                                            "validate",  "convert", "simulate"};
 
 TEST(Usage, ShowsTheHelpWithoutArguments) {
   const RunResult result = runAlidade({});
@@ -33,7 +33,7 @@ TEST(Usage, HelpsOnRequest) {
     EXPECT_THAT(one.out, AllOf(HasSubstr("Example: "), HasSubstr("--json"), HasSubstr("--config")));
     ++num_commands;
   }
-  EXPECT_EQ(num_commands, 6);
+  EXPECT_EQ(num_commands, 7);
 }
 
 TEST(Usage, TellsItsVersion) {
@@ -80,6 +80,8 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"project"}, "no camera file", "alidade project --help"},
       {{"unproject"}, "no camera file", "alidade unproject --help"},
       {{"validate"}, "no file", "alidade validate --help"},
+      {{"convert"}, "no camera file", "alidade convert --help"},
+      {{"convert", "camera.yaml"}, "no --output", "-o FILE"},
       {{"simulate"}, "no scene file", "alidade simulate --help"},
       {{"simulate", "scene.yaml"}, "no --output", "-o FOLDER"},
       {{"calibrate", "photos"}, "no --board", "--board checkerboard:9x6:25mm"},
@@ -93,7 +95,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
         << testing::PrintToString(c.args);
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 25u);
+  EXPECT_EQ(num_refused, 27u);
 }
 
 TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
@@ -103,13 +105,14 @@ TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
       {"calibrate", dataPath("corners.csv"), "--json", "-o", "-"},
       {"detect", imagePath(1), "--board", kBoard, "--json", "-o", "-"},
       {"calibrate", dataPath("corners.csv"), "--config", json_in_file},
+      {"convert", dataPath("camera.yaml"), "--json", "-o", "-"},
   };
   int num_refused = 0;
   for (const auto& args : lines) {
     EXPECT_THAT(runAlidade(args), FailsWith(2, AllOf(HasSubstr("--json"), HasSubstr("--output -"))));
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 3);
+  EXPECT_EQ(num_refused, 4);
 }
 
 // The words of a command line as a shell without variables reads it.
@@ -172,7 +175,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 7);
+  EXPECT_EQ(num_examples, 9);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/camera/model_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "alidade/camera/lens_fit.h"
+#include "alidade/camera/same_lens.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+// Cells along the longer side: enough for the largest model in the fit, and to see a share of 0.1 % after it.
+constexpr int kFitCells = 40;
+constexpr int kCheckCells = 160;
+// An algebraic result off by more is that of a model which the algebra took for another.
+constexpr double kExactPx = 1e-6;
+
+struct Samples {
+  std::vector<RaySample> inside;  // the middles of equal cells
+  std::vector<RaySample> border;  // on the outer edges
+  int num_without_ray = 0;        // of the former
+};
+
+Samples sampleRays(const AnyCamera& camera, ImageSize size, int num_cells) {
+  Samples samples;
+  const double cell = static_cast<double>(std::max(size.width, size.height)) / num_cells;
+  const int nx = static_cast<int>(std::ceil(size.width / cell - 1e-9));
+  const int ny = static_cast<int>(std::ceil(size.height / cell - 1e-9));
+  const double step_x = static_cast<double>(size.width) / nx;
+  const double step_y = static_cast<double>(size.height) / ny;
+  for (int j = 0; j < ny; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      const Eigen::Vector2d pixel((i + 0.5) * step_x - 0.5, (j + 0.5) * step_y - 0.5);
+      if (const auto ray = camera.unproject(pixel)) {
+        samples.inside.push_back({pixel, *ray});
+      } else {
+        ++samples.num_without_ray;
+      }
+    }
+  }
+  const auto look = [&](double u, double v) {
+    const Eigen::Vector2d pixel(u, v);
+    if (const auto ray = camera.unproject(pixel)) samples.border.push_back({pixel, *ray});
+  };
+  for (int i = 0; i <= nx; ++i) {
+    look(i * step_x - 0.5, -0.5);
+    look(i * step_x - 0.5, size.height - 0.5);
+  }
+  for (int j = 1; j < ny; ++j) {
+    look(-0.5, j * step_y - 0.5);
+    look(size.width - 0.5, j * step_y - 0.5);
+  }
+  return samples;
+}
+
+ModelFit judge(AnyCamera camera, ImageSize size, const Samples& samples) {
+  ModelFit fit{.camera = std::move(camera), .unreached_pixel = {}, .domain = {}};
+  fit.num_without_ray = samples.num_without_ray;
+  fit.num_pixels = static_cast<int>(samples.inside.size());
+  double sum = 0;
+  const auto error = [&fit](const RaySample& sample) -> std::optional<double> {
+    const Projection projection = fit.camera.project(sample.ray);
+    if (!projection.ok()) return std::nullopt;
+    const double distance = (projection.pixel - sample.pixel).norm();
+    if (distance > fit.max_error_px) {
+      fit.max_error_px = distance;
+      fit.worst_pixel = sample.pixel;
+    }
+    return distance;
+  };
+  for (const RaySample& sample : samples.inside) {
+    if (const auto distance = error(sample)) {
+      sum += *distance * *distance;
+      continue;
+    }
+    ++fit.num_unreached;
+    if (!fit.unreached_pixel) fit.unreached_pixel = sample.pixel;
+  }
+  for (const RaySample& sample : samples.border) static_cast<void>(error(sample));
+  const int num_reached = fit.num_pixels - fit.num_unreached;
+  fit.rms_px = std::sqrt(sum / num_reached);  // NaN for none
+  if (num_reached == 0) fit.max_error_px = fit.rms_px;
+  fit.domain = certifyDomain(fit.camera, size);
+  return fit;
+}
+
+// Pixels a radian on the optical axis, and the axis' own pixel.
+std::pair<Eigen::Vector2d, Eigen::Vector2d> axisOf(const AnyCamera& camera) {
+  return camera.visit([](const auto& c) -> std::pair<Eigen::Vector2d, Eigen::Vector2d> {
+    double J[6];
+    const Projection axis = c.project(Eigen::Vector3d::UnitZ(), J, nullptr);
+    expect(axis.ok(), "a camera sees its optical axis");
+    return {{J[0], J[4]}, axis.pixel};
+  });
+}
+
+// The source's lens parameters under the names of the target's, zero where it has none: a start where the
+// models are related, and harmless where they are not.
+std::vector<double> lensByName(const AnyCamera& source, std::string_view model_id) {
+  const auto source_names = source.parameterNames();
+  std::vector<double> lens;
+  for (const std::string_view name : parameterNames(model_id).subspan(4)) {
+    const auto at = std::find(source_names.begin(), source_names.end(), name);
+    lens.push_back(at == source_names.end()
+                       ? 0.0
+                       : source.parameters()[static_cast<std::size_t>(at - source_names.begin())]);
+  }
+  return lens;
+}
+
+std::vector<double> bestParameters(const AnyCamera& source, ImageSize size, std::string_view model_id) {
+  const std::vector<RaySample> samples = sampleRays(source, size, kFitCells).inside;
+  const auto [focal_px, axis_px] = axisOf(source);
+  std::optional<LensFit> best;
+  for (std::vector<double>& start : lensStarts(model_id, focal_px, axis_px, lensByName(source, model_id))) {
+    LensFit fit = fitLens(model_id, samples, std::move(start));
+    if (!best || fit.cost < best->cost) best = std::move(fit);
+  }
+  expect(best.has_value(), "every model can be started");
+  return best->params;
+}
+
+}  // namespace
+
+ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id) {
+  const auto num_params = parameterNames(model_id).size();
+  const Samples samples = sampleRays(source, size, kCheckCells);
+  if (samples.inside.size() <= num_params) {
+    throw inputError(
+        {.where = "camera of model " + std::string(source.modelId()),
+         .found = "rays for " + std::to_string(samples.inside.size()) + " of " +
+                  std::to_string(samples.num_without_ray + static_cast<int>(samples.inside.size())) +
+                  " pixels that were looked at",
+         .expected = "a camera that sees its image",
+         .next_step = "alidade validate tells what is wrong with it"});
+  }
+  if (const auto params = sameLensParameters(source, model_id)) {
+    ModelFit fit = judge(AnyCamera::make(model_id, *params), size, samples);
+    fit.is_exact = !(fit.max_error_px > kExactPx);
+    if (fit.is_exact) return fit;
+  }
+  return judge(AnyCamera::make(model_id, bestParameters(source, size, model_id)), size, samples);
+}
+
+}  // namespace alidade

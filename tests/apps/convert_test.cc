@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/error.h"
+#include "alidade/io/camera_file.h"
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kSamePx = 1e-9;
+
+RunResult convert(const std::string& from, const std::string& to, std::vector<std::string> more) {
+  std::vector<std::string> args = {"convert", from, "-o", to};
+  args.insert(args.end(), more.begin(), more.end());
+  return runAlidade(args);
+}
+
+CameraFile cameraIn(const ScratchFolder& scratch, const std::string& name) {
+  return parseCameraFile(scratch.read(name), name);
+}
+
+// A nearly perspective camera, which pinhole fits well but not exactly.
+std::string mildCamera() {
+  return "alidade_camera: 1\nmodel: radtan\nimage_size: {width: 640, height: 480}\n"
+         "parameters: {fx: 535, fy: 534, cx: 322.5, cy: 238.1, k1: -1e-3, k2: 0, p1: 0, p2: 0, k3: 0}\n";
+}
+
+TEST(Convert, FourTurnsAreTheSameCamera) {
+  const ScratchFolder scratch;
+  std::string from = dataPath("camera.yaml");
+  for (int i = 1; i <= 4; ++i) {
+    const std::string to = scratch.path(fmt::format("turn_{}.yaml", i));
+    const RunResult result = convert(from, to, {"--rotate", "90"});
+    ASSERT_THAT(result, EndsWith(0));
+    EXPECT_THAT(result.out, AllOf(HasSubstr("Rotate   90"), HasSubstr("x_new = -y, y_new = x")));
+    EXPECT_THAT(runAlidade({"validate", to}), EndsWith(0));
+    from = to;
+  }
+  EXPECT_EQ(cameraIn(scratch, "turn_1.yaml").image_size, (ImageSize{.width = 480, .height = 640}));
+  EXPECT_EQ(cameraIn(scratch, "turn_4.yaml").image_size, (ImageSize{.width = 640, .height = 480}));
+  const std::vector<double> before = parametersOf(readFile(dataPath("camera.yaml")));
+  const std::vector<double> after = parametersOf(scratch.read("turn_4.yaml"));
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(after[i], before[i], 1e-12);
+  EXPECT_THAT(cameraIn(scratch, "turn_2.yaml").created_by,
+              AllOf(HasSubstr("convert rotate 90 of " + scratch.path("turn_1.yaml")),
+                    HasSubstr("convert rotate 90 of " + dataPath("camera.yaml"))));
+}
+
+TEST(Convert, ThereAndBackIsTheSameCamera) {
+  const ScratchFolder scratch;
+  struct Case {
+    std::vector<std::string> there;
+    std::vector<std::string> back;
+  };
+  const std::vector<Case> cases = {
+      {{"--resize", "321x111"}, {"--resize", "640x480"}},
+      {{"--rotate", "270"}, {"--rotate", "90"}},
+      {{"--rotate", "180"}, {"--rotate", "180"}},
+      {{"--bin", "4"}, {"--resize", "640x480"}},
+      {{"--model", "radtan"}, {}},
+      {{}, {}},
+  };
+  const std::vector<double> before = parametersOf(readFile(dataPath("camera.yaml")));
+  int num_cases = 0;
+  for (const Case& c : cases) {
+    ASSERT_THAT(convert(dataPath("camera.yaml"), scratch.path("there.yaml"), c.there), EndsWith(0));
+    ASSERT_THAT(convert(scratch.path("there.yaml"), scratch.path("back.yaml"), c.back), EndsWith(0));
+    const CameraFile file = cameraIn(scratch, "back.yaml");
+    EXPECT_EQ(file.image_size, (ImageSize{.width = 640, .height = 480}));
+    for (std::size_t i = 0; i < before.size(); ++i)
+      EXPECT_NEAR(file.camera.parameters()[i], before[i], 1e-10);
+    ++num_cases;
+  }
+  EXPECT_EQ(num_cases, 6);
+}
+
+TEST(Convert, CropsBinsResizesAndRotatesInThisOrder) {
+  const ScratchFolder scratch;
+  const RunResult result =
+      convert(dataPath("camera.yaml"), scratch.path("out.yaml"),
+              {"--rotate", "90", "--resize", "500x200", "--bin", "2", "--crop", "40,60,501,401"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("501x401 px"), HasSubstr("250x200 px"), HasSubstr("500x200 px"),
+                                HasSubstr("200x500 px")));
+  const AnyCamera old = readCameraFile(dataPath("camera.yaml")).camera;
+  const CameraFile file = cameraIn(scratch, "out.yaml");
+  EXPECT_EQ(file.image_size, (ImageSize{.width = 200, .height = 500}));
+  int num_points = 0;
+  for (double y = -0.3; y <= 0.3; y += 0.05) {
+    for (double x = -0.4; x <= 0.4; x += 0.05) {
+      const Eigen::Vector2d p = old.project({x, y, 1}).pixel;
+      const double u = 2 * ((p.x() - 40 + 0.5) / 2) - 0.5;  // binned by 2, then twice as wide
+      const double v = (p.y() - 60 + 0.5) / 2 - 0.5;
+      const Projection projection = file.camera.project({-y, x, 1});
+      ASSERT_TRUE(projection.ok());
+      EXPECT_NEAR(projection.pixel.x(), 200 - 1 - v, kSamePx);
+      EXPECT_NEAR(projection.pixel.y(), u, kSamePx);
+      ++num_points;
+    }
+  }
+  EXPECT_GE(num_points, 190);
+}
+
+TEST(Convert, CroppedCameraProjectsWhereTheCropShowsIt) {
+  const ScratchFolder scratch;
+  const std::string cropped = scratch.path("cropped.yaml");
+  ASSERT_THAT(convert(dataPath("camera.yaml"), cropped, {"--crop", "100,50,400,300", "--quiet"}),
+              EndsWith(0));
+  const auto pixel = [](const std::string& camera) {
+    const RunResult result = runAlidade({"project", camera, "--json"}, {.input = "0.1,-0.05,1\n"});
+    return nlohmann::json::parse(result.out).at("points").at(0);
+  };
+  const auto before = pixel(dataPath("camera.yaml"));
+  const auto after = pixel(cropped);
+  EXPECT_NEAR(after.at("u").get<double>(), before.at("u").get<double>() - 100, kSamePx);
+  EXPECT_NEAR(after.at("v").get<double>(), before.at("v").get<double>() - 50, kSamePx);
+}
+
+TEST(Convert, CarriesTheCalibrationAlong) {
+  const ScratchFolder scratch;
+  const std::string source = scratch.path("calibrated.yaml");
+  ASSERT_THAT(runAlidade({"calibrate", dataPath("corners.csv"), "-o", source}), EndsWith(0));
+  ASSERT_THAT(convert(source, scratch.path("out.yaml"), {"--resize", "320x240", "--rotate", "90"}),
+              EndsWith(0));
+  EXPECT_THAT(runAlidade({"validate", scratch.path("out.yaml")}).out,
+              AllOf(HasSubstr("PASS  covariance"), HasSubstr("  valid\n")));
+  const CalibrationRecord before = *cameraIn(scratch, "calibrated.yaml").calibration;
+  const CameraFile file = cameraIn(scratch, "out.yaml");
+  const CalibrationRecord& after = *file.calibration;
+  EXPECT_DOUBLE_EQ(after.rms_px, before.rms_px / 2);
+  EXPECT_EQ(after.board, before.board);
+  EXPECT_TRUE(after.is_trustworthy);
+  // fx is now half of what was fy, p1 what was p2.
+  ASSERT_EQ(after.parameter_std.size(), 9u);
+  EXPECT_DOUBLE_EQ(after.parameter_std[0], before.parameter_std[1] / 2);
+  EXPECT_DOUBLE_EQ(after.parameter_std[6], before.parameter_std[7]);
+  // A corner of the board is seen where the turned, smaller image shows it.
+  const AnyCamera old = cameraIn(scratch, "calibrated.yaml").camera;
+  int num_views = 0;
+  ASSERT_EQ(after.views.size(), before.views.size());
+  for (std::size_t i = 0; i < before.views.size(); ++i) {
+    const Eigen::Vector3d corner(0.1, 0.05, 0);
+    const Eigen::Vector2d p = old.project(before.views[i].camera_from_board * corner).pixel;
+    const Eigen::Vector2d q = file.camera.project(after.views[i].camera_from_board * corner).pixel;
+    EXPECT_NEAR(q.x(), 240 - 1 - ((p.y() + 0.5) / 2 - 0.5), kSamePx);
+    EXPECT_NEAR(q.y(), (p.x() + 0.5) / 2 - 0.5, kSamePx);
+    ++num_views;
+  }
+  EXPECT_EQ(num_views, kNumImages);
+}
+
+TEST(Convert, SaysExactlyWhenTheLensIsTheSame) {
+  const ScratchFolder scratch;
+  const std::string small = scratch.write("small.yaml", smallCamera());
+  const RunResult result =
+      convert(small, scratch.path("out.yaml"), {"--model", "radtan", "--max-error", "0"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, HasSubstr("radtan: exactly the same lens"));
+  EXPECT_EQ(parametersOf(scratch.read("out.yaml")), (std::vector<double>{500, 501, 320, 240, 0, 0, 0, 0, 0}));
+  ASSERT_THAT(convert(scratch.path("out.yaml"), scratch.path("back.yaml"), {"--model", "pinhole"}),
+              EndsWith(0));
+  EXPECT_EQ(parametersOf(scratch.read("back.yaml")), parametersOf(smallCamera()));
+}
+
+TEST(Convert, FitsWhatIsNearlyTheSameAndSaysHowNearly) {
+  const ScratchFolder scratch;
+  const std::string mild = scratch.write("mild.yaml", mildCamera());
+  const RunResult result = convert(mild, scratch.path("out.yaml"), {"--model", "pinhole", "--json"});
+  ASSERT_THAT(result, EndsWith(0));
+  const auto document = nlohmann::json::parse(result.out);
+  EXPECT_EQ(document.at("model"), "pinhole");
+  EXPECT_EQ(document.at("written"), true);
+  EXPECT_EQ(document.at("trustworthy"), true);
+  const auto& fit = document.at("fit");
+  EXPECT_EQ(fit.at("exact"), false);
+  EXPECT_EQ(fit.at("num_unreached"), 0);
+  EXPECT_GT(fit.at("rms_px"), 1e-3);
+  EXPECT_LT(fit.at("rms_px"), 0.1);
+  EXPECT_GT(fit.at("max_error_px"), fit.at("rms_px"));
+  // The stated error is the one at the stated place.
+  const Eigen::Vector2d worst(fit.at("worst_pixel")[0], fit.at("worst_pixel")[1]);
+  const auto ray = readCameraFile(mild).camera.unproject(worst);
+  ASSERT_TRUE(ray);
+  EXPECT_NEAR((cameraIn(scratch, "out.yaml").camera.project(*ray).pixel - worst).norm(),
+              fit.at("max_error_px").get<double>(), kSamePx);
+  EXPECT_THAT(convert(mild, scratch.path("text.yaml"), {"--model", "pinhole"}).out,
+              AllOf(HasSubstr("best fit"), HasSubstr("Error    RMS "), HasSubstr("at pixel (")));
+}
+
+TEST(Convert, WritesNothingWhenTheModelDoesNotFit) {
+  const ScratchFolder scratch;
+  const std::string out = scratch.path("out.yaml");
+  const std::vector<std::string> poor = {"--model", "pinhole"};
+  const RunResult result = convert(dataPath("camera.yaml"), out, poor);
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("FAILED"), HasSubstr("[model_rms]"), HasSubstr("[model_error]")));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("not to be trusted"), HasSubstr("out.yaml was not written")));
+  EXPECT_FALSE(scratch.has("out.yaml"));
+
+  const RunResult kept =
+      convert(dataPath("camera.yaml"), out, {"--model", "pinhole", "--keep-untrustworthy", "--json"});
+  EXPECT_THAT(kept, EndsWith(3));
+  const auto document = nlohmann::json::parse(kept.out);
+  EXPECT_EQ(document.at("trustworthy"), false);
+  EXPECT_EQ(document.at("written"), true);
+  EXPECT_EQ(document.at("reasons").at(0).at("id"), "model_rms");
+  const CameraFile file = cameraIn(scratch, "out.yaml");
+  ASSERT_TRUE(file.calibration);
+  EXPECT_FALSE(file.calibration->is_trustworthy);
+  EXPECT_EQ(file.calibration->findings, (std::vector<std::string>{"model_rms", "model_error"}));
+
+  // What is not to be trusted does not become so by being converted.
+  EXPECT_THAT(convert(out, scratch.path("half.yaml"), {"--resize", "320x240"}), EndsWith(3));
+  EXPECT_FALSE(scratch.has("half.yaml"));
+  EXPECT_THAT(
+      convert(dataPath("camera.yaml"), scratch.path("lax.yaml"), {"--model", "pinhole", "--max-error", "10"}),
+      EndsWith(0));
+}
+
+TEST(Convert, WritesNothingWhenTheModelDoesNotReachThePixels) {
+  const ScratchFolder scratch;
+  // 89.97 degrees at the edges, of which radtan leaves out the last.
+  const std::string wide =
+      scratch.write("wide.yaml", replaced(smallCamera(), "fx: 500, fy: 501", "fx: 0.1, fy: 0.1"));
+  const RunResult result = convert(wide, scratch.path("out.yaml"), {"--model", "radtan"});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("[unreached_pixels]"), HasSubstr("accepted 0.1 %")));
+  EXPECT_FALSE(scratch.has("out.yaml"));
+
+  // No pixel at all leaves no error to state, and still a file that can be read.
+  const std::string wider =
+      scratch.write("wider.yaml", replaced(smallCamera(), "fx: 500, fy: 501", "fx: 1e-4, fy: 1e-4"));
+  const RunResult none =
+      convert(wider, scratch.path("none.yaml"), {"--model", "radtan", "--keep-untrustworthy", "--json"});
+  EXPECT_THAT(none, EndsWith(3));
+  const auto fit = nlohmann::json::parse(none.out).at("fit");
+  EXPECT_EQ(fit.at("unreached_share"), 1);
+  EXPECT_TRUE(fit.at("rms_px").is_null() && fit.at("max_error_px").is_null());
+  EXPECT_EQ(cameraIn(scratch, "none.yaml").calibration->findings,
+            (std::vector<std::string>{"unreached_pixels"}));
+}
+
+TEST(Convert, WritesToStandardOutput) {
+  const RunResult result = convert(dataPath("camera.yaml"), "-", {"--bin", "2"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_EQ(parseCameraFile(result.out, "standard output").image_size,
+            (ImageSize{.width = 320, .height = 240}));
+  EXPECT_THAT(result.err, HasSubstr("Bin      2: 320x240 px"));
+  EXPECT_EQ(convert(dataPath("camera.yaml"), "-", {"--bin", "2", "--quiet"}).err, "");
+}
+
+TEST(Convert, ReadsItsFlagsFromYaml) {
+  const ScratchFolder scratch;
+  const std::string config =
+      scratch.write("settings.yaml", "crop: '0,60,640,360'\nresize: 320x180\nrotate: 180\nmodel: radtan\n");
+  ASSERT_THAT(convert(dataPath("camera.yaml"), scratch.path("out.yaml"), {"--config", config}), EndsWith(0));
+  EXPECT_EQ(cameraIn(scratch, "out.yaml").image_size, (ImageSize{.width = 320, .height = 180}));
+}
+
+TEST(Convert, RefusesToOverwriteItsInput) {
+  const ScratchFolder scratch;
+  const std::string camera = scratch.write("camera.yaml", smallCamera());
+  EXPECT_THAT(convert(camera, camera, {"--bin", "2"}),
+              FailsWith(2, AllOf(HasSubstr("name of an input"), HasSubstr("would be overwritten"))));
+  EXPECT_THAT(convert(scratch.path("./camera.yaml"), camera, {}), FailsWith(2, HasSubstr("overwritten")));
+  EXPECT_EQ(scratch.read("camera.yaml"), smallCamera());
+}
+
+TEST(Convert, RefusesWhatItDoesNotUnderstand) {
+  const ScratchFolder scratch;
+  const std::string camera = scratch.write("camera.yaml", smallCamera());
+  struct Case {
+    std::vector<std::string> args;
+    std::string found;
+    std::string expected;
+  };
+  const std::vector<Case> cases = {
+      {{"--crop", "1,2,3"}, "'1,2,3'", "X,Y,WIDTH,HEIGHT"},
+      {{"--crop", "1,2,3,4,5"}, "'1,2,3,4,5'", "X,Y,WIDTH,HEIGHT"},
+      {{"--crop", "1,2,3,four"}, "'1,2,3,four'", "X,Y,WIDTH,HEIGHT"},
+      {{"--crop", "1,2,,3,4"}, "'1,2,,3,4'", "X,Y,WIDTH,HEIGHT"},
+      {{"--crop", "600,0,100,100"}, "100x100 pixels from (600, 0)", "640x480"},
+      {{"--crop", "-5,0,100,100"}, "100x100 pixels from (-5, 0)", "640x480"},
+      {{"--resize", "320"}, "'320'", "WIDTHxHEIGHT"},
+      {{"--resize", "320x"}, "'320x'", "WIDTHxHEIGHT"},
+      {{"--resize", "0x240"}, "0x240", "1 to 1000000 pixels"},
+      {{"--resize", "1000000x1000000"}, "1000000x1000000", "1073741824 in all"},
+      {{"--bin", "0"}, "bin: 0", "1 to 480"},
+      {{"--bin", "481"}, "bin: 481", "1 to 480"},
+      {{"--bin", "two"}, "--bin", "alidade convert --help"},
+      {{"--rotate", "45"}, "45", "90,180,270"},
+      {{"--model", "radtn"}, "radtn", "radtan"},
+      {{"--max-error", "-1"}, "--max-error", "range"},
+      {{"--crp", "1,2,3,4"}, "--crp", "did you mean '--crop'?"},
+  };
+  std::size_t num_refused = 0;
+  for (const Case& c : cases) {
+    EXPECT_THAT(convert(camera, scratch.path("out.yaml"), c.args),
+                FailsWith(2, AllOf(HasSubstr(c.found), HasSubstr(c.expected))))
+        << testing::PrintToString(c.args);
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 17u);
+  EXPECT_THAT(convert(scratch.path("camra.yaml"), scratch.path("out.yaml"), {}),
+              FailsWith(1, HasSubstr("did you mean '" + camera + "'?")));
+  EXPECT_FALSE(scratch.has("out.yaml"));
+}
+
+}  // namespace
+}  // namespace alidade
