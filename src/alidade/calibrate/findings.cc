@@ -105,6 +105,16 @@ void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings
   if (const auto& pixel = result.domain.pixel_without_ray) {
     where = ": pixel (" + number("%.1f", pixel->x()) + ", " + number("%.1f", pixel->y()) + ") has no ray";
   }
+  if (!result.domain.cone.is_limited_by_fold) {
+    // A wide lens leaves the image's corners dark: no ray of its ends there.
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "pixels_without_ray",
+         .message = "the model ends " + number("%.0f", degrees(result.domain.cone.max_angle_rad)) +
+                    " degrees from the axis, inside the image" + where,
+         .next_step = "look whether the lens leaves these pixels dark; if it does not, use another model"});
+    return;
+  }
   findings.push_back(
       {.severity = Severity::kFailure,
        .id = "folds_in_image",
