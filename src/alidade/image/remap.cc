@@ -53,7 +53,7 @@ struct CubicKernel {
 template <class Sample>
 Sample rounded(float value) {
   constexpr auto kMax = static_cast<float>(std::numeric_limits<Sample>::max());
-  return static_cast<Sample>(std::clamp(value, 0.0F, kMax) + 0.5F);
+  return static_cast<Sample>(std::clamp(value + 0.5F, 0.0F, kMax));
 }
 
 template <class Kernel, class Sample, int kChannels>

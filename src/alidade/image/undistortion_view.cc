@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -165,19 +166,44 @@ struct PlaneBox {
 
 enum class Shown : std::uint8_t { kNoRay, kCut, kShown };
 
-// Looks at all border pixels, at every 8th pixel inside, and at all pixels around where rays end or are cut.
-// That is enough: a place with shown pixels all around is not an extreme one.
+// What becomes of a source pixel; its place on the plane if it is shown.
+struct SourceNode {
+  bool has_ray = false;
+  std::optional<Vector2d> plane;
+};
+
+// True if pixels between these may lie farther out than these: where rays end or are cut, and where angles
+// jump from half a turn on one side to half a turn on the other.
+bool needsAllPixels(const std::array<const SourceNode*, 4>& corners) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  int num_shown = 0;
+  for (const SourceNode* node : corners) {
+    if (!node->plane) continue;
+    ++num_shown;
+    low = std::min(low, node->plane->x());
+    high = std::max(high, node->plane->x());
+  }
+  constexpr double kJump = 1;  // radians, or tangents, which differ by less between neighbours but at the rim
+  return num_shown > 0 && (num_shown < 4 || high - low > kJump);
+}
+
+// Looks at all border pixels, at every 16th pixel inside, and at all pixels where that is not enough.
+// Elsewhere it is: a place with shown pixels all around is not an extreme one.
 PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, ViewProjection projection) {
-  constexpr int kStride = 8;
+  constexpr int kStride = 16;
   PlaneBox box;
   const auto look = [&](int x, int y) {
+    SourceNode node;
     const auto ray = camera.unproject({x, y});
-    if (!ray) return Shown::kNoRay;
-    const auto plane = planeFromRay(projection, *ray);
-    if (!plane || !isWithinLimits(projection, *plane)) return Shown::kCut;
-    box.low = box.low.cwiseMin(*plane);
-    box.high = box.high.cwiseMax(*plane);
-    return Shown::kShown;
+    if (!ray) return node;
+    node.has_ray = true;
+    node.plane = planeFromRay(projection, *ray);
+    if (node.plane && !isWithinLimits(projection, *node.plane)) node.plane.reset();
+    if (!node.plane) return node;
+    box.low = box.low.cwiseMin(*node.plane);
+    box.high = box.high.cwiseMax(*node.plane);
+    return node;
   };
   const auto places = [](int length) {
     std::vector<int> at;
@@ -187,12 +213,11 @@ PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, ViewProjection projec
   };
   const std::vector<int> xs = places(size.width);
   const std::vector<int> ys = places(size.height);
-  std::vector<std::vector<Shown>> nodes(ys.size(), std::vector<Shown>(xs.size()));
+  std::vector<std::vector<SourceNode>> nodes(ys.size(), std::vector<SourceNode>(xs.size()));
   for (std::size_t j = 0; j < ys.size(); ++j) {
     for (std::size_t i = 0; i < xs.size(); ++i) {
-      nodes[j][i] = look(xs[i], ys[j]);
-      box.num_shown += nodes[j][i] == Shown::kShown ? 1 : 0;
-      box.num_cut += nodes[j][i] == Shown::kCut ? 1 : 0;
+      const SourceNode& node = nodes[j][i] = look(xs[i], ys[j]);
+      if (node.has_ray) ++(node.plane ? box.num_shown : box.num_cut);
     }
   }
   for (int x = 0; x < size.width; ++x) {
@@ -205,10 +230,7 @@ PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, ViewProjection projec
   }
   for (std::size_t j = 1; j < ys.size(); ++j) {
     for (std::size_t i = 1; i < xs.size(); ++i) {
-      const std::array<Shown, 4> corners = {nodes[j - 1][i - 1], nodes[j - 1][i], nodes[j][i - 1],
-                                            nodes[j][i]};
-      const auto num_shown = std::count(corners.begin(), corners.end(), Shown::kShown);
-      if (num_shown == 0 || num_shown == 4) continue;
+      if (!needsAllPixels({&nodes[j - 1][i - 1], &nodes[j - 1][i], &nodes[j][i - 1], &nodes[j][i]})) continue;
       for (int y = ys[j - 1]; y <= ys[j]; ++y) {
         for (int x = xs[i - 1]; x <= xs[i]; ++x) look(x, y);
       }
