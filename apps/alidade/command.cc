@@ -26,6 +26,7 @@ std::vector<CommandEntry> makeCommands() {
   add("detect", "Find a board's corners in images", makeDetectCommand());
   add("project", "Project 3D points to pixels", makeProjectCommand());
   add("unproject", "Turn pixels into rays", makeUnprojectCommand());
+  add("undistort", "Take the lens' distortion out of images", makeUndistortCommand());
   add("validate", "Check a camera file", makeValidateCommand());
   add("convert", "Crop, resize, bin, rotate a camera's image, or take another model", makeConvertCommand());
   add("simulate", "Render images of a board with known truth", makeSimulateCommand());

@@ -18,6 +18,7 @@
 #include "alidade/io/csv.h"
 #include "alidade/io/image_file.h"
 #include "alidade/io/image_list.h"
+#include "image_names.h"
 #include "progress.h"
 
 namespace alidade {
@@ -32,32 +33,6 @@ SourceImage loadImage(const std::string& path) {
   }
   LoadedImage loaded = readGrayImage(path);
   return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
-}
-
-// An error's message, which has a line of its own for the next step, in a single line.
-std::string oneLine(std::string text) {
-  constexpr std::string_view kNextLine = "\n  next: ";
-  for (std::size_t at = text.find(kNextLine); at != std::string::npos; at = text.find(kNextLine, at))
-    text.replace(at, kNextLine.size(), "; next: ");
-  for (char& c : text) {
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  return text;
-}
-
-// Names as short as they can be while telling the images apart: paths without the folders that all share.
-std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
-  const std::string& first = paths.front();
-  std::size_t shared = first.rfind('/') == std::string::npos ? 0 : first.rfind('/') + 1;
-  for (const std::string& path : paths) {
-    while (shared > 0 && path.compare(0, shared, first, 0, shared) != 0) {
-      const std::size_t slash = shared < 2 ? std::string::npos : first.rfind('/', shared - 2);
-      shared = slash == std::string::npos ? 0 : slash + 1;
-    }
-  }
-  std::vector<std::string> names;
-  for (const std::string& path : paths) names.push_back(path.substr(shared));
-  return names;
 }
 
 void noteOrientations(DetectionStage& stage) {

@@ -10,8 +10,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const std::vector<std::string> kCommands = {"calibrate", "detect",  "project", "unproject",
-                                            "validate",  "convert", "simulate"};
+const std::vector<std::string> kCommands = {"calibrate", "detect",   "project", "unproject",
+                                            "undistort", "validate", "convert", "simulate"};
 
 TEST(Usage, ShowsTheHelpWithoutArguments) {
   const RunResult result = runAlidade({});
@@ -33,7 +33,7 @@ TEST(Usage, HelpsOnRequest) {
     EXPECT_THAT(one.out, AllOf(HasSubstr("Example: "), HasSubstr("--json"), HasSubstr("--config")));
     ++num_commands;
   }
-  EXPECT_EQ(num_commands, 7);
+  EXPECT_EQ(num_commands, 8);
 }
 
 TEST(Usage, TellsItsVersion) {
@@ -79,6 +79,12 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"detect"}, "no images", "alidade detect --help"},
       {{"project"}, "no camera file", "alidade project --help"},
       {{"unproject"}, "no camera file", "alidade unproject --help"},
+      {{"undistort"}, "no camera file", "alidade undistort --help"},
+      {{"undistort", "camera.yaml"}, "no images", "alidade undistort --help"},
+      {{"undistort", "camera.yaml", "photos"}, "no --output", "-o FOLDER"},
+      {{"undistort", "camera.yaml", "photos", "--interpolaton", "cubic"},
+       "--interpolaton",
+       "did you mean '--interpolation'?"},
       {{"validate"}, "no file", "alidade validate --help"},
       {{"convert"}, "no camera file", "alidade convert --help"},
       {{"convert", "camera.yaml"}, "no --output", "-o FILE"},
@@ -95,7 +101,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
         << testing::PrintToString(c.args);
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 27u);
+  EXPECT_EQ(num_refused, 31u);
 }
 
 TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
@@ -175,7 +181,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 9);
+  EXPECT_EQ(num_examples, 10);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

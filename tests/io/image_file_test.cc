@@ -427,5 +427,95 @@ TEST(ImageContainer, SurvivesDamage) {
   EXPECT_EQ(num_parsed, 2 * kNumRuns);
 }
 
+/// Every sample of an image by its own value, for lossless formats.
+cv::Mat makeSamples(int type) {
+  cv::Mat image(kHeight, kWidth, type);
+  const int num_channels = image.channels();
+  for (int y = 0; y < kHeight; ++y) {
+    for (int i = 0; i < kWidth * num_channels; ++i) {
+      const int value = 7 * i + 31 * y;
+      if (image.depth() == CV_16U) {
+        image.ptr<std::uint16_t>(y)[i] = static_cast<std::uint16_t>(97 * value);
+      } else {
+        image.ptr<std::uint8_t>(y)[i] = static_cast<std::uint8_t>(value);
+      }
+    }
+  }
+  return image;
+}
+
+TEST_F(ImageFile, KeepsColorsAlphaAndBits) {
+  int num_kinds = 0;
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1, CV_16UC3, CV_16UC4}) {
+    for (const std::string extension : {".png", ".tiff"}) {
+      const cv::Mat expected = makeSamples(type);
+      ASSERT_TRUE(cv::imwrite(path("in" + extension), expected));
+      const LoadedRaster loaded = readImage(path("in" + extension));
+      EXPECT_EQ(loaded.image.size, (ImageSize{kWidth, kHeight}));
+      EXPECT_EQ(loaded.image.num_channels, expected.channels());
+      EXPECT_EQ(loaded.image.bits_per_sample, expected.depth() == CV_8U ? 8 : 16);
+      ASSERT_EQ(loaded.image.bytes.size(), expected.total() * expected.elemSize());
+      writeImage(path("out.png"), loaded.image);
+      const cv::Mat back = cv::imread(path("out.png"), cv::IMREAD_UNCHANGED);
+      ASSERT_EQ(back.type(), type) << extension;
+      EXPECT_EQ(cv::norm(back, expected, cv::NORM_INF), 0) << extension;
+      ++num_kinds;
+    }
+  }
+  EXPECT_EQ(num_kinds, 12);
+}
+
+TEST_F(ImageFile, HasRedFirst) {
+  const cv::Mat bgr = makeColor();
+  ASSERT_TRUE(cv::imwrite(path("color.png"), bgr));
+  const RasterImage image = readImage(path("color.png")).image;
+  const std::size_t at = 3 * (20 * kWidth + 30);
+  const auto expected = bgr.at<cv::Vec3b>(20, 30);
+  EXPECT_THAT(std::vector<int>(image.bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                               image.bytes.begin() + static_cast<std::ptrdiff_t>(at) + 3),
+              ElementsAre(expected[2], expected[1], expected[0]));
+}
+
+TEST_F(ImageFile, WritesJpegUnderTheNameOfOne) {
+  int num_names = 0;
+  for (const std::string name : {"a.jpg", "b.JPEG"}) {
+    ASSERT_TRUE(hasJpegName(name));
+    const cv::Mat color = makeColor();
+    ASSERT_TRUE(cv::imwrite(path("color.png"), color));
+    writeImage(path(name), readImage(path("color.png")).image);
+    const std::string content = readBinaryFile(path(name), 1 << 20);
+    EXPECT_TRUE(content.starts_with("\xFF\xD8"));
+    const cv::Mat back = cv::imread(path(name), cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(back.type(), CV_8UC3);
+    EXPECT_LT(cv::norm(back, color, cv::NORM_L1) / static_cast<double>(3 * color.total()), 2);
+    ++num_names;
+  }
+  EXPECT_EQ(num_names, 2);
+  EXPECT_FALSE(hasJpegName("jpg"));
+  EXPECT_FALSE(hasJpegName("a.jpg.png"));
+  const RasterImage deep{.size = {2, 1}, .num_channels = 1, .bits_per_sample = 16, .bytes = {1, 2, 3, 4}};
+  EXPECT_THAT(messageOf([&] { writeImage(path("deep.jpg"), deep); }), HasSubstr("samples of 16 bits"));
+  const RasterImage clear{.size = {1, 1}, .num_channels = 4, .bits_per_sample = 8, .bytes = {1, 2, 3, 4}};
+  EXPECT_THAT(messageOf([&] { writeImage(path("clear.jpg"), clear); }), HasSubstr("alpha"));
+  EXPECT_FALSE(fs::exists(path("deep.jpg")));
+}
+
+TEST_F(ImageFile, RefusesToKeepWhatIsNoSampleOf8Or16Bits) {
+  ASSERT_TRUE(cv::imwrite(path("float.tiff"), cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(0.5))));
+  EXPECT_THAT(messageOf([&] { (void)readImage(path("float.tiff")); }),
+              AllOf(HasSubstr("float.tiff"), HasSubstr("8 or 16 bits")));
+  EXPECT_THAT(messageOf([&] { (void)readImage(path("missing.png")); }), HasSubstr("no such file"));
+}
+
+TEST_F(ImageFile, KeepsThePixelsOfJpegFilesAsStored) {
+  const Bytes jpeg = encode(".jpg", makeColor());
+  const LoadedRaster plain = readImage(write("plain.jpg", jpeg));
+  const LoadedRaster turned = readImage(write("turned.jpg", withExif(jpeg, makeExif(6, false))));
+  EXPECT_EQ(plain.exif_orientation, 1);
+  EXPECT_EQ(turned.exif_orientation, 6);
+  EXPECT_EQ(turned.image.size, plain.image.size);
+  EXPECT_EQ(turned.image.bytes, plain.image.bytes);
+}
+
 }  // namespace
 }  // namespace alidade

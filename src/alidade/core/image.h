@@ -32,4 +32,20 @@ struct ColorImage {
   std::vector<std::uint8_t> rgb;
 };
 
+/// An image as files hold it, whatever its samples: one channel is grey, three are red, green, blue, and two
+/// or four have alpha as the last.
+struct RasterImage {
+  ImageSize size;
+  int num_channels = 1;             ///< samples a pixel, 1 to 4
+  int bits_per_sample = 8;          ///< 8 or 16
+  std::vector<std::uint8_t> bytes;  ///< pixel after pixel without padding; 16 bits in the machine's order
+
+  [[nodiscard]] std::size_t bytesPerPixel() const {
+    return static_cast<std::size_t>(num_channels) * static_cast<std::size_t>(bits_per_sample / 8);
+  }
+  [[nodiscard]] std::size_t numPixels() const {
+    return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
+  }
+};
+
 }  // namespace alidade

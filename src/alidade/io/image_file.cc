@@ -96,7 +96,7 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
   return info;
 }
 
-cv::Mat decode(const std::string& path, std::string& content) {
+cv::Mat decode(const std::string& path, std::string& content, int flags) {
   // The decoders' complaints reach the caller as an Error. OpenCV has one level for the whole process, so it
   // is set once and not restored: another thread may be decoding.
   [[maybe_unused]] static const auto kPreviousLevel =
@@ -104,7 +104,7 @@ cv::Mat decode(const std::string& path, std::string& content) {
   const cv::Mat encoded(1, static_cast<int>(content.size()), CV_8UC1, content.data());
   cv::Mat image;
   try {
-    image = cv::imdecode(encoded, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+    image = cv::imdecode(encoded, flags);
   } catch (const cv::Exception& exception) {
     throw damagedError(path, "the image cannot be decoded (" + exception.err + ")");
   } catch (const std::bad_alloc&) {
@@ -188,22 +188,12 @@ GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
   return gray;
 }
 
-void writePng(const std::string& path, const cv::Mat& image) {
-  std::vector<std::uint8_t> encoded;
-  try {
-    cv::imencode(".png", image, encoded);
-  } catch (const cv::Exception& exception) {
-    throw inputError({.where = path,
-                      .found = "the image cannot be encoded (" + exception.err + ")",
-                      .expected = "an image that fits into a PNG file",
-                      .next_step = "use a smaller image"});
-  }
-  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
-}
+struct DecodedFile {
+  cv::Mat image;
+  int exif_orientation = 1;
+};
 
-}  // namespace
-
-LoadedImage readGrayImage(const std::string& path) {
+DecodedFile decodeFile(const std::string& path, int flags) {
   // A pipe would block a whole run for as long as nobody writes to it.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
@@ -213,7 +203,7 @@ LoadedImage readGrayImage(const std::string& path) {
   std::string content = readBinaryFile(path, kMaxFileBytes);
   if (content.empty()) throw damagedError(path, "the file is empty (0 bytes)");
   const ContainerInfo info = checkContainer(path, content);
-  const cv::Mat image = decode(path, content);
+  const cv::Mat image = decode(path, content, flags);
   if (image.empty()) {
     if (info.format == ContainerInfo::Format::kOther && !hasImageSignature(content)) {
       throw imageError(path, describeStart(content),
@@ -221,18 +211,103 @@ LoadedImage readGrayImage(const std::string& path) {
     }
     throw damagedError(path, "the image cannot be decoded: it is damaged, or of an unusual kind");
   }
+  return {.image = image, .exif_orientation = info.exif_orientation};
+}
+
+/// A copy with the first and the third channel changed places: OpenCV's codecs have blue first.
+cv::Mat withRedAndBlueSwapped(const cv::Mat& image) {
+  if (image.channels() < 3) return image;
+  constexpr std::array<int, 8> kSwap = {0, 2, 1, 1, 2, 0, 3, 3};
+  cv::Mat swapped(image.size(), image.type());
+  cv::mixChannels(&image, 1, &swapped, 1, kSwap.data(), static_cast<std::size_t>(image.channels()));
+  return swapped;
+}
+
+RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
+  if (image.depth() != CV_8U && image.depth() != CV_16U) {
+    throw imageError(path, "samples that are not whole numbers of 8 or 16 bits without sign",
+                     "convert the image to PNG");
+  }
+  const cv::Mat pixels = withRedAndBlueSwapped(image);
   constexpr int kBitsPerByte = 8;
-  return {.image = toGrayImage(path, image),
-          .exif_orientation = info.exif_orientation,
-          .bits_per_sample = static_cast<int>(image.elemSize1()) * kBitsPerByte};
+  RasterImage raster{.size = {pixels.cols, pixels.rows},
+                     .num_channels = pixels.channels(),
+                     .bits_per_sample = static_cast<int>(pixels.elemSize1()) * kBitsPerByte,
+                     .bytes = {}};
+  raster.bytes.reserve(pixels.total() * pixels.elemSize());
+  for (int y = 0; y < pixels.rows; ++y) {
+    const auto* row = pixels.ptr<std::uint8_t>(y);
+    raster.bytes.insert(raster.bytes.end(), row,
+                        row + static_cast<std::size_t>(pixels.cols) * pixels.elemSize());
+  }
+  return raster;
+}
+
+void writeEncoded(const std::string& path, const std::string& extension, const cv::Mat& image,
+                  const std::vector<int>& options) {
+  std::vector<std::uint8_t> encoded;
+  try {
+    cv::imencode(extension, image, encoded, options);
+  } catch (const cv::Exception& exception) {
+    throw inputError({.where = path,
+                      .found = "the image cannot be encoded (" + exception.err + ")",
+                      .expected = "an image that fits into a " +
+                                  std::string(extension == ".png" ? "PNG" : "JPEG") + " file",
+                      .next_step = "use a smaller image"});
+  }
+  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
+}
+
+}  // namespace
+
+LoadedImage readGrayImage(const std::string& path) {
+  const DecodedFile file =
+      decodeFile(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+  constexpr int kBitsPerByte = 8;
+  return {.image = toGrayImage(path, file.image),
+          .exif_orientation = file.exif_orientation,
+          .bits_per_sample = static_cast<int>(file.image.elemSize1()) * kBitsPerByte};
+}
+
+LoadedRaster readImage(const std::string& path) {
+  const DecodedFile file = decodeFile(path, cv::IMREAD_UNCHANGED);
+  return {.image = toRasterImage(path, file.image), .exif_orientation = file.exif_orientation};
+}
+
+bool hasJpegName(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return extension == ".jpg" || extension == ".jpeg";
+}
+
+void writeImage(const std::string& path, const RasterImage& image) {
+  expect(image.numPixels() > 0 && image.bytes.size() == image.numPixels() * image.bytesPerPixel(),
+         "an image has all its samples");
+  expect(image.num_channels != 2, "an image file has 1, 3 or 4 channels");
+  const int depth = image.bits_per_sample == 8 ? CV_8U : CV_16U;
+  const cv::Mat stored(image.size.height, image.size.width, CV_MAKETYPE(depth, image.num_channels),
+                       const_cast<std::uint8_t*>(image.bytes.data()));
+  const cv::Mat pixels = withRedAndBlueSwapped(stored);
+  if (!hasJpegName(path)) return writeEncoded(path, ".png", pixels, {});
+  if (depth != CV_8U || image.num_channels == 4) {
+    throw inputError({.where = path,
+                      .found = depth != CV_8U ? "samples of 16 bits" : "an image with alpha",
+                      .expected = "8 bits and no alpha in a JPEG file",
+                      .next_step = "give the image a name that ends with .png"});
+  }
+  constexpr int kQuality = 95;
+  writeEncoded(path, ".jpg", pixels, {cv::IMWRITE_JPEG_QUALITY, kQuality});
 }
 
 void writeGrayPng(const std::string& path, const GrayImage& image) {
   const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
   expect(!image.empty() && image.pixels.size() == num_pixels, "an image has one byte a pixel");
   // OpenCV has no view of constant data; imencode does not write to it.
-  writePng(path,
-           {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())});
+  writeEncoded(path, ".png",
+               {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())},
+               {});
 }
 
 void writeColorPng(const std::string& path, const ColorImage& image) {
@@ -240,10 +315,7 @@ void writeColorPng(const std::string& path, const ColorImage& image) {
   expect(!image.rgb.empty() && image.rgb.size() == 3 * num_pixels, "an image has three bytes a pixel");
   const cv::Mat rgb(image.size.height, image.size.width, CV_8UC3,
                     const_cast<std::uint8_t*>(image.rgb.data()));
-  cv::Mat bgr(rgb.size(), rgb.type());  // as OpenCV's encoders take it
-  constexpr std::array<int, 6> kSwap = {0, 2, 1, 1, 2, 0};
-  cv::mixChannels(&rgb, 1, &bgr, 1, kSwap.data(), 3);
-  writePng(path, bgr);
+  writeEncoded(path, ".png", withRedAndBlueSwapped(rgb), {});
 }
 
 std::string describeExifOrientation(int orientation) {

@@ -22,6 +22,25 @@ struct LoadedImage {
 /// image, and for a TIFF file that asks to be turned.
 [[nodiscard]] LoadedImage readGrayImage(const std::string& path);
 
+struct LoadedRaster {
+  RasterImage image;
+  int exif_orientation = 1;  ///< as in LoadedImage; not applied
+};
+
+/// Reads an image with its colours, alpha and depth, every sample as stored: of 8 or 16 bits, grey, or in the
+/// order red, green, blue, alpha. Palettes are resolved, and grey with alpha becomes colour with alpha.
+/// @throws Error (kInput) as readGrayImage, and for samples of more than 16 bits, signed ones, and fractions.
+[[nodiscard]] LoadedRaster readImage(const std::string& path);
+
+/// True for a name with the extension of a JPEG file, in capitals or not.
+[[nodiscard]] bool hasJpegName(const std::string& path);
+
+/// Writes a JPEG file of quality 95 if the name is one of a JPEG file, and a PNG file, without loss,
+/// otherwise; by writeFileAtomically. Neither says anything of orientation.
+/// @throws Error (kInput) when the file cannot be written, and for a JPEG file of 16 bits or with alpha;
+/// std::logic_error for an empty image.
+void writeImage(const std::string& path, const RasterImage& image);
+
 /// Writes a PNG file, whatever the name ends with, by writeFileAtomically.
 /// @throws Error (kInput) when the file cannot be written; std::logic_error for an empty image.
 void writeGrayPng(const std::string& path, const GrayImage& image);

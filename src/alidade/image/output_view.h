@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// How rays are laid out on the plane of an image without distortion. Rays are those of the camera frame: x
+/// right, y down, z forward.
+enum class ViewProjection {
+  kRectilinear,      ///< (x / z, y / z): straight lines stay straight; less than 180 degrees
+  kCylindrical,      ///< (atan2(x, z), y / hypot(x, z)): vertical lines stay straight; all around
+  kEquirectangular,  ///< (atan2(x, z), atan2(y, hypot(x, z))): longitude and latitude; everything
+};
+
+/// "rectilinear", "cylindrical", "equirectangular"
+[[nodiscard]] std::string_view projectionName(ViewProjection projection);
+[[nodiscard]] const std::vector<std::string>& projectionNames();
+/// @throws Error (kUsage) for an unknown name
+[[nodiscard]] ViewProjection projectionOf(std::string_view name);
+
+/// Place of a ray (any length) on the plane of a projection, of no unit or radians; nothing where it has
+/// none: rays that do not go forward (rectilinear), the vertical (cylindrical), what is not a ray.
+[[nodiscard]] std::optional<Eigen::Vector2d> planeFromRay(ViewProjection projection,
+                                                          const Eigen::Vector3d& ray);
+
+/// Ray (not of unit length) of a place on the plane; nothing beyond half a turn either way and beyond the
+/// poles, so that nothing appears twice.
+[[nodiscard]] std::optional<Eigen::Vector3d> rayFromPlane(ViewProjection projection,
+                                                          const Eigen::Vector2d& plane);
+
+/// An image without distortion: which ray each of its pixels shows. A pixel is scale_px * plane + axis_px, by
+/// coordinates; pixel (0, 0) is the centre of the top left pixel.
+struct OutputView {
+  ViewProjection projection = ViewProjection::kRectilinear;
+  ImageSize size;
+  /// Pixels per unit of the plane: the focal lengths (rectilinear), or pixels per radian, equal for both.
+  Eigen::Vector2d scale_px = Eigen::Vector2d::Ones();
+  Eigen::Vector2d axis_px = Eigen::Vector2d::Zero();  ///< where the optical axis (0, 0, 1) appears
+
+  [[nodiscard]] Eigen::Vector2d planeFromPixel(const Eigen::Vector2d& pixel) const {
+    return (pixel - axis_px).cwiseQuotient(scale_px);
+  }
+  [[nodiscard]] std::optional<Eigen::Vector3d> rayFromPixel(const Eigen::Vector2d& pixel) const {
+    return rayFromPlane(projection, planeFromPixel(pixel));
+  }
+  [[nodiscard]] std::optional<Eigen::Vector2d> pixelFromRay(const Eigen::Vector3d& ray) const;
+
+  /// Angle between the leftmost and the rightmost edge of the pixels in the row of the axis, radians; at most
+  /// a full turn.
+  [[nodiscard]] double horizontalFieldRad() const;
+};
+
+}  // namespace alidade

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/cancel.h"
+#include "alidade/core/image.h"
+#include "alidade/image/output_view.h"
+
+namespace alidade {
+
+/// Where in a source image a pixel of an output image comes from. Pixel (0, 0) is the centre of the top left
+/// pixel.
+struct SourcePixel {
+  float x = 0;
+  float y = 0;
+
+  /// False where the output shows nothing of the source; both coordinates are NaN then.
+  [[nodiscard]] bool exists() const { return x == x; }
+};
+
+/// The source pixels of all pixels of an output image, rows one after another. Floats are within 1e-3 pixels
+/// for images of up to 16384 pixels a side.
+struct RemapTable {
+  ImageSize source_size;
+  ImageSize size;
+  std::vector<SourcePixel> pixels;
+  std::size_t num_without_source = 0;
+
+  [[nodiscard]] const SourcePixel& at(int x, int y) const {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+/// Projects the ray of each pixel of `view` by `camera`. No source has a pixel without a ray, a ray that the
+/// camera does not see (behind it, beyond a fold, out of its domain), and one that falls outside of the image
+/// [-0.5, width - 0.5) x [-0.5, height - 0.5).
+/// @param num_jobs  threads; 0: one a processor. The table does not depend on it.
+/// @throws Cancelled once `cancel` is raised
+[[nodiscard]] RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size,
+                                        const OutputView& view, int num_jobs = 1,
+                                        const CancelFlag* cancel = nullptr);
+
+}  // namespace alidade
