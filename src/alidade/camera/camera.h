@@ -95,9 +95,10 @@ class Camera {
  private:
   [[nodiscard]] ProjectStatus classify(const Eigen::Vector3d& p) const {
     // Squares of lengths beyond these overflow, and a lens that divides by infinity sees the point anywhere.
+    // Where they do, the norm is infinite or zero, and so outside of the bounds too.
     constexpr double kMinLength = 1e-100;
     constexpr double kMaxLength = 1e100;
-    const double norm = p.stableNorm();
+    const double norm = p.norm();
     if (!(norm >= kMinLength && norm <= kMaxLength)) return ProjectStatus::kOutside;
     if (M::kMaxAngle <= std::numbers::pi / 2 && p.z() <= 0.0) return ProjectStatus::kBehind;
     return p.z() >= cos_max_angle_ * norm ? ProjectStatus::kOk : ProjectStatus::kOutside;
