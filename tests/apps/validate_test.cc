@@ -101,6 +101,19 @@ TEST(Validate, ChecksTheOtherFilesWhenOneCannotBeRead) {
   EXPECT_THAT(missing[0].at("message").get<std::string>(), HasSubstr("no such file"));
 }
 
+TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
+  // No pinhole camera is like this lens, so the converted file is written only on demand, and marked.
+  const ScratchFolder scratch;
+  const std::string file = scratch.path("pinhole.yaml");
+  ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "--model", "pinhole", "-o", file,
+                          "--keep-untrustworthy"}),
+              EndsWith(3));
+  ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("trustworthy: false"));
+  const RunResult result = runAlidade({"validate", file});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL  calibration"), HasSubstr("NOT valid")));
+}
+
 TEST(Validate, KeepsAbsurdNumbersShort) {
   const ScratchFolder scratch;
   const std::string file =
