@@ -226,8 +226,9 @@ TEST(DetectCheckerboard, RefusesTwoBoardsThatFitAndPatternsWithoutEnd) {
 TEST(DetectCheckerboard, TakesNoCoverForTheMargin) {
   int num_checked = 0;
   const double square = 40;
+  constexpr double kNoCover = 100;
   for (const int level : {130, 170, 220, 250}) {
-    for (const double edge : {5.5, 6.3, 6.6, 7.5}) {  // in squares from the first line of corners
+    for (const double edge : {5.5, 6.3, 6.6, 7.5, kNoCover}) {  // in squares from the first line of corners
       View truth;
       for (int id = 0; id < 54; ++id) {
         Corner corner;
@@ -249,11 +250,15 @@ TEST(DetectCheckerboard, TakesNoCoverForTheMargin) {
         }
       }
       // Corners 0, 9, ... lie outside of the image.
-      countRightIds(detectCheckerboard(image, kBoard), truth, {0, 0});
+      const Detection detection = detectCheckerboard(image, kBoard);
+      const int num_corners = countRightIds(detection, truth, {0, 0});
+      if (edge == kNoCover) {
+        EXPECT_EQ(num_corners, 48) << detection.detail;
+      }
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 16);
+  EXPECT_EQ(num_checked, 20);
 }
 
 TEST(DetectCheckerboard, FindsSmallSquaresAndBlurredOnes) {
