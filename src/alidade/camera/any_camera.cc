@@ -2,9 +2,11 @@
 #include "alidade/camera/any_camera.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
+#include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 
@@ -121,11 +123,28 @@ std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel
   return visit([&](const auto& c) { return c.unproject(pixel); });
 }
 
+std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel, double* J_ray_pixel) const {
+  return visit([&](const auto& c) { return c.unproject(pixel, J_ray_pixel); });
+}
+
 void AnyCamera::project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const {
   expect(points_cam.size() == out.size(), "one projection a point");
-  visit([&](const auto& c) {
-    for (std::size_t i = 0; i < points_cam.size(); ++i) out[i] = c.project(points_cam[i]);
-  });
+  constexpr std::size_t kChunk = 256;  // points; their columns stay in the first cache
+  std::array<std::array<double, kChunk>, 5> columns;
+  std::array<ProjectStatus, kChunk> status;
+  auto& [x, y, z, u, v] = columns;
+  for (std::size_t begin = 0; begin < points_cam.size(); begin += kChunk) {
+    const std::size_t count = std::min(kChunk, points_cam.size() - begin);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3d& p = points_cam[begin + i];
+      x[i] = p.x();
+      y[i] = p.y();
+      z[i] = p.z();
+    }
+    projectBatch(*this, {{x.data(), count}, {y.data(), count}, {z.data(), count}},
+                 {{u.data(), count}, {v.data(), count}, {status.data(), count}});
+    for (std::size_t i = 0; i < count; ++i) out[begin + i] = {.pixel = {u[i], v[i]}, .status = status[i]};
+  }
 }
 
 DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {

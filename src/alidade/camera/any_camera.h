@@ -58,8 +58,10 @@ class AnyCamera {
   /// See Camera<M>.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const;
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
+  [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
+                                                         double* J_ray_pixel) const;
 
-  /// Projects many points; the model is looked up once. `out` has the size of `points`.
+  /// Projects many points by projectBatch(), which is faster still where they lie in arrays by coordinate.
   void project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const;
 
   /// Calls f(const Camera<M>&) with the model's own type.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -19,7 +20,7 @@
 namespace alidade {
 
 /// Why a point has no pixel.
-enum class ProjectStatus {
+enum class ProjectStatus : std::uint8_t {
   kOk,
   kBehind,   ///< not in front of a camera that can only look forward
   kOutside,  ///< beyond the first fold or the model's domain, or not a point (not finite, at the camera
@@ -53,10 +54,14 @@ class Camera {
              .closed_form_rad = M::maxAngle(params.data() + 4),
              .is_axially_symmetric = M::isAxiallySymmetric(params.data() + 4),
              .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})),
-        cos_max_angle_(std::cos(cone_.max_angle_rad)) {}
+        cos_max_angle_(std::cos(cone_.max_angle_rad)),
+        rim_radius_(rimRadius()),
+        start_(M::makeStart(params_.data() + 4, cone_.max_angle_rad)) {}
 
   [[nodiscard]] const Params& params() const { return params_; }
   [[nodiscard]] const CertifiedCone& cone() const { return cone_; }
+  /// For M::quickUnlens().
+  [[nodiscard]] const M::Start& start() const { return start_; }
 
   /// Pixel of a point in the camera frame (any unit of length), or why there is none.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const {
@@ -86,10 +91,20 @@ class Camera {
   /// Unit ray in the camera frame that projects to `pixel`, or nothing where no ray of the domain does.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
+    // The cone's image is bounded by that of its rim. False for NaN too.
+    if (!(std::hypot(m[0], m[1]) <= rim_radius_)) return std::nullopt;
     Eigen::Vector3d ray;
     if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray.data())) return std::nullopt;
     if (classify(ray) == ProjectStatus::kOk) return ray;
     return onRim(ray, pixel);
+  }
+
+  /// The same with the row-major Jacobian J_ray_pixel (3x2); nothing is written to it without a ray.
+  [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
+                                                         double* J_ray_pixel) const {
+    const auto ray = unproject(pixel);
+    if (ray && J_ray_pixel != nullptr) rayByPixel<M>(params_.data(), ray->data(), J_ray_pixel);
+    return ray;
   }
 
  private:
@@ -125,9 +140,29 @@ class Camera {
     return rim;
   }
 
+  // No pixel of the cone lies farther from the axis than this in the normalised plane.
+  [[nodiscard]] double rimRadius() const {
+    constexpr int kNumAzimuths = 64;
+    const double* lens = params_.data() + 4;
+    const bool is_symmetric = M::isAxiallySymmetric(lens);
+    const double s = std::sin(cone_.max_angle_rad);
+    double farthest = 0;
+    for (int i = 0; i < (is_symmetric ? 1 : kNumAzimuths); ++i) {
+      const double azimuth = 2 * std::numbers::pi * i / kNumAzimuths;
+      const double ray[3] = {s * std::cos(azimuth), s * std::sin(azimuth), cos_max_angle_};
+      double m[2];
+      if (!M::lens(lens, ray, m)) return std::numeric_limits<double>::infinity();
+      farthest = std::max(farthest, std::hypot(m[0], m[1]));
+    }
+    // For rounding and a ray onRim(), and for what lies between the azimuths.
+    return farthest * (is_symmetric ? 1 + 1e-6 : 1.1);
+  }
+
   Params params_;
   CertifiedCone cone_;
   double cos_max_angle_;
+  double rim_radius_;
+  M::Start start_;
 };
 
 }  // namespace alidade

@@ -7,6 +7,8 @@
 #include <limits>
 #include <string_view>
 
+#include "alidade/camera/inverse_start.h"
+
 namespace alidade {
 
 /// The values that a lens parameter may take, both ends included.
@@ -33,13 +35,19 @@ struct ParamRange {
 ///   maxAngle(k)      where these parameters' lens certainly ends, as far as a closed form says: its first
 ///                    pole, or a fold of its own; kMaxAngle where there is none
 ///   isAxiallySymmetric(k)  true if the lens treats all azimuths alike
-///   lens<T>(k, ray, m)     the map itself, for double and for automatic differentiation; false where the
-///                    formula has no value
-///   lensJacobian(k, ray, m, J_m_ray, J_m_lens)  the same with row-major 2x3 and 2xN Jacobians (null = not
-///                    wanted)
+///   hasValue(k, ray)  false where the formula has no value; in the cone that certifyCone() finds it has
+///   formula(k, ray, m, J_m_ray, J_m_lens)  the map itself where it has a value, with row-major 2x3 and 2xN
+///                    Jacobians (null = not wanted); for double, Lanes and automatic differentiation, so
+///                    without a branch on the ray
 ///   unlens(k, m, max_angle, ray)  the inverse: the unit ray inside the cone of half-angle max_angle, in
 ///                    which the lens is one-to-one, or a nanoradian beyond; false without one. A closed form
 ///                    may ignore max_angle: Camera::unproject lets nothing out of the cone
+///   quickUnlens(k, start, m, max_angle, ray)  the same for Lanes, without safeguards: NaN or a ray outside
+///   of
+///                    the cone where there is none, and also where it takes more trouble to find it
+///   Start, makeStart(k, max_angle)  what quickUnlens() needs to know of the parameters beforehand
+///
+/// LensFormula makes lens() and lensJacobian() of the first two.
 template <class M>
 concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kId } -> std::convertible_to<std::string_view>;
@@ -57,9 +65,34 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   >> ;
   { M::maxAngle(in) } -> std::same_as<double>;
   { M::isAxiallySymmetric(in) } -> std::same_as<bool>;
-  { M::template lens<double>(in, in, out) } -> std::same_as<bool>;
+  { M::hasValue(in, in) } -> std::same_as<bool>;
+  { M::formula(in, in, out, out, out) } -> std::same_as<void>;
+  { M::lens(in, in, out) } -> std::same_as<bool>;
   { M::lensJacobian(in, in, out, out, out) } -> std::same_as<bool>;
   { M::unlens(in, in, angle, out) } -> std::same_as<bool>;
+};
+
+/// What all models make of their formula: the map of one ray, for double and for automatic differentiation.
+template <class M>
+struct LensFormula {
+  using Start = detail::NoStart;
+  static Start makeStart(const double*, double) { return {}; }
+
+  /// m of a ray (any length); false where the formula has no value.
+  template <class T>
+  static bool lens(const T* k, const T* ray, T* m) {
+    if (!M::hasValue(k, ray)) return false;
+    constexpr T* kNotWanted = nullptr;
+    M::formula(k, ray, m, kNotWanted, kNotWanted);
+    return true;
+  }
+
+  /// The same with Jacobians, null = not wanted.
+  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
+    if (!M::hasValue(k, ray)) return false;
+    M::formula(k, ray, m, J_m_ray, J_m_lens);
+    return true;
+  }
 };
 
 /// Parameters of the affine step, which every model stores first.

@@ -9,6 +9,7 @@
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -23,7 +24,7 @@ namespace alidade {
 /// above (a fold). The angle psi of (rho, h) rises with the field angle theta, theta = psi + asin(xi sin
 /// psi), so this is a cone of a known half-angle. The paper's condition on Z is a little stricter. Inverse:
 /// closed form. Source: Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section 3.
-struct DoubleSphere {
+struct DoubleSphere : LensFormula<DoubleSphere> {
   static constexpr std::string_view kId = "double_sphere";
   static constexpr int kNumLensParams = 2;
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"xi", "alpha"};
@@ -42,67 +43,67 @@ struct DoubleSphere {
   static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    using std::sqrt;
+  static bool hasValue(const T* k, const T* ray) {
     if (!isInRange(k[0], k[1])) return false;
     const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!(ray[2] > T(0)) && !(rho2 > T(0))) return false;
-    const T h = detail::shiftedDepth(k[0], rho2, ray[2], sqrt(rho2 + ray[2] * ray[2]));
-    const T d2 = sqrt(rho2 + h * h);
-    if (!(h > -detail::sphereLimit(k[1]) * d2)) return false;
-    const T depth = detail::blend(k[1], rho2, h, d2);
-    m[0] = ray[0] / depth;
-    m[1] = ray[1] / depth;
-    return true;
+    if (!(ray[2] > 0.0) && !(rho2 > 0.0)) return false;
+    const T d1 = lane::squareRoot(T(rho2 + ray[2] * ray[2]));
+    const T h = detail::shiftedDepth(k[0], rho2, ray[2], d1);
+    return h > -detail::sphereLimit(k[1]) * lane::squareRoot(T(rho2 + h * h));
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    const double xi = k[0];
-    const double alpha = k[1];
-    if (!isInRange(xi, alpha)) return false;
-    const double z = ray[2];
-    const double rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!(z > 0.0) && !(rho2 > 0.0)) return false;
-    const double d1 = std::sqrt(rho2 + z * z);
-    const double h = detail::shiftedDepth(xi, rho2, z, d1);
-    const double d2 = std::sqrt(rho2 + h * h);
-    if (!(h > -detail::sphereLimit(alpha) * d2)) return false;
-    const double f = 1 / detail::blend(alpha, rho2, h, d2);
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const K xi = k[0];
+    const K alpha = k[1];
+    const T z = ray[2];
+    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
+    const T d1 = lane::squareRoot(T(rho2 + z * z));
+    const T h = detail::shiftedDepth(xi, rho2, z, d1);
+    const T d2 = lane::squareRoot(T(rho2 + h * h));
+    const T f = 1.0 / detail::blend(alpha, rho2, h, d2);
     m[0] = ray[0] * f;
     m[1] = ray[1] * f;
-    const double ddepth_dh = detail::blendSlope(alpha, rho2, h, d2) / d2;
+    if (J_m_ray == nullptr && J_m_lens == nullptr) return;
+    const T slope = -f * f;
+    const T inverse_d2 = 1.0 / d2;
+    const T ddepth_dh = detail::blendSlope(alpha, rho2, h, d2) * inverse_d2;
     if (J_m_ray != nullptr) {
-      const double df_ds = -f * f * (alpha / d2 + ddepth_dh * xi / d1) / 2;
-      const double df_dz = -f * f * ddepth_dh * (xi * z / d1 + 1);
+      const T xi_by_d1 = xi / d1;
+      const T df_ds = 0.5 * slope * (alpha * inverse_d2 + ddepth_dh * xi_by_d1);
+      const T df_dz = slope * ddepth_dh * (xi_by_d1 * z + 1.0);
       detail::radialJacobian(ray, f, df_ds, df_dz, 1.0, J_m_ray);
     }
     if (J_m_lens != nullptr) {
-      const double df_dxi = -f * f * ddepth_dh * d1;
-      const double df_dalpha = -f * f * (d2 - h);
+      const T df_dxi = slope * ddepth_dh * d1;
+      const T df_dalpha = slope * (d2 - h);
       J_m_lens[0] = ray[0] * df_dxi;
       J_m_lens[1] = ray[0] * df_dalpha;
       J_m_lens[2] = ray[1] * df_dxi;
       J_m_lens[3] = ray[1] * df_dalpha;
     }
-    return true;
   }
 
-  static bool unlens(const double* k, const double* m, double, double* ray) {
+  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
+    if (!isInRange(k[0], k[1])) return false;
+    quickUnlens(k, Start(), m, max_angle, ray);
+    return std::isfinite(ray[2]);
+  }
+
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start&, const T* m, double, T* ray) {
     const double xi = k[0];
-    if (!isInRange(xi, k[1])) return false;
-    const double r2 = m[0] * m[0] + m[1] * m[1];
-    double h = 0;
-    if (!detail::sphereDepth(k[1], r2, h)) return false;
+    const T r2 = m[0] * m[0] + m[1] * m[1];
+    const T h = detail::sphereDepth(k[1], r2);
     // From the shifted sphere's centre along (m, h) to the unit sphere.
-    const double n2 = h * h + r2;
-    const double length = (h * xi + std::sqrt(h * h + (1 - xi * xi) * r2)) / n2;
-    return detail::makeUnitRay(length * m[0], length * m[1], length * h - xi, ray);
+    const T length = (h * xi + lane::squareRoot(T(h * h + (1.0 - xi * xi) * r2))) / (h * h + r2);
+    detail::makeUnitRay(T(length * m[0]), T(length * m[1]), T(length * h - xi), ray);
   }
 
  private:
   template <class T>
   static bool isInRange(const T& xi, const T& alpha) {
-    return xi >= T(kLensRanges[0].min) && xi <= T(1) && alpha >= T(0) && alpha <= T(1);
+    return xi >= kLensRanges[0].min && xi <= 1.0 && alpha >= 0.0 && alpha <= 1.0;
   }
 };
 

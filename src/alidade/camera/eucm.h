@@ -10,6 +10,7 @@
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -23,7 +24,7 @@ namespace alidade {
 /// Domain: Z > -w d with w = alpha / (1 - alpha) up to alpha = 1/2 (a pole) and w = (1 - alpha) / alpha above
 /// (a fold), a cone whose half-angle is known in closed form. Inverse: closed form.
 /// Source: Khomutenko, Garcia and Martinet 2016, An enhanced unified camera model, RA-L 1(1), section II.
-struct Eucm {
+struct Eucm : LensFormula<Eucm> {
   static constexpr std::string_view kId = "eucm";
   static constexpr int kNumLensParams = 2;
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"alpha", "beta"};
@@ -42,59 +43,56 @@ struct Eucm {
   static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    using std::sqrt;
+  static bool hasValue(const T* k, const T* ray) {
     if (!isInRange(k[0], k[1])) return false;
     const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!(ray[2] > T(0)) && !(rho2 > T(0))) return false;
-    const T scaled2 = k[1] * rho2;
-    const T d = sqrt(scaled2 + ray[2] * ray[2]);
-    if (!(ray[2] > -detail::sphereLimit(k[0]) * d)) return false;
-    const T depth = detail::blend(k[0], scaled2, ray[2], d);
-    m[0] = ray[0] / depth;
-    m[1] = ray[1] / depth;
-    return true;
+    if (!(ray[2] > 0.0) && !(rho2 > 0.0)) return false;
+    return ray[2] > -detail::sphereLimit(k[0]) * lane::squareRoot(T(k[1] * rho2 + ray[2] * ray[2]));
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    const double alpha = k[0];
-    const double beta = k[1];
-    if (!isInRange(alpha, beta)) return false;
-    const double z = ray[2];
-    const double rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!(z > 0.0) && !(rho2 > 0.0)) return false;
-    const double d = std::sqrt(beta * rho2 + z * z);
-    if (!(z > -detail::sphereLimit(alpha) * d)) return false;
-    const double f = 1 / detail::blend(alpha, beta * rho2, z, d);
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const K alpha = k[0];
+    const K beta = k[1];
+    const T z = ray[2];
+    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
+    const T d = lane::squareRoot(T(beta * rho2 + z * z));
+    const T f = 1.0 / detail::blend(alpha, T(beta * rho2), z, d);
     m[0] = ray[0] * f;
     m[1] = ray[1] * f;
+    if (J_m_ray == nullptr && J_m_lens == nullptr) return;
+    const T slope = -f * f / (2.0 * d);
     if (J_m_ray != nullptr) {
-      const double df_ds = -f * f * alpha * beta / (2 * d);
-      const double df_dz = -f * f * detail::blendSlope(alpha, beta * rho2, z, d) / d;
+      const T df_ds = slope * (alpha * beta);
+      const T df_dz = 2.0 * slope * detail::blendSlope(alpha, T(beta * rho2), z, d);
       detail::radialJacobian(ray, f, df_ds, df_dz, 1.0, J_m_ray);
     }
     if (J_m_lens != nullptr) {
-      const double df_dalpha = -f * f * (d - z);
-      const double df_dbeta = -f * f * alpha * rho2 / (2 * d);
+      const T df_dalpha = -f * f * (d - z);
+      const T df_dbeta = slope * alpha * rho2;
       J_m_lens[0] = ray[0] * df_dalpha;
       J_m_lens[1] = ray[0] * df_dbeta;
       J_m_lens[2] = ray[1] * df_dalpha;
       J_m_lens[3] = ray[1] * df_dbeta;
     }
-    return true;
   }
 
-  static bool unlens(const double* k, const double* m, double, double* ray) {
+  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
     if (!isInRange(k[0], k[1])) return false;
-    double z = 0;
-    if (!detail::sphereDepth(k[0], k[1] * (m[0] * m[0] + m[1] * m[1]), z)) return false;
-    return detail::makeUnitRay(m[0], m[1], z, ray);
+    quickUnlens(k, Start(), m, max_angle, ray);
+    return std::isfinite(ray[2]);
+  }
+
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start&, const T* m, double, T* ray) {
+    const T z = detail::sphereDepth(k[0], T(k[1] * (m[0] * m[0] + m[1] * m[1])));
+    detail::makeUnitRay(m[0], m[1], z, ray);
   }
 
  private:
   template <class T>
   static bool isInRange(const T& alpha, const T& beta) {
-    return alpha >= T(0) && alpha <= T(1) && beta >= T(kLensRanges[1].min);
+    return alpha >= 0.0 && alpha <= 1.0 && beta >= kLensRanges[1].min;
   }
 };
 

@@ -3,12 +3,14 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
 #include "alidade/camera/wide_angle.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -27,7 +29,7 @@ namespace alidade {
 /// Inverse: closed form.
 /// Source: Devernay and Faugeras 2001, Straight lines have to be straight, Machine Vision and Applications
 /// 13(1), eqs. 13 and 14.
-struct Fov {
+struct Fov : LensFormula<Fov> {
   static constexpr std::string_view kId = "fov";
   static constexpr int kNumLensParams = 1;
   static constexpr std::array<std::string_view, 1> kLensParamNames = {"w"};
@@ -40,40 +42,35 @@ struct Fov {
   static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    using std::tan;
-    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!hasValue(k[0], rho2, ray[2])) return false;
-    const T a = T(2) * tan(T(0.5) * k[0]);
-    const T f = axisScale(k[0], a) * detail::angleOverRadius(T(a * a * rho2), ray[2]);
-    m[0] = ray[0] * f;
-    m[1] = ray[1] * f;
-    return true;
+  static bool hasValue(const T* k, const T* ray) {
+    if (!(k[0] >= 0.0 && k[0] <= kLensRanges[0].max)) return false;
+    return ray[2] > 0.0 || (k[0] >= kMinWide && ray[0] * ray[0] + ray[1] * ray[1] > 0.0);
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    const double w = k[0];
-    const double z = ray[2];
-    const double rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!hasValue(w, rho2, z)) return false;
-    const double a = 2 * std::tan(0.5 * w);
-    const double scale = axisScale(w, a);
-    const double s = a * a * rho2;
-    const double q = detail::angleOverRadius(s, z);
-    const double dq_ds = detail::angleOverRadiusSlope(s, z, q);
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    using std::tan;
+    const K w = k[0];
+    const K a = 2.0 * tan(0.5 * w);
+    const K scale = axisScale(w, a);
+    const T z = ray[2];
+    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
+    const T s = a * a * rho2;
+    const T q = detail::angleOverRadius(s, z);
     m[0] = ray[0] * scale * q;
     m[1] = ray[1] * scale * q;
+    if (J_m_ray == nullptr && J_m_lens == nullptr) return;
+    const T dq_ds = detail::angleOverRadiusSlope(s, z, q);
     if (J_m_ray != nullptr) {
-      const double df_dz = -scale / (s + z * z);
-      detail::radialJacobian(ray, scale * q, scale * dq_ds, df_dz, a * a, J_m_ray);
+      const T df_dz = -scale / (s + z * z);
+      detail::radialJacobian(ray, T(scale * q), T(scale * dq_ds), df_dz, a * a, J_m_ray);
     }
     if (J_m_lens != nullptr) {
-      const double da_dw = 1 + 0.25 * a * a;
-      const double df_dw = axisScaleSlope(w, a, da_dw) * q + scale * dq_ds * 2 * a * da_dw * rho2;
+      const K da_dw = 1.0 + 0.25 * a * a;
+      const T df_dw = axisScaleSlope(w, a, da_dw) * q + scale * dq_ds * 2.0 * a * da_dw * rho2;
       J_m_lens[0] = ray[0] * df_dw;
       J_m_lens[1] = ray[1] * df_dw;
     }
-    return true;
   }
 
   static bool unlens(const double* k, const double* m, double, double* ray) {
@@ -81,32 +78,42 @@ struct Fov {
     if (!(w >= 0.0 && w <= kLensRanges[0].max)) return false;
     const double phi = w * std::hypot(m[0], m[1]);  // atan2(a rho, Z)
     if (!(phi < std::numbers::pi)) return false;
-    const double sinc = phi < 1e-4 ? 1 - phi * phi / 6 : std::sin(phi) / phi;
+    const double sinc = phi < kSmallPhi ? 1 - phi * phi / 6 : std::sin(phi) / phi;
     const double scale = sinc / axisScale(w, 2 * std::tan(0.5 * w));
-    return detail::makeUnitRay(m[0] * scale, m[1] * scale, std::cos(phi), ray);
+    detail::makeUnitRay(m[0] * scale, m[1] * scale, std::cos(phi), ray);
+    return true;
+  }
+
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start&, const T* m, double, T* ray) {
+    const double w = k[0];
+    T phi = w * lane::squareRoot(T(m[0] * m[0] + m[1] * m[1]));
+    phi = lane::select(phi < std::numbers::pi, phi, T(phi * std::numeric_limits<double>::quiet_NaN()));
+    T sine;
+    T cosine;
+    lane::sineCosine(phi, sine, cosine);
+    const T sinc = lane::select(phi < kSmallPhi, T(1.0 - phi * phi / 6.0), T(sine / phi));
+    const T scale = sinc / axisScale(w, 2 * std::tan(0.5 * w));
+    detail::makeUnitRay(T(m[0] * scale), T(m[1] * scale), cosine, ray);
   }
 
  private:
   static constexpr double kMinWide = 1e-3;     // below, nothing is seen behind the camera's plane
   static constexpr double kSmallWidth = 0.03;  // below, a / w is its series
-
-  template <class T>
-  static bool hasValue(const T& w, const T& rho2, const T& z) {
-    if (!(w >= T(0) && w <= T(kLensRanges[0].max))) return false;
-    return z > T(0) || (w >= T(kMinWide) && rho2 > T(0));
-  }
+  static constexpr double kSmallPhi = 1e-4;    // below, sin(phi) / phi is its series
 
   // a / w, the scale on the axis.
   template <class T>
   static T axisScale(const T& w, const T& a) {
-    if (w > T(kSmallWidth)) return a / w;
+    if (w > kSmallWidth) return a / w;
     const T w2 = w * w;
-    return T(1) + w2 * (T(1.0 / 12) + w2 * (T(1.0 / 120) + w2 * T(17.0 / 20160)));
+    return 1.0 + w2 * (1.0 / 12 + w2 * (1.0 / 120 + w2 * (17.0 / 20160)));
   }
 
-  static double axisScaleSlope(double w, double a, double da_dw) {
+  template <class T>
+  static T axisScaleSlope(const T& w, const T& a, const T& da_dw) {
     if (w > kSmallWidth) return (da_dw - a / w) / w;
-    const double w2 = w * w;
+    const T w2 = w * w;
     return w * (1.0 / 6 + w2 * (1.0 / 30 + w2 * (17.0 / 3360)));
   }
 };

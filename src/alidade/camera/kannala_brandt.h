@@ -8,7 +8,9 @@
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
+#include "alidade/camera/inverse_start.h"
 #include "alidade/camera/wide_angle.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -24,7 +26,7 @@ namespace alidade {
 /// Inverse: Newton iteration for theta, kept inside a bracket.
 /// Source: Kannala and Brandt 2006, A generic camera model and calibration method for conventional,
 /// wide-angle, and fish-eye lenses, PAMI 28(8), eq. 6, with the first coefficient taken into fx and fy.
-struct KannalaBrandt {
+struct KannalaBrandt : LensFormula<KannalaBrandt> {
   static constexpr std::string_view kId = "kannala_brandt";
   static constexpr int kNumLensParams = 4;
   static constexpr std::array<std::string_view, 4> kLensParamNames = {"k1", "k2", "k3", "k4"};
@@ -37,43 +39,34 @@ struct KannalaBrandt {
   static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!(ray[2] > T(0)) && !(rho2 > T(0))) return false;
-    const T q = detail::angleOverRadius(rho2, ray[2]);
-    const T t2 = q * q * rho2;
-    const T f = q * (T(1) + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
-    m[0] = ray[0] * f;
-    m[1] = ray[1] * f;
-    return true;
+  static bool hasValue(const T*, const T* ray) {
+    return ray[2] > 0.0 || ray[0] * ray[0] + ray[1] * ray[1] > 0.0;
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    const double z = ray[2];
-    const double rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    if (!(z > 0.0) && !(rho2 > 0.0)) return false;
-    const double q = detail::angleOverRadius(rho2, z);
-    const double t2 = q * q * rho2;
-    const double b = 1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])));
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const T z = ray[2];
+    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
+    const T q = detail::angleOverRadius(rho2, z);
+    const T t2 = q * q * rho2;
+    const auto [b, db_dt2] = factor(k, t2);
     m[0] = ray[0] * q * b;
     m[1] = ray[1] * q * b;
     if (J_m_ray != nullptr) {
-      const double n2 = rho2 + z * z;
-      const double db_dt2 = k[0] + t2 * (2 * k[1] + t2 * (3 * k[2] + t2 * 4 * k[3]));
-      const double dq_ds = detail::angleOverRadiusSlope(rho2, z, q);
-      const double df_ds = dq_ds * b + q * db_dt2 * q * z / n2;
-      const double df_dz = -(b + 2 * t2 * db_dt2) / n2;
-      detail::radialJacobian(ray, q * b, df_ds, df_dz, 1.0, J_m_ray);
+      const T inverse_n2 = 1.0 / (rho2 + z * z);
+      const T dq_ds = detail::angleOverRadiusSlope(rho2, z, q);
+      const T df_ds = dq_ds * b + q * db_dt2 * q * z * inverse_n2;
+      const T df_dz = -(b + 2.0 * t2 * db_dt2) * inverse_n2;
+      detail::radialJacobian(ray, T(q * b), df_ds, df_dz, 1.0, J_m_ray);
     }
     if (J_m_lens != nullptr) {
-      double power = q;
+      T power = q;
       for (int i = 0; i < 4; ++i) {
-        power *= t2;
+        power = power * t2;
         J_m_lens[i] = ray[0] * power;
         J_m_lens[4 + i] = ray[1] * power;
       }
     }
-    return true;
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
@@ -82,10 +75,57 @@ struct KannalaBrandt {
     if (!angleOf(k, r, max_angle + 1e-9, theta)) return false;
     // On the axis itself sin(theta) / r is 0 / 0; there m is the ray.
     const double scale = r > 0 ? std::sin(theta) / r : 1.0;
-    return detail::makeUnitRay(m[0] * scale, m[1] * scale, std::cos(theta), ray);
+    detail::makeUnitRay(m[0] * scale, m[1] * scale, std::cos(theta), ray);
+    return true;
+  }
+
+  using Start = detail::InverseStart;
+  static Start makeStart(const double* k, double max_angle) {
+    return {[k](double t2) { return factor(k, t2); }, max_angle};
+  }
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m,
+                                                double max_angle, T* ray) {
+    constexpr int kSureSteps = 1;  // most lenses need it; a branch that is hard to foresee costs as much
+    constexpr int kMaxSteps = 8;
+    constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+    const T r2 = m[0] * m[0] + m[1] * m[1];
+    const T r = lane::squareRoot(r2);
+    T theta = start.scale(r2) * r;
+    T error = r;
+    for (int i = 0; i < kMaxSteps; ++i) {
+      const T t2 = theta * theta;
+      const detail::RadialFactor<T> f = factor(k, t2);
+      error = theta * f.a - r;
+      const T next = theta - error / (f.a + 2.0 * t2 * f.da);
+      if (i < kSureSteps) {
+        theta = next;
+        continue;
+      }
+      const auto is_open = lane::select(error < 0.0, T(-error), error) > kRounding * r;
+      if (!lane::isAny(is_open)) break;
+      theta = lane::select(is_open, next, theta);
+    }
+    const T nothing = r * std::numeric_limits<double>::quiet_NaN();
+    theta = lane::select(lane::both(error <= kRounding * r, -error <= kRounding * r), theta, nothing);
+    theta = lane::select(lane::both(theta >= 0.0, theta <= max_angle), theta, nothing);
+    T sine;
+    T cosine;
+    lane::sineCosine(theta, sine, cosine);
+    const T scale = lane::select(r > 0.0, T(sine / r), T(0.0 * r + 1.0));
+    ray[0] = m[0] * scale;
+    ray[1] = m[1] * scale;
+    ray[2] = cosine;
   }
 
  private:
+  // r / theta and its slope by theta^2.
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> factor(const K* k, const T& t2) {
+    return {1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))),
+            k[0] + t2 * (2.0 * k[1] + t2 * (3.0 * k[2] + t2 * (4.0 * k[3])))};
+  }
+
   // Solves r(theta) = r on [0, limit], where r(theta) rises.
   static bool angleOf(const double* k, double r, double limit, double& theta) {
     constexpr int kMaxIterations = 100;

@@ -11,6 +11,7 @@
 #include "alidade/camera/perspective_plane.h"
 #include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -29,7 +30,7 @@ namespace alidade {
 /// (see `radtan`); then closed form.
 /// Source: Mei and Rives 2007, Single view point omnidirectional camera calibration from planar grids, ICRA,
 /// section II.
-struct Omni {
+struct Omni : LensFormula<Omni> {
   static constexpr std::string_view kId = "omni";
   static constexpr int kNumLensParams = 5;
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"xi", "k1", "k2", "p1", "p2"};
@@ -51,56 +52,51 @@ struct Omni {
   static bool isAxiallySymmetric(const double* k) { return k[3] == 0.0 && k[4] == 0.0; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    using std::sqrt;
-    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    const T d = sqrt(rho2 + ray[2] * ray[2]);
-    if (!isSeen(k[0], d, ray[2])) return false;
-    const T depth = detail::shiftedDepth(k[0], rho2, ray[2], d);
-    const T x = ray[0] / depth;
-    const T y = ray[1] / depth;
-    const T r2 = x * x + y * y;
-    const T a = T(1) + r2 * (k[1] + r2 * k[2]);
-    const T xy2 = T(2) * x * y;
-    m[0] = x * a + k[3] * xy2 + k[4] * (r2 + T(2) * x * x);
-    m[1] = y * a + k[3] * (r2 + T(2) * y * y) + k[4] * xy2;
-    return true;
+  static bool hasValue(const T* k, const T* ray) {
+    const T xi = k[0];
+    const T z = ray[2];
+    const T d = lane::squareRoot(T(ray[0] * ray[0] + ray[1] * ray[1] + z * z));
+    if (!(xi >= 0.0)) return false;
+    if (xi > 1.0) return xi * z > -d;
+    return z > -xi * d;
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    const double rho2 = ray[0] * ray[0] + ray[1] * ray[1];
-    const double d = std::sqrt(rho2 + ray[2] * ray[2]);
-    if (!isSeen(k[0], d, ray[2])) return false;
-    const double f = 1 / detail::shiftedDepth(k[0], rho2, ray[2], d);
-    const double x = ray[0] * f;
-    const double y = ray[1] * f;
-    const detail::WarpSample s = warp(k, x, y);
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const K xi = k[0];
+    const T z = ray[2];
+    const T rho2 = ray[0] * ray[0] + ray[1] * ray[1];
+    const T d = lane::squareRoot(T(rho2 + z * z));
+    const T f = 1.0 / detail::shiftedDepth(xi, rho2, z, d);
+    const T x = ray[0] * f;
+    const T y = ray[1] * f;
+    const detail::WarpSample<T> s = warp(k, x, y);
     m[0] = s.mx;
     m[1] = s.my;
     if (J_m_ray != nullptr) {
-      double J[6];  // of (x, y) by the ray
-      detail::radialJacobian(ray, f, -f * f * k[0] / (2 * d), -f * f * (1 + k[0] * ray[2] / d), 1.0, J);
+      T J[6];  // of (x, y) by the ray
+      const T by_d = xi / d;
+      detail::radialJacobian(ray, f, T(-0.5 * f * f * by_d), T(-f * f * (1.0 + by_d * z)), 1.0, J);
       for (int i = 0; i < 3; ++i) {
         J_m_ray[i] = s.dmx_dx * J[i] + s.dmx_dy * J[3 + i];
         J_m_ray[3 + i] = s.dmy_dx * J[i] + s.dmy_dy * J[3 + i];
       }
     }
     if (J_m_lens != nullptr) {
-      const double r2 = x * x + y * y;
-      const double xy2 = 2 * x * y;
-      const double shrink = -f * d;  // d x / d xi = shrink x
+      const T r2 = x * x + y * y;
+      const T xy2 = 2.0 * x * y;
+      const T shrink = -f * d;  // d x / d xi = shrink x
       J_m_lens[0] = shrink * (s.dmx_dx * x + s.dmx_dy * y);
       J_m_lens[1] = x * r2;
       J_m_lens[2] = x * r2 * r2;
       J_m_lens[3] = xy2;
-      J_m_lens[4] = r2 + 2 * x * x;
+      J_m_lens[4] = r2 + 2.0 * x * x;
       J_m_lens[5] = shrink * (s.dmy_dx * x + s.dmy_dy * y);
       J_m_lens[6] = y * r2;
       J_m_lens[7] = y * r2 * r2;
-      J_m_lens[8] = r2 + 2 * y * y;
+      J_m_lens[8] = r2 + 2.0 * y * y;
       J_m_lens[9] = xy2;
     }
-    return true;
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
@@ -109,40 +105,49 @@ struct Omni {
     // The last nanoradian lets a ray on the rim of the domain come back despite rounding; at the sphere's own
     // fold the radius has its maximum and hardly changes.
     const double rim = max_angle + 1e-9;
-    const double rho_max = std::sin(rim) / (std::cos(rim) + xi);
+    const double rho_max = planeRadius(xi, rim);
     double x = 0;
     double y = 0;
     const auto f = [k](double px, double py) { return warp(k, px, py); };
     if (!detail::invertWarp(f, m[0], m[1], rho_max, x, y)) return false;
-    const double r2 = x * x + y * y;
-    const double root2 = 1 + (1 - xi * xi) * r2;
-    if (!(root2 >= 0.0)) return false;
-    const double length = (xi + std::sqrt(root2)) / (1 + r2);
-    return detail::makeUnitRay(length * x, length * y, length - xi, ray);
+    onSphere(xi, x, y, ray);
+    return std::isfinite(ray[2]);
+  }
+
+  using Start = detail::InverseStart;
+  static Start makeStart(const double* k, double max_angle) {
+    return {[k](double r2) { return radial(k, r2); },
+            std::min(planeRadius(k[0], max_angle), detail::kMaxStartRadius)};
+  }
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m, double,
+                                                T* ray) {
+    T x;
+    T y;
+    detail::quickInvertWarp([k](const T& px, const T& py) ALIDADE_INLINE_LAMBDA { return warp(k, px, py); },
+                            start, m[0], m[1], x, y);
+    onSphere(k[0], x, y, ray);
   }
 
  private:
+  static double planeRadius(double xi, double angle) { return std::sin(angle) / (std::cos(angle) + xi); }
+
+  // The unit ray that meets the plane at (x, y); NaN beyond the sphere's rim.
   template <class T>
-  static bool isSeen(const T& xi, const T& d, const T& z) {
-    if (!(xi >= T(0))) return false;
-    if (xi > T(1)) return xi * z > -d;
-    return z > -xi * d;
+  ALIDADE_ALWAYS_INLINE static void onSphere(double xi, const T& x, const T& y, T* ray) {
+    const T r2 = x * x + y * y;
+    const T length = (xi + lane::squareRoot(T(1.0 + (1.0 - xi * xi) * r2))) / (1.0 + r2);
+    detail::makeUnitRay(T(length * x), T(length * y), T(length - xi), ray);
   }
 
-  static detail::WarpSample warp(const double* k, double x, double y) {
-    const double r2 = x * x + y * y;
-    const double a = 1 + r2 * (k[1] + r2 * k[2]);
-    const double da = k[1] + 2 * r2 * k[2];  // da / d(r2)
-    const double p1 = k[3];
-    const double p2 = k[4];
-    detail::WarpSample s;
-    s.mx = x * a + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
-    s.my = y * a + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
-    s.dmx_dx = a + 2 * x * x * da + 2 * p1 * y + 6 * p2 * x;
-    s.dmx_dy = 2 * x * y * da + 2 * p1 * x + 2 * p2 * y;
-    s.dmy_dx = s.dmx_dy;
-    s.dmy_dy = a + 2 * y * y * da + 6 * p1 * y + 2 * p2 * x;
-    return s;
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> radial(const K* k, const T& r2) {
+    return {1.0 + r2 * (k[1] + r2 * k[2]), k[1] + 2.0 * r2 * k[2]};
+  }
+
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::WarpSample<T> warp(const K* k, const T& x, const T& y) {
+    return detail::radialTangentialWarp(x, y, radial(k, T(x * x + y * y)), k[3], k[4]);
   }
 };
 

@@ -6,6 +6,9 @@
 #include <limits>
 #include <numbers>
 
+#include "alidade/camera/inverse_start.h"
+#include "alidade/core/lanes.h"
+
 namespace alidade {
 
 /// Models that start from x = X/Z, y = Y/Z stop here: at 89.94 degrees the plane is left at 1000 focal
@@ -15,15 +18,37 @@ inline constexpr double kPerspectiveMaxAngle = std::numbers::pi / 2 - 1e-3;
 namespace detail {
 
 /// A point of the normalised plane, its image under a distortion, and the 2x2 Jacobian between them.
+template <class T>
 struct WarpSample {
-  double mx = 0, my = 0;
-  double dmx_dx = 0, dmx_dy = 0, dmy_dx = 0, dmy_dy = 0;
+  T mx, my;
+  T dmx_dx, dmx_dy, dmy_dx, dmy_dy;
 
-  [[nodiscard]] double det() const { return dmx_dx * dmy_dy - dmx_dy * dmy_dx; }
+  [[nodiscard]] ALIDADE_ALWAYS_INLINE T det() const { return dmx_dx * dmy_dy - dmx_dy * dmy_dx; }
 };
 
+/// Brown's distortion of the plane, radial and tangential.
+template <class K, class T>
+ALIDADE_ALWAYS_INLINE WarpSample<T> radialTangentialWarp(const T& x, const T& y,
+                                                         const RadialFactor<T>& radial, const K& p1,
+                                                         const K& p2) {
+  const T a = radial.a;
+  const T da = radial.da;
+  const T r2 = x * x + y * y;
+  const T xy2 = 2.0 * x * y;
+  WarpSample<T> s;
+  s.mx = x * a + p1 * xy2 + p2 * (r2 + 2.0 * x * x);
+  s.my = y * a + p1 * (r2 + 2.0 * y * y) + p2 * xy2;
+  s.dmx_dx = a + 2.0 * x * x * da + 2.0 * p1 * y + 6.0 * p2 * x;
+  s.dmx_dy = xy2 * da + 2.0 * p1 * x + 2.0 * p2 * y;
+  s.dmy_dx = s.dmx_dy;
+  s.dmy_dy = a + 2.0 * y * y * da + 6.0 * p1 * y + 2.0 * p2 * x;
+  return s;
+}
+
 /// Jacobian (row-major 2x3) by the ray of a distortion of the plane x = X/Z, y = Y/Z, with iz = 1/Z.
-inline void warpJacobian(const WarpSample& s, double x, double y, double iz, double* J_m_ray) {
+template <class T>
+ALIDADE_ALWAYS_INLINE void warpJacobian(const WarpSample<T>& s, const T& x, const T& y, const T& iz,
+                                        T* J_m_ray) {
   J_m_ray[0] = s.dmx_dx * iz;
   J_m_ray[1] = s.dmx_dy * iz;
   J_m_ray[2] = -(s.dmx_dx * x + s.dmx_dy * y) * iz;
@@ -39,7 +64,7 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
   constexpr int kMaxIterations = 60;
   constexpr int kMaxClamped = 8;  // steps in a row that end on the rim: the root lies beyond it
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  WarpSample s = warp(x, y);
+  WarpSample<double> s = warp(x, y);
   double rx = mx - s.mx;
   double ry = my - s.my;
   int num_clamped = 0;
@@ -63,7 +88,7 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
         nx *= rho_max / rho;
         ny *= rho_max / rho;
       }
-      const WarpSample n = warp(nx, ny);
+      const WarpSample<double> n = warp(nx, ny);
       const double new_rx = mx - n.mx;
       const double new_ry = my - n.my;
       if (!(std::hypot(new_rx, new_ry) < residual)) continue;
@@ -117,6 +142,77 @@ bool invertWarp(const Warp& warp, double mx, double my, double rho_max, double& 
     }
   }
   return true;
+}
+
+/// How far out inverses are tabulated for their start, in the plane: 63 degrees.
+inline constexpr double kMaxStartRadius = 2.0;
+
+/// A step of Newton's method for warp(x, y) = (mx, my); returns the squared residual before it.
+template <class T, class Warp>
+ALIDADE_ALWAYS_INLINE T newtonStep(const Warp& warp, const T& mx, const T& my, T& x, T& y) {
+  const WarpSample<T> s = warp(x, y);
+  const T rx = mx - s.mx;
+  const T ry = my - s.my;
+  const T inverse_det = 1.0 / s.det();
+  x = x + (s.dmy_dy * rx - s.dmx_dy * ry) * inverse_det;
+  y = y + (s.dmx_dx * ry - s.dmy_dx * rx) * inverse_det;
+  return rx * rx + ry * ry;
+}
+
+/// Newton's method without safeguards for warp(x, y) = (mx, my), on lanes: NaN where it does not come to rest
+/// on a root within a few steps. A root inside the disc on which the warp is one-to-one is the right one,
+/// however it was come by; what lies outside of the disc is nothing.
+/// @param start  the inverse of the warp's radial part
+template <class T, class Warp>
+ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart& start, const T& mx,
+                                           const T& my, T& x, T& y) {
+  constexpr int kMaxSteps = 8;
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  constexpr double kNear = 1e-5;  // where the residual goes with the square of the one before
+  const T m2 = mx * mx + my * my;
+  const T scale = start.scale(m2);
+  x = scale * mx;
+  y = scale * my;
+  // What the start leaves, as if the warp only scaled: the tangential part for the most part.
+  const WarpSample<T> at_start = warp(x, y);
+  x = x + scale * (mx - at_start.mx);
+  y = y + scale * (my - at_start.my);
+  T before2 = newtonStep(warp, mx, my, x, y);
+  T here2 = newtonStep(warp, mx, my, x, y);
+  for (int i = 0;; ++i) {
+    // Two residuals foretell the next, here^3 / before^2, so that it need not be computed: most lenses and
+    // pixels are done here. Squares throughout.
+    const T length2 = m2 + x * x + y * y;
+    const T foretold2 = here2 * here2 * here2;
+    const auto is_root = lane::both(here2 <= kNear * kNear * length2,
+                                    foretold2 <= kRounding * kRounding * length2 * (before2 * before2));
+    if (lane::isAll(is_root)) return;
+    if (i == kMaxSteps) {
+      x = lane::select(is_root, x, T(mx * std::numeric_limits<double>::quiet_NaN()));
+      return;
+    }
+    T next_x = x;
+    T next_y = y;
+    const T next2 = newtonStep(warp, mx, my, next_x, next_y);
+    // Where rounding stops the descent the residuals foretell nothing any more: that is a root too.
+    const auto is_done = lane::both(next2 <= kRounding * kRounding * length2, next2 == next2);
+    x = lane::select(is_root, x, next_x);
+    y = lane::select(is_root, y, next_y);
+    before2 = lane::select(is_root, before2, lane::select(is_done, T(0.0 * next2 + 1.0), here2));
+    here2 = lane::select(is_root, here2, lane::select(is_done, T(0.0 * next2), next2));
+  }
+}
+
+/// unwarpRay() by it.
+template <class T, class Warp>
+ALIDADE_ALWAYS_INLINE void quickUnwarpRay(const Warp& warp, const InverseStart& start, const T* m, T* ray) {
+  T x;
+  T y;
+  quickInvertWarp(warp, start, m[0], m[1], x, y);
+  const T iz = 1.0 / lane::squareRoot(T(x * x + y * y + 1.0));
+  ray[0] = x * iz;
+  ray[1] = y * iz;
+  ray[2] = iz;
 }
 
 /// The ray whose perspective image the warp takes to m, in the cone of half-angle max_angle.

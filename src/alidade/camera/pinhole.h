@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -14,7 +15,7 @@ namespace alidade {
 ///
 /// Parameters: fx, fy (pixels, > 0), cx, cy (pixels). Domain: Z > 0. Inverse: closed form.
 /// Source: Hartley and Zisserman, Multiple View Geometry, 2nd ed., section 6.1.
-struct Pinhole {
+struct Pinhole : LensFormula<Pinhole> {
   static constexpr std::string_view kId = "pinhole";
   static constexpr int kNumLensParams = 0;
   static constexpr std::array<std::string_view, 0> kLensParamNames = {};
@@ -27,27 +28,24 @@ struct Pinhole {
   static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
-  static bool lens(const T*, const T* ray, T* m) {
-    if (!(ray[2] > T(0))) return false;
-    m[0] = ray[0] / ray[2];
-    m[1] = ray[1] / ray[2];
-    return true;
+  static bool hasValue(const T*, const T* ray) {
+    return ray[2] > 0.0;
   }
 
-  static bool lensJacobian(const double*, const double* ray, double* m, double* J_m_ray, double*) {
-    if (!(ray[2] > 0.0)) return false;
-    const double iz = 1.0 / ray[2];
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K*, const T* ray, T* m, T* J_m_ray, T*) {
+    const T iz = 1.0 / ray[2];
     m[0] = ray[0] * iz;
     m[1] = ray[1] * iz;
     if (J_m_ray != nullptr) {
+      const T zero = 0.0 * iz;
       J_m_ray[0] = iz;
-      J_m_ray[1] = 0.0;
+      J_m_ray[1] = zero;
       J_m_ray[2] = -m[0] * iz;
-      J_m_ray[3] = 0.0;
+      J_m_ray[3] = zero;
       J_m_ray[4] = iz;
       J_m_ray[5] = -m[1] * iz;
     }
-    return true;
   }
 
   static bool unlens(const double*, const double* m, double, double* ray) {
@@ -57,6 +55,14 @@ struct Pinhole {
     ray[1] = m[1] / norm;
     ray[2] = 1.0 / norm;
     return true;
+  }
+
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double*, const Start&, const T* m, double, T* ray) {
+    const T z = 1.0 / lane::squareRoot(T(m[0] * m[0] + m[1] * m[1] + 1.0));
+    ray[0] = m[0] * z;
+    ray[1] = m[1] * z;
+    ray[2] = z;
   }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "alidade/camera/camera_model.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -17,43 +18,76 @@ bool projectFormula(const T* params, const T* p_cam, T* px) {
   return true;
 }
 
-/// The same with row-major Jacobians: J_px_cam is 2x3, J_px_params is 2 x kNumParams<M>; null = not wanted.
-template <CameraModel M>
-bool projectFormulaJacobian(const double* params, const double* p_cam, double* px, double* J_px_cam,
-                            double* J_px_params) {
+/// The same where the formula has a value, for double or Lanes, with row-major Jacobians: J_px_cam is 2x3,
+/// J_px_params is 2 x kNumParams<M>; null = not wanted.
+template <CameraModel M, class T>
+ALIDADE_ALWAYS_INLINE void projectInside(const double* params, const T* p_cam, T* px, T* J_px_cam,
+                                         T* J_px_params) {
   constexpr int kLens = M::kNumLensParams;
   constexpr int kAll = kNumParams<M>;
-  double m[2];
-  double J_m_lens[2 * kLens + 1];
-  if (!M::lensJacobian(params + 4, p_cam, m, J_px_cam, J_px_params == nullptr ? nullptr : J_m_lens))
-    return false;
+  T m[2];
+  T J_m_lens[2 * kLens + 1];
+  M::formula(params + 4, p_cam, m, J_px_cam, J_px_params == nullptr ? nullptr : J_m_lens);
   const double fx = params[0];
   const double fy = params[1];
   px[0] = fx * m[0] + params[2];
   px[1] = fy * m[1] + params[3];
   if (J_px_cam != nullptr) {
     for (int i = 0; i < 3; ++i) {
-      J_px_cam[i] *= fx;
-      J_px_cam[3 + i] *= fy;
+      J_px_cam[i] = fx * J_px_cam[i];
+      J_px_cam[3 + i] = fy * J_px_cam[3 + i];
     }
   }
   if (J_px_params != nullptr) {
-    double* du = J_px_params;
-    double* dv = J_px_params + kAll;
+    T* du = J_px_params;
+    T* dv = J_px_params + kAll;
+    const T zero = {};
+    const T one = zero + 1.0;
     du[0] = m[0];
-    du[1] = 0;
-    du[2] = 1;
-    du[3] = 0;
-    dv[0] = 0;
+    du[1] = zero;
+    du[2] = one;
+    du[3] = zero;
+    dv[0] = zero;
     dv[1] = m[1];
-    dv[2] = 0;
-    dv[3] = 1;
+    dv[2] = zero;
+    dv[3] = one;
     for (int i = 0; i < kLens; ++i) {
       du[4 + i] = fx * J_m_lens[i];
       dv[4 + i] = fy * J_m_lens[kLens + i];
     }
   }
+}
+
+/// projectFormula() with the Jacobians of projectInside().
+template <CameraModel M>
+bool projectFormulaJacobian(const double* params, const double* p_cam, double* px, double* J_px_cam,
+                            double* J_px_params) {
+  if (!M::hasValue(params + 4, p_cam)) return false;
+  projectInside<M>(params, p_cam, px, J_px_cam, J_px_params);
   return true;
+}
+
+/// Row-major 3x2 Jacobian of a pixel's unit ray by the pixel, at the ray. With the rows a, b of the lens'
+/// Jacobian, which are normal to the ray r as the lens does not care for its length, the inverse on the unit
+/// sphere's tangent plane has the columns b x r and r x a over (a x b) r.
+template <CameraModel M, class T>
+ALIDADE_ALWAYS_INLINE void rayByPixel(const double* params, const T* ray, T* J_ray_pixel) {
+  T m[2];
+  T J[6];
+  T* const not_wanted = nullptr;
+  M::formula(params + 4, ray, m, J, not_wanted);
+  const T* a = J;
+  const T* b = J + 3;
+  const T det = (a[1] * b[2] - a[2] * b[1]) * ray[0] + (a[2] * b[0] - a[0] * b[2]) * ray[1] +
+                (a[0] * b[1] - a[1] * b[0]) * ray[2];
+  const T by_u = 1.0 / (params[0] * det);
+  const T by_v = 1.0 / (params[1] * det);
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const int l = (i + 2) % 3;
+    J_ray_pixel[2 * i] = by_u * (b[j] * ray[l] - b[l] * ray[j]);
+    J_ray_pixel[2 * i + 1] = by_v * (ray[j] * a[l] - ray[l] * a[j]);
+  }
 }
 
 }  // namespace alidade

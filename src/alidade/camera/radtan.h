@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -20,7 +23,7 @@ namespace alidade {
 /// potential, so its Jacobian is symmetric and a positive determinant on a disc makes it one-to-one there.
 /// Inverse: safeguarded Newton iteration inside that disc.
 /// Source: Brown 1966, Decentering distortion of lenses, Photogrammetric Engineering 32(3).
-struct Radtan {
+struct Radtan : LensFormula<Radtan> {
   static constexpr std::string_view kId = "radtan";
   static constexpr int kNumLensParams = 5;
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"k1", "k2", "p1", "p2", "k3"};
@@ -33,43 +36,34 @@ struct Radtan {
   static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    if (!(ray[2] > T(0))) return false;
-    const T x = ray[0] / ray[2];
-    const T y = ray[1] / ray[2];
-    const T r2 = x * x + y * y;
-    const T a = T(1) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-    const T xy2 = T(2) * x * y;
-    m[0] = x * a + k[2] * xy2 + k[3] * (r2 + T(2) * x * x);
-    m[1] = y * a + k[2] * (r2 + T(2) * y * y) + k[3] * xy2;
-    return true;
+  static bool hasValue(const T*, const T* ray) {
+    return ray[2] > 0.0;
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    if (!(ray[2] > 0.0)) return false;
-    const double iz = 1.0 / ray[2];
-    const double x = ray[0] * iz;
-    const double y = ray[1] * iz;
-    const detail::WarpSample s = warp(k, x, y);
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const T iz = 1.0 / ray[2];
+    const T x = ray[0] * iz;
+    const T y = ray[1] * iz;
+    const detail::WarpSample<T> s = warp(k, x, y);
     m[0] = s.mx;
     m[1] = s.my;
     if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
     if (J_m_lens != nullptr) {
-      const double r2 = x * x + y * y;
-      const double r4 = r2 * r2;
-      const double xy2 = 2 * x * y;
+      const T r2 = x * x + y * y;
+      const T r4 = r2 * r2;
+      const T xy2 = 2.0 * x * y;
       J_m_lens[0] = x * r2;
       J_m_lens[1] = x * r4;
       J_m_lens[2] = xy2;
-      J_m_lens[3] = r2 + 2 * x * x;
+      J_m_lens[3] = r2 + 2.0 * x * x;
       J_m_lens[4] = x * r4 * r2;
       J_m_lens[5] = y * r2;
       J_m_lens[6] = y * r4;
-      J_m_lens[7] = r2 + 2 * y * y;
+      J_m_lens[7] = r2 + 2.0 * y * y;
       J_m_lens[8] = xy2;
       J_m_lens[9] = y * r4 * r2;
     }
-    return true;
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
@@ -77,21 +71,26 @@ struct Radtan {
     return detail::unwarpRay(f, m, max_angle, ray);
   }
 
+  using Start = detail::InverseStart;
+  static Start makeStart(const double* k, double max_angle) {
+    return {[k](double r2) { return radial(k, r2); }, std::min(std::tan(max_angle), detail::kMaxStartRadius)};
+  }
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m, double,
+                                                T* ray) {
+    detail::quickUnwarpRay([k](const T& x, const T& y) ALIDADE_INLINE_LAMBDA { return warp(k, x, y); }, start,
+                           m, ray);
+  }
+
  private:
-  static detail::WarpSample warp(const double* k, double x, double y) {
-    const double r2 = x * x + y * y;
-    const double a = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-    const double da = k[0] + r2 * (2 * k[1] + r2 * 3 * k[4]);  // da / d(r2)
-    const double p1 = k[2];
-    const double p2 = k[3];
-    detail::WarpSample s;
-    s.mx = x * a + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
-    s.my = y * a + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
-    s.dmx_dx = a + 2 * x * x * da + 2 * p1 * y + 6 * p2 * x;
-    s.dmx_dy = 2 * x * y * da + 2 * p1 * x + 2 * p2 * y;
-    s.dmy_dx = s.dmx_dy;
-    s.dmy_dy = a + 2 * y * y * da + 6 * p1 * y + 2 * p2 * x;
-    return s;
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> radial(const K* k, const T& r2) {
+    return {1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4])), k[0] + r2 * (2.0 * k[1] + r2 * (3.0 * k[4]))};
+  }
+
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::WarpSample<T> warp(const K* k, const T& x, const T& y) {
+    return detail::radialTangentialWarp(x, y, radial(k, T(x * x + y * y)), k[2], k[3]);
   }
 };
 

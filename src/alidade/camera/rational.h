@@ -10,6 +10,7 @@
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -28,7 +29,7 @@ namespace alidade {
 /// Inverse: safeguarded Newton iteration inside that disc.
 /// Source: Claus and Fitzgibbon 2005, A rational function lens distortion model for general cameras, CVPR,
 /// for the idea; the formula is that of OpenCV's CALIB_RATIONAL_MODEL.
-struct Rational {
+struct Rational : LensFormula<Rational> {
   static constexpr std::string_view kId = "rational";
   static constexpr int kNumLensParams = 8;
   static constexpr std::array<std::string_view, 8> kLensParamNames = {"k1", "k2", "p1", "p2",
@@ -47,48 +48,24 @@ struct Rational {
   static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    if (!(ray[2] > T(0))) return false;
+  static bool hasValue(const T* k, const T* ray) {
+    if (!(ray[2] > 0.0)) return false;
     const T x = ray[0] / ray[2];
     const T y = ray[1] / ray[2];
     const T r2 = x * x + y * y;
-    const T denominator = T(1) + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
-    if (!(denominator > T(0))) return false;
-    const T a = (T(1) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / denominator;
-    const T xy2 = T(2) * x * y;
-    m[0] = x * a + k[2] * xy2 + k[3] * (r2 + T(2) * x * x);
-    m[1] = y * a + k[2] * (r2 + T(2) * y * y) + k[3] * xy2;
-    return true;
+    return 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])) > 0.0;
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    if (!(ray[2] > 0.0)) return false;
-    const double iz = 1.0 / ray[2];
-    const double x = ray[0] * iz;
-    const double y = ray[1] * iz;
-    const double r2 = x * x + y * y;
-    const double denominator = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
-    if (!(denominator > 0.0)) return false;
-    const detail::WarpSample s = warp(k, x, y);
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const T iz = 1.0 / ray[2];
+    const T x = ray[0] * iz;
+    const T y = ray[1] * iz;
+    const detail::WarpSample<T> s = warp(k, x, y);
     m[0] = s.mx;
     m[1] = s.my;
     if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
-    if (J_m_lens != nullptr) {
-      const double numerator = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-      const double up = r2 / denominator;                 // d a / d k1
-      const double down = -up * numerator / denominator;  // d a / d k4
-      const double xy2 = 2 * x * y;
-      const std::array<double, 8> da = {up, up * r2, 0, 0, up * r2 * r2, down, down * r2, down * r2 * r2};
-      for (int i = 0; i < 8; ++i) {
-        J_m_lens[i] = x * da[static_cast<std::size_t>(i)];
-        J_m_lens[8 + i] = y * da[static_cast<std::size_t>(i)];
-      }
-      J_m_lens[2] = xy2;
-      J_m_lens[3] = r2 + 2 * x * x;
-      J_m_lens[10] = r2 + 2 * y * y;
-      J_m_lens[11] = xy2;
-    }
-    return true;
+    if (J_m_lens != nullptr) lensDerivatives(k, x, y, J_m_lens, J_m_lens + 8);
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
@@ -96,25 +73,51 @@ struct Rational {
     return detail::unwarpRay(f, m, max_angle, ray);
   }
 
+  using Start = detail::InverseStart;
+  static Start makeStart(const double* k, double max_angle) {
+    return {[k](double r2) { return radial(k, r2); }, std::min(std::tan(max_angle), detail::kMaxStartRadius)};
+  }
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m, double,
+                                                T* ray) {
+    detail::quickUnwarpRay([k](const T& x, const T& y) ALIDADE_INLINE_LAMBDA { return warp(k, x, y); }, start,
+                           m, ray);
+  }
+
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> radial(const K* k, const T& r2) {
+    const T numerator = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+    const T scale = 1.0 / (1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
+    const T slope_up = k[0] + r2 * (2.0 * k[1] + r2 * (3.0 * k[4]));
+    const T slope_down = k[5] + r2 * (2.0 * k[6] + r2 * (3.0 * k[7]));
+    const T a = numerator * scale;
+    return {a, (slope_up - a * slope_down) * scale};
+  }
+
   /// The distortion of the plane and its Jacobian, short of the pole.
-  static detail::WarpSample warp(const double* k, double x, double y) {
-    const double r2 = x * x + y * y;
-    const double numerator = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-    const double denominator = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
-    const double slope_up = k[0] + r2 * (2 * k[1] + r2 * 3 * k[4]);
-    const double slope_down = k[5] + r2 * (2 * k[6] + r2 * 3 * k[7]);
-    const double a = numerator / denominator;
-    const double da = (slope_up - a * slope_down) / denominator;  // da / d(r2)
-    const double p1 = k[2];
-    const double p2 = k[3];
-    detail::WarpSample s;
-    s.mx = x * a + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
-    s.my = y * a + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
-    s.dmx_dx = a + 2 * x * x * da + 2 * p1 * y + 6 * p2 * x;
-    s.dmx_dy = 2 * x * y * da + 2 * p1 * x + 2 * p2 * y;
-    s.dmy_dx = s.dmx_dy;
-    s.dmy_dy = a + 2 * y * y * da + 6 * p1 * y + 2 * p2 * x;
-    return s;
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::WarpSample<T> warp(const K* k, const T& x, const T& y) {
+    return detail::radialTangentialWarp(x, y, radial(k, T(x * x + y * y)), k[2], k[3]);
+  }
+
+  /// Derivatives of mx and my by the eight parameters.
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void lensDerivatives(const K* k, const T& x, const T& y, T* dmx, T* dmy) {
+    const T r2 = x * x + y * y;
+    const T numerator = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+    const T scale = 1.0 / (1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
+    const T up = r2 * scale;                 // d a / d k1
+    const T down = -up * numerator * scale;  // d a / d k4
+    const T xy2 = 2.0 * x * y;
+    const T da[8] = {up, up * r2, xy2, xy2, up * r2 * r2, down, down * r2, down * r2 * r2};
+    for (int i = 0; i < 8; ++i) {
+      dmx[i] = x * da[i];
+      dmy[i] = y * da[i];
+    }
+    dmx[2] = xy2;
+    dmx[3] = r2 + 2.0 * x * x;
+    dmy[2] = r2 + 2.0 * y * y;
+    dmy[3] = xy2;
   }
 
  private:

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
 #include "alidade/camera/rational.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -23,7 +25,7 @@ namespace alidade {
 /// without crossings is one-to-one. Inverse: safeguarded Newton iteration inside that disc. Source: Weng,
 /// Cohen and Herniou 1992, Camera calibration with distortion models and accuracy evaluation, PAMI 14(10),
 /// section II; the formula is that of OpenCV's CALIB_THIN_PRISM_MODEL.
-struct ThinPrism {
+struct ThinPrism : LensFormula<ThinPrism> {
   static constexpr std::string_view kId = "thin_prism";
   static constexpr int kNumLensParams = 12;
   static constexpr std::array<std::string_view, 12> kLensParamNames = {"k1", "k2", "p1", "p2", "k3", "k4",
@@ -39,39 +41,32 @@ struct ThinPrism {
   }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    if (!Rational::lens(k, ray, m)) return false;
-    const T x = ray[0] / ray[2];
-    const T y = ray[1] / ray[2];
-    const T r2 = x * x + y * y;
-    m[0] += r2 * (k[8] + r2 * k[9]);
-    m[1] += r2 * (k[10] + r2 * k[11]);
-    return true;
+  static bool hasValue(const T* k, const T* ray) {
+    return Rational::hasValue(k, ray);
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    double J_m_rational[16];
-    if (!Rational::lensJacobian(k, ray, m, nullptr, J_m_lens == nullptr ? nullptr : J_m_rational))
-      return false;
-    const double iz = 1.0 / ray[2];
-    const double x = ray[0] * iz;
-    const double y = ray[1] * iz;
-    const detail::WarpSample s = warp(k, x, y);
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const T iz = 1.0 / ray[2];
+    const T x = ray[0] * iz;
+    const T y = ray[1] * iz;
+    const detail::WarpSample<T> s = warp(k, x, y);
     m[0] = s.mx;
     m[1] = s.my;
     if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
     if (J_m_lens != nullptr) {
-      const double r2 = x * x + y * y;
-      for (int i = 0; i < 8; ++i) {
-        J_m_lens[i] = J_m_rational[i];
-        J_m_lens[12 + i] = J_m_rational[8 + i];
-      }
-      const std::array<double, 4> prism_x = {r2, r2 * r2, 0, 0};
-      const std::array<double, 4> prism_y = {0, 0, r2, r2 * r2};
-      std::copy(prism_x.begin(), prism_x.end(), J_m_lens + 8);
-      std::copy(prism_y.begin(), prism_y.end(), J_m_lens + 20);
+      Rational::lensDerivatives(k, x, y, J_m_lens, J_m_lens + 12);
+      const T r2 = x * x + y * y;
+      const T zero = 0.0 * r2;
+      J_m_lens[8] = r2;
+      J_m_lens[9] = r2 * r2;
+      J_m_lens[10] = zero;
+      J_m_lens[11] = zero;
+      J_m_lens[20] = zero;
+      J_m_lens[21] = zero;
+      J_m_lens[22] = r2;
+      J_m_lens[23] = r2 * r2;
     }
-    return true;
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
@@ -79,18 +74,31 @@ struct ThinPrism {
     return detail::unwarpRay(f, m, max_angle, ray);
   }
 
+  using Start = detail::InverseStart;
+  static Start makeStart(const double* k, double max_angle) {
+    return {[k](double r2) { return Rational::radial(k, r2); },
+            std::min(std::tan(max_angle), detail::kMaxStartRadius)};
+  }
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m, double,
+                                                T* ray) {
+    detail::quickUnwarpRay([k](const T& x, const T& y) ALIDADE_INLINE_LAMBDA { return warp(k, x, y); }, start,
+                           m, ray);
+  }
+
  private:
-  static detail::WarpSample warp(const double* k, double x, double y) {
-    detail::WarpSample s = Rational::warp(k, x, y);
-    const double r2 = x * x + y * y;
-    const double slope_x = 2 * (k[8] + 2 * r2 * k[9]);
-    const double slope_y = 2 * (k[10] + 2 * r2 * k[11]);
-    s.mx += r2 * (k[8] + r2 * k[9]);
-    s.my += r2 * (k[10] + r2 * k[11]);
-    s.dmx_dx += slope_x * x;
-    s.dmx_dy += slope_x * y;
-    s.dmy_dx += slope_y * x;
-    s.dmy_dy += slope_y * y;
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::WarpSample<T> warp(const K* k, const T& x, const T& y) {
+    detail::WarpSample<T> s = Rational::warp(k, x, y);
+    const T r2 = x * x + y * y;
+    const T slope_x = 2.0 * (k[8] + 2.0 * r2 * k[9]);
+    const T slope_y = 2.0 * (k[10] + 2.0 * r2 * k[11]);
+    s.mx = s.mx + r2 * (k[8] + r2 * k[9]);
+    s.my = s.my + r2 * (k[10] + r2 * k[11]);
+    s.dmx_dx = s.dmx_dx + slope_x * x;
+    s.dmx_dy = s.dmx_dy + slope_x * y;
+    s.dmy_dx = s.dmy_dx + slope_y * x;
+    s.dmy_dy = s.dmy_dy + slope_y * y;
     return s;
   }
 };

@@ -6,6 +6,7 @@
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/eucm.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 
@@ -21,7 +22,7 @@ namespace alidade {
 /// (a fold). Inverse: closed form. It is `eucm` with beta = 1 and computed as such.
 /// Source: Geyer and Daniilidis 2000, A unifying theory for central panoramic systems, ECCV; this form:
 /// Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section 2.2.
-struct Ucm {
+struct Ucm : LensFormula<Ucm> {
   static constexpr std::string_view kId = "ucm";
   static constexpr int kNumLensParams = 1;
   static constexpr std::array<std::string_view, 1> kLensParamNames = {"alpha"};
@@ -34,23 +35,28 @@ struct Ucm {
   static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    return Eucm::lens(withBeta(k).data(), ray, m);
+  static bool hasValue(const T* k, const T* ray) {
+    return Eucm::hasValue(withBeta(k).data(), ray);
   }
 
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
-    double J_m_eucm[4];
-    if (!Eucm::lensJacobian(withBeta(k).data(), ray, m, J_m_ray, J_m_lens == nullptr ? nullptr : J_m_eucm))
-      return false;
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    T J_m_eucm[4];
+    Eucm::formula(withBeta(k).data(), ray, m, J_m_ray, J_m_lens == nullptr ? nullptr : J_m_eucm);
     if (J_m_lens != nullptr) {
       J_m_lens[0] = J_m_eucm[0];
       J_m_lens[1] = J_m_eucm[2];
     }
-    return true;
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
     return Eucm::unlens(withBeta(k).data(), m, max_angle, ray);
+  }
+
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m,
+                                                double max_angle, T* ray) {
+    Eucm::quickUnlens(withBeta(k).data(), start, m, max_angle, ray);
   }
 
  private:

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "alidade/core/lanes.h"
+
 namespace alidade {
 
 /// Models that see behind the camera's own plane stop here: straight back all azimuths meet in one ray, which
@@ -22,30 +24,44 @@ template <class T>
 T angleOverRadius(const T& rho2, const T& z) {
   using std::atan2;
   using std::sqrt;
-  if (z > T(0) && rho2 < T(kSmallTangent2) * z * z) {
+  if (z > 0.0 && rho2 < kSmallTangent2 * z * z) {
     const T t2 = rho2 / (z * z);
-    return (T(1) + t2 * (T(-1.0 / 3.0) + t2 * T(0.2))) / z;
+    return (1.0 + t2 * (-1.0 / 3.0 + t2 * 0.2)) / z;
   }
   const T rho = sqrt(rho2);
   return atan2(rho, z) / rho;
 }
 
+#if defined(ALIDADE_HAS_VECTORS)
+/// Without a branch: the function hardly changes within 1e-12 rad of the axis, so a point there stands for
+/// those that are nearer. At kWideMaxAngle the shift is below rounding too.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"  // see lanes.h
+template <>
+ALIDADE_ALWAYS_INLINE Lanes angleOverRadius(const Lanes& rho2, const Lanes& z) {
+  constexpr double kTinyTangent2 = 1e-24;
+  return lane::arcTangent2OverY(lane::squareRoot(Lanes(rho2 + kTinyTangent2 * z * z)), z);
+}
+#pragma GCC diagnostic pop
+#endif
+
 /// Derivative of angleOverRadius, of value q, by rho2. Its derivative by z is -1 / (rho2 + z^2).
-inline double angleOverRadiusSlope(double rho2, double z, double q) {
-  if (z > 0 && rho2 < kSmallTangent2 * z * z) {
-    const double t2 = rho2 / (z * z);
-    return (-1.0 / 3.0 + 0.4 * t2) / (z * z * z);
-  }
-  return (z / (rho2 + z * z) - q) / (2 * rho2);
+template <class T>
+ALIDADE_ALWAYS_INLINE T angleOverRadiusSlope(const T& rho2, const T& z, const T& q) {
+  const T iz = 1.0 / z;
+  const T near_axis = (-1.0 / 3.0 + 0.4 * rho2 * iz * iz) * iz * iz * iz;
+  const T elsewhere = (z / (rho2 + z * z) - q) / (2.0 * rho2);
+  return lane::select(lane::both(z > 0.0, rho2 < kSmallTangent2 * z * z), near_axis, elsewhere);
 }
 
 /// Jacobian (row-major 2x3) by the ray of m = (x, y) F(s, z), where s = scale (x^2 + y^2), from F and its
 /// derivatives. All lenses without tangential terms have this form.
-inline void radialJacobian(const double* ray, double f, double df_ds, double df_dz, double scale,
-                           double* J_m_ray) {
-  const double x = ray[0];
-  const double y = ray[1];
-  const double g = 2 * scale * df_ds;
+template <class K, class T>
+ALIDADE_ALWAYS_INLINE void radialJacobian(const T* ray, const T& f, const T& df_ds, const T& df_dz,
+                                          const K& scale, T* J_m_ray) {
+  const T x = ray[0];
+  const T y = ray[1];
+  const T g = 2.0 * scale * df_ds;
   J_m_ray[0] = f + g * x * x;
   J_m_ray[1] = g * x * y;
   J_m_ray[2] = df_dz * x;
@@ -54,14 +70,13 @@ inline void radialJacobian(const double* ray, double f, double df_ds, double df_
   J_m_ray[5] = df_dz * y;
 }
 
-/// Scales (x, y, z) to unit length. False if that is impossible.
-inline bool makeUnitRay(double x, double y, double z, double* ray) {
-  const double norm = std::hypot(x, y, z);
-  if (!(norm > 0.0) || !std::isfinite(norm)) return false;
-  ray[0] = x / norm;
-  ray[1] = y / norm;
-  ray[2] = z / norm;
-  return true;
+/// Scales (x, y, z) to unit length; what has none becomes zero or NaN.
+template <class T>
+ALIDADE_ALWAYS_INLINE void makeUnitRay(const T& x, const T& y, const T& z, T* ray) {
+  const T inverse = 1.0 / lane::squareRoot(T(x * x + y * y + z * z));
+  ray[0] = x * inverse;
+  ray[1] = y * inverse;
+  ray[2] = z * inverse;
 }
 
 }  // namespace detail

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// Many points, rays or pixels as one array a coordinate. All arrays of one call have the same length.
+struct PointColumns {
+  std::span<const double> x, y, z;
+};
+struct PixelColumns {
+  std::span<const double> u, v;
+};
+struct PixelResults {
+  std::span<double> u, v;  ///< NaN unless the status is kOk
+  std::span<ProjectStatus> status;
+};
+struct RayResults {
+  std::span<double> x, y, z;  ///< of unit length; NaN unless the status is kOk
+  std::span<ProjectStatus> status;
+};
+
+/// Where the Jacobians of a pixel go, if wanted (null = not wanted): row-major, one point's after another's;
+/// NaN unless the status is kOk.
+struct PixelJacobians {
+  double* by_point = nullptr;   ///< n times 2x3; by the point as given, before the pose
+  double* by_pose = nullptr;    ///< n times 2x6; by the tangent of T Exp([translation, rotation]), see SE3
+  double* by_params = nullptr;  ///< n times 2xN; by the N parameters of the camera in storage order
+};
+
+/// Pixels of many points of the camera frame: what AnyCamera::project() says of each, to 1e-12 relative. The
+/// points go through the formulas several at a time, with AVX2 where the processor has it; the instructions
+/// change results by rounding only. No memory is allocated.
+/// @pre all arrays have one length
+void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
+                  const PixelJacobians& jacobians = {});
+
+/// The same for points of another frame.
+void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
+                  const PixelResults& pixels, const PixelJacobians& jacobians = {});
+
+/// Rays of many pixels: what AnyCamera::unproject() says of each, to 1e-12, kOutside where no ray leads to
+/// the pixel. `J_ray_pixel`, if not null, takes n row-major 3x2 Jacobians.
+/// @pre all arrays have one length
+void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,
+                    double* J_ray_pixel = nullptr);
+
+}  // namespace alidade
