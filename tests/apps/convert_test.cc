@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -196,6 +197,59 @@ TEST(Convert, FitsWhatIsNearlyTheSameAndSaysHowNearly) {
               fit.at("max_error_px").get<double>(), kSamePx);
   EXPECT_THAT(convert(mild, scratch.path("text.yaml"), {"--model", "pinhole"}).out,
               AllOf(HasSubstr("best fit"), HasSubstr("Error    RMS "), HasSubstr("at pixel (")));
+}
+
+// RMS and largest distance over all pixels between a camera's pixels and those that another gives their rays.
+std::pair<double, double> errorsOfAllPixels(const CameraFile& from, const AnyCamera& to) {
+  double sum = 0;
+  double worst = 0;
+  int num_pixels = 0;
+  for (int y = 0; y < from.image_size.height; ++y) {
+    for (int x = 0; x < from.image_size.width; ++x) {
+      const auto ray = from.camera.unproject({x, y});
+      const Projection projection = ray ? to.project(*ray) : Projection();
+      if (!projection.ok()) continue;
+      const double distance = (projection.pixel - Eigen::Vector2d(x, y)).norm();
+      sum += distance * distance;
+      worst = std::max(worst, distance);
+      ++num_pixels;
+    }
+  }
+  EXPECT_GE(num_pixels, from.image_size.width * from.image_size.height * 9 / 10);
+  return {std::sqrt(sum / num_pixels), worst};
+}
+
+// A fisheye lens of 185 degrees as a double sphere and back: what is stated is what the files' cameras do.
+TEST(Convert, StatesWhatAFisheyeLosesInAnotherModelAndBack) {
+  const ScratchFolder scratch;
+  scratch.write("0.yaml",
+                "alidade_camera: 1\nmodel: kannala_brandt\nimage_size: {width: 1280, height: 960}\n"
+                "parameters: {fx: 383.57, fy: 384.65, cx: 639.54, cy: 477.31,\n"
+                "             k1: 0.04275, k2: -0.05002, k3: 0.01984, k4: -0.00294}\n");
+  EXPECT_THAT(convert(scratch.path("0.yaml"), scratch.path("1.yaml"), {"--model", "double_sphere"}),
+              EndsWith(3));
+  EXPECT_FALSE(scratch.has("1.yaml"));
+  const std::vector<std::string> models = {"double_sphere", "kannala_brandt"};
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    SCOPED_TRACE(models[i]);
+    const std::string from = fmt::format("{}.yaml", i);
+    const std::string to = fmt::format("{}.yaml", i + 1);
+    const RunResult result =
+        convert(scratch.path(from), scratch.path(to), {"--model", models[i], "--max-error", "2", "--json"});
+    ASSERT_THAT(result, EndsWith(0));
+    const auto fit = nlohmann::json::parse(result.out).at("fit");
+    const CameraFile source = cameraIn(scratch, from);
+    const AnyCamera target = cameraIn(scratch, to).camera;
+    const auto [rms, worst] = errorsOfAllPixels(source, target);
+    EXPECT_NEAR(fit.at("rms_px").get<double>(), rms, 0.03 * rms);
+    const double stated = fit.at("max_error_px").get<double>();
+    EXPECT_GE(stated, 0.995 * worst);
+    EXPECT_LE(stated, 1.1 * worst);
+    const Eigen::Vector2d place(fit.at("worst_pixel")[0], fit.at("worst_pixel")[1]);
+    const auto ray = source.camera.unproject(place);
+    ASSERT_TRUE(ray);
+    EXPECT_NEAR((target.project(*ray).pixel - place).norm(), stated, 1e-6);
+  }
 }
 
 TEST(Convert, WritesNothingWhenTheModelDoesNotFit) {

@@ -99,6 +99,12 @@ TEST(RotateCamera, FourTurnsAreNone) {
   EXPECT_GE(num_cameras, 9);
 }
 
+TEST(ResizeCamera, MovesThePrincipalPointWithThePixelsCentres) {
+  const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{100, 90, 4, 3});
+  const EditedCamera half = resizeCamera(camera, {.width = 10, .height = 8}, {.width = 5, .height = 4});
+  EXPECT_THAT(half.camera.parameters(), ElementsAre(50, 45, 1.75, 1.25));
+}
+
 TEST(EditCamera, MovesPixelsAsTheImageDoes) {
   std::size_t num_cameras = 0;
   int num_compared = 0;

@@ -6,52 +6,13 @@
 #include <string>
 
 #include "alidade/camera/any_camera.h"
+#include "support/brute_force_domain.h"
 #include "support/model_fixture.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kAngleTolerance = 1e-4;  // rad; the certificate keeps 1e-5 away from the fold on purpose
-
-// The first angle at which the formula has no value or a step outwards and a step sideways no longer turn the
-// same way in the image as on the sphere, by dense sampling and a bisection: differences of bare projections,
-// another way to the answer than the certificate's.
-template <class M>
-double bruteForceFold(const Camera<M>& camera) {
-  const double* lens = camera.params().data() + 4;
-  const bool is_symmetric = M::isAxiallySymmetric(lens);
-  const int num_azimuths = is_symmetric ? 1 : 120;
-  const auto isGood = [&](double angle, double azimuth) {
-    constexpr double kStep = 1e-7;
-    const double h = std::min(kStep, 0.5 * (M::kMaxAngle - angle));
-    double out[2], in[2], left[2], right[2];
-    const Eigen::Vector3d ray = rayAt(angle, azimuth);
-    const Eigen::Vector3d sideways(-std::sin(azimuth), std::cos(azimuth), 0);
-    const bool has_value = M::lens(lens, rayAt(angle + h, azimuth).eval().data(), out) &&
-                           M::lens(lens, rayAt(angle - h, azimuth).eval().data(), in) &&
-                           M::lens(lens, (ray + h * sideways).eval().data(), left) &&
-                           M::lens(lens, (ray - h * sideways).eval().data(), right);
-    if (!has_value) return false;
-    return (out[0] - in[0]) * (left[1] - right[1]) - (out[1] - in[1]) * (left[0] - right[0]) > 0;
-  };
-  double first = std::numbers::pi;
-  constexpr double kStep = 5e-4;
-  for (int a = 0; a < num_azimuths; ++a) {
-    const double azimuth = 2 * std::numbers::pi * a / num_azimuths;
-    for (double angle = kStep; angle < std::min(first + kStep, M::kMaxAngle); angle += kStep) {
-      if (isGood(angle, azimuth)) continue;
-      double good = angle - kStep;
-      double bad = angle;
-      while (bad - good > 1e-7) {
-        const double middle = 0.5 * (good + bad);
-        (isGood(middle, azimuth) ? good : bad) = middle;
-      }
-      first = std::min(first, good);
-      break;
-    }
-  }
-  return first;
-}
 
 template <class M>
 class CertificateOf : public testing::Test {};
@@ -69,9 +30,8 @@ TYPED_TEST(CertificateOf, ModelAgreesWithBruteForce) {
     for (const double value : params) text += " " + std::to_string(value);
     SCOPED_TRACE("set" + text);
     const Camera<M> camera(params);
-    const double own = M::maxAngle(params.data() + 4);
-    const double fold = std::min(bruteForceFold(camera), own);
-    if (fold < own) ++num_limited;
+    const double fold = BruteForceDomain<M>(params.data() + 4).maxAngle();
+    if (fold < M::kMaxAngle) ++num_limited;
     worst = std::max(worst, std::abs(camera.cone().max_angle_rad - fold));
     EXPECT_NEAR(camera.cone().max_angle_rad, fold, kAngleTolerance);
     EXPECT_LE(camera.cone().max_angle_rad, fold);

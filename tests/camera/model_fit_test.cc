@@ -2,6 +2,9 @@
 #include "alidade/camera/model_fit.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
 
 #include <gmock/gmock.h>
 
@@ -174,6 +177,61 @@ TEST(FitModel, CountsPixelsThatItsSourceOrItsTargetCannotSee) {
     EXPECT_EQ(e.code(), ErrorCode::kInput);
     EXPECT_THAT(e.what(), HasSubstr("rays for 0 of 19200 pixels"));
   }
+}
+
+// A fit's own figures against those of all pixels at a half pixel's step, which it has not looked at.
+void expectTrueFigures(const AnyCamera& source, ImageSize size, const ModelFit& fit) {
+  double sum = 0;
+  double worst = 0;
+  long num_pixels = 0;
+  long num_without_ray = 0;
+  long num_unreached = 0;
+  const auto error = [&](const Eigen::Vector2d& pixel) -> std::optional<double> {
+    const auto ray = source.unproject(pixel);
+    num_without_ray += ray ? 0 : 1;
+    if (!ray) return std::nullopt;
+    ++num_pixels;
+    const Projection projection = fit.camera.project(*ray);
+    num_unreached += projection.ok() ? 0 : 1;
+    return projection.ok() ? std::optional((projection.pixel - pixel).norm()) : std::nullopt;
+  };
+  for (double y = -0.5; y <= size.height - 0.5; y += 0.5) {
+    for (double x = -0.5; x <= size.width - 0.5; x += 0.5) {
+      const auto distance = error({x, y});
+      if (!distance) continue;
+      sum += *distance * *distance;
+      worst = std::max(worst, *distance);
+    }
+  }
+  const double rms = std::sqrt(sum / static_cast<double>(num_pixels - num_unreached));
+  EXPECT_NEAR(fit.rms_px, rms, 0.03 * rms);
+  EXPECT_GE(fit.max_error_px, 0.995 * worst) << "the largest error is understated";
+  EXPECT_LE(fit.max_error_px, 1.05 * worst);
+  const auto all = static_cast<double>(num_pixels + num_without_ray);
+  EXPECT_EQ(num_pixels + num_without_ray, (2L * size.width + 1) * (2L * size.height + 1));
+  EXPECT_NEAR(fit.num_without_ray / (160.0 * 120.0), static_cast<double>(num_without_ray) / all, 1e-3);
+  EXPECT_NEAR(fit.unreachedShare(), static_cast<double>(num_unreached) / static_cast<double>(num_pixels),
+              1e-4);
+  const auto at_worst = error(fit.worst_pixel);
+  ASSERT_TRUE(at_worst);
+  EXPECT_NEAR(*at_worst, fit.max_error_px, 1e-6);
+  std::printf("%s to %s: RMS %.4f px, at most %.4f px; of all pixels %.4f and %.4f px\n",
+              std::string(source.modelId()).c_str(), std::string(fit.camera.modelId()).c_str(), fit.rms_px,
+              fit.max_error_px, rms, worst);
+}
+
+// A fisheye lens of 185 degrees, whose polynomial ends inside the image's corners, there and back.
+TEST(FitModel, StatesTheErrorsOfAFisheyeAsAllPixelsHaveThem) {
+  constexpr ImageSize kFisheyeSize{.width = 1280, .height = 960};
+  const AnyCamera fisheye =
+      make("kannala_brandt", {383.57, 384.65, 639.54, 477.31, 0.04275, -0.05002, 0.01984, -0.00294});
+  const ModelFit there = fitModel(fisheye, kFisheyeSize, "double_sphere");
+  EXPECT_FALSE(there.is_exact);
+  EXPECT_GT(there.rms_px, 0.1) << "these are not the same lens";
+  expectTrueFigures(fisheye, kFisheyeSize, there);
+  const ModelFit back = fitModel(there.camera, kFisheyeSize, "kannala_brandt");
+  EXPECT_LT(back.rms_px, 0.01) << "the polynomial can follow a double sphere";
+  expectTrueFigures(there.camera, kFisheyeSize, back);
 }
 
 // Any pair of models: what comes out is a camera, judged truly, and a wide enough one comes close.

@@ -28,7 +28,7 @@ namespace alidade {
 /// pi / w, would have lost too many digits.
 /// Inverse: closed form.
 /// Source: Devernay and Faugeras 2001, Straight lines have to be straight, Machine Vision and Applications
-/// 13(1), eqs. 13 and 14.
+/// 13(1), the FOV model.
 struct Fov : LensFormula<Fov> {
   static constexpr std::string_view kId = "fov";
   static constexpr int kNumLensParams = 1;

@@ -25,7 +25,8 @@ namespace alidade {
 /// Domain: all directions up to the first angle at which r turns back, at most kWideMaxAngle.
 /// Inverse: Newton iteration for theta, kept inside a bracket.
 /// Source: Kannala and Brandt 2006, A generic camera model and calibration method for conventional,
-/// wide-angle, and fish-eye lenses, PAMI 28(8), eq. 6, with the first coefficient taken into fx and fy.
+/// wide-angle, and fish-eye lenses, PAMI 28(8), the radially symmetric model, with the first coefficient
+/// taken into fx and fy.
 struct KannalaBrandt : LensFormula<KannalaBrandt> {
   static constexpr std::string_view kId = "kannala_brandt";
   static constexpr int kNumLensParams = 4;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,14 +19,28 @@ namespace {
 // Cells along the longer side: enough for the largest model in the fit, and to see a share of 0.1 % after it.
 constexpr int kFitCells = 40;
 constexpr int kCheckCells = 160;
+constexpr int kNumRimRays = 720;
 // An algebraic result off by more is that of a model which the algebra took for another.
 constexpr double kExactPx = 1e-6;
 
 struct Samples {
   std::vector<RaySample> inside;  // the middles of equal cells
-  std::vector<RaySample> border;  // on the outer edges
+  std::vector<RaySample> border;  // on the outer edges, and on the domain's rim
   int num_without_ray = 0;        // of the former
 };
+
+// Appends the rays at an angle from the axis that the camera shows inside the image.
+void appendRim(const AnyCamera& camera, double angle, ImageSize size, std::vector<RaySample>& samples) {
+  const double a = angle * (1 - 1e-9);  // inside, whatever the cosine rounds
+  for (int i = 0; i < kNumRimRays; ++i) {
+    const double azimuth = 2 * std::numbers::pi * i / kNumRimRays;
+    const Eigen::Vector3d ray(std::sin(a) * std::cos(azimuth), std::sin(a) * std::sin(azimuth), std::cos(a));
+    const Projection rim = camera.project(ray);
+    const bool is_inside = rim.ok() && std::abs(rim.pixel.x() - 0.5 * (size.width - 1)) <= 0.5 * size.width &&
+                           std::abs(rim.pixel.y() - 0.5 * (size.height - 1)) <= 0.5 * size.height;
+    if (is_inside) samples.push_back({rim.pixel, ray});
+  }
+}
 
 Samples sampleRays(const AnyCamera& camera, ImageSize size, int num_cells) {
   Samples samples;
@@ -56,10 +71,11 @@ Samples sampleRays(const AnyCamera& camera, ImageSize size, int num_cells) {
     look(-0.5, j * step_y - 0.5);
     look(size.width - 0.5, j * step_y - 0.5);
   }
+  appendRim(camera, camera.cone().max_angle_rad, size, samples.border);
   return samples;
 }
 
-ModelFit judge(AnyCamera camera, ImageSize size, const Samples& samples) {
+ModelFit judge(const AnyCamera& source, AnyCamera camera, ImageSize size, const Samples& samples) {
   ModelFit fit{.camera = std::move(camera), .unreached_pixel = {}, .domain = {}};
   fit.num_without_ray = samples.num_without_ray;
   fit.num_pixels = static_cast<int>(samples.inside.size());
@@ -82,7 +98,10 @@ ModelFit judge(AnyCamera camera, ImageSize size, const Samples& samples) {
     ++fit.num_unreached;
     if (!fit.unreached_pixel) fit.unreached_pixel = sample.pixel;
   }
-  for (const RaySample& sample : samples.border) static_cast<void>(error(sample));
+  // Errors are largest where one of the two cameras ends, which is between the middles of the cells.
+  std::vector<RaySample> border = samples.border;
+  appendRim(source, fit.camera.cone().max_angle_rad, size, border);
+  for (const RaySample& sample : border) static_cast<void>(error(sample));
   const int num_reached = fit.num_pixels - fit.num_unreached;
   fit.rms_px = std::sqrt(sum / num_reached);  // NaN for none
   if (num_reached == 0) fit.max_error_px = fit.rms_px;
@@ -141,11 +160,11 @@ ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view mode
          .next_step = "alidade validate tells what is wrong with it"});
   }
   if (const auto params = sameLensParameters(source, model_id)) {
-    ModelFit fit = judge(AnyCamera::make(model_id, *params), size, samples);
+    ModelFit fit = judge(source, AnyCamera::make(model_id, *params), size, samples);
     fit.is_exact = !(fit.max_error_px > kExactPx);
     if (fit.is_exact) return fit;
   }
-  return judge(AnyCamera::make(model_id, bestParameters(source, size, model_id)), size, samples);
+  return judge(source, AnyCamera::make(model_id, bestParameters(source, size, model_id)), size, samples);
 }
 
 }  // namespace alidade

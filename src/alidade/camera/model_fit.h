@@ -13,8 +13,9 @@ namespace alidade {
 /// A camera of one model in the place of a camera of another, and how well it does there.
 ///
 /// The error of a pixel is the distance, in pixels, between it and where the new camera projects its ray.
-/// It is looked at on a grid of equal cells over the image; `max_error_px` on the image's outer edges too.
-/// Both are NaN if the new camera reaches none of the pixels.
+/// It is looked at on a grid of equal cells over the image; `max_error_px` on the image's outer edges too,
+/// and where the domain of one of the two cameras ends inside the image. Both are NaN if the new camera
+/// reaches none of the pixels.
 struct ModelFit {
   AnyCamera camera;
   bool is_exact = false;  ///< the same lens by algebra (same_lens.h), and not the result of a fit
