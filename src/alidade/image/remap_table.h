@@ -44,4 +44,9 @@ struct RemapTable {
                                         const OutputView& view, int num_jobs = 1,
                                         const CancelFlag* cancel = nullptr);
 
+/// The same into a table that may have been used before: its memory is taken again if it is large enough.
+/// Whatever is thrown leaves an empty table.
+void fillRemapTable(const AnyCamera& camera, ImageSize source_size, const OutputView& view, RemapTable& table,
+                    int num_jobs = 1, const CancelFlag* cancel = nullptr);
+
 }  // namespace alidade
