@@ -88,8 +88,8 @@ void mapAlidade(benchmark::State& state, const Case& c, bool is_fresh) {
     benchmark::DoNotOptimize(table.pixels.data());
     benchmark::ClobberMemory();
   }
-  state.counters["max_error_px"] = largestError(
-      c, [&](int x, int y) { return Eigen::Vector2d(table.at(x, y).x, table.at(x, y).y); });
+  state.counters["max_error_px"] =
+      largestError(c, [&](int x, int y) { return Eigen::Vector2d(table.at(x, y).x, table.at(x, y).y); });
 }
 
 cv::Mat matrixOf(double fx, double fy, double cx, double cy) {
@@ -254,12 +254,13 @@ void printSummary(const MedianReporter& reporter) {
       std::printf("%s takes %.3g times as long as %s\n", slow.c_str(), *ratio, fast.c_str());
   };
   for (const char* suffix : {"", "_fresh"}) {
-    for (const std::string variant : {"radtan/opencv_32FC1", "radtan/opencv_32FC2", "kannala_brandt/opencv_32FC1"})
+    for (const std::string variant :
+         {"radtan/opencv_32FC1", "radtan/opencv_32FC2", "kannala_brandt/opencv_32FC1"})
       print("map/" + variant + suffix, "map/" + variant.substr(0, variant.find('/')) + "/alidade" + suffix);
   }
   print("map/radtan/alidade", "map/radtan/floor");
-  for (const std::string name : {"remap/channels_1/linear", "remap/channels_3/linear", "remap/channels_1/cubic",
-                                 "remap/channels_3/cubic"})
+  for (const std::string name : {"remap/channels_1/linear", "remap/channels_3/linear",
+                                 "remap/channels_1/cubic", "remap/channels_3/cubic"})
     print(name + "/opencv", name + "/alidade");
 }
 

@@ -21,12 +21,13 @@ namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-constexpr int kTileSide = 160;    // pixels, of the first tiles
-constexpr int kExactArea = 128;   // pixels that are projected one by one rather than split any further
-constexpr double kPathStep = 4;   // pixels
-constexpr double kMaxError = 1e-5;        // px, at the checked places: a tenth of what is promised
-constexpr double kMaxRounding = 2e-5;     // px, of floats on the way to a result
-constexpr double kCosMargin = 1e-12;      // of the camera's own comparison, which rounds
+constexpr int kTileSide = 160;         // pixels, of the first tiles
+constexpr int kExactArea = 128;        // pixels that are projected one by one rather than split any further
+constexpr double kPathStep = 4;        // pixels
+constexpr double kMaxError = 1e-5;     // px, at the checked places: a tenth of what is promised
+constexpr double kAwayFactor = 100;    // by which an error between the checked places may be larger
+constexpr double kMaxRounding = 2e-5;  // px, of floats on the way to a result
+constexpr double kCosMargin = 1e-12;   // of the camera's own comparison, which rounds
 constexpr std::size_t kNumNodes = TilePolynomial::kNumNodes * TilePolynomial::kNumNodes;
 constexpr std::size_t kGroup = TilePolynomial::kGroup;
 
@@ -39,7 +40,8 @@ class Samples {
   template <std::size_t kCount>
   void addGrid(const ViewRays& rays, const std::array<double, kCount>& places) {
     std::array<ViewRays::Column, kCount> columns;
-    for (std::size_t i = 0; i < kCount; ++i) columns[i] = rays.column(tile_.x + half_width_ * (1 + places[i]));
+    for (std::size_t i = 0; i < kCount; ++i)
+      columns[i] = rays.column(tile_.x + half_width_ * (1 + places[i]));
     for (const double t : places) {
       const ViewRays::Row row = rays.row(tile_.y + half_height_ * (1 + t));
       for (std::size_t i = 0; i < kCount; ++i) add(places[i], t, ViewRays::ray(columns[i], row));
@@ -51,10 +53,12 @@ class Samples {
         ViewRays::ray(rays.column(place.x()), rays.row(place.y())));
   }
 
-  // NaN where the camera sees nothing.
+  // Where the camera sees the places added since the last call; NaN where it sees nothing.
   std::span<const Projection> project(const AnyCamera& camera) {
-    camera.project({rays_.data(), size_}, {sources_.data(), size_});
-    return {sources_.data(), size_};
+    const std::size_t first = std::exchange(num_projected_, size_);
+    const std::span<Projection> sources(sources_.data() + first, size_ - first);
+    camera.project({rays_.data() + first, sources.size()}, sources);
+    return sources;
   }
 
   // Largest difference of a coordinate between the polynomial and the camera; NaN if there is one.
@@ -67,8 +71,8 @@ class Samples {
     for (std::size_t i = 0; i < size_; ++i) {
       const Eigen::Vector2d& source = sources_[i].pixel;
       const double e = std::max(std::abs(x[i] - source.x()), std::abs(y[i] - source.y()));
-      if (!(e <= error)) error = e;
-      if (std::isnan(error)) break;
+      if (std::isnan(e)) return e;
+      error = std::max(error, e);
     }
     return error;
   }
@@ -88,6 +92,7 @@ class Samples {
   double half_width_;
   double half_height_;
   std::size_t size_ = 0;
+  std::size_t num_projected_ = 0;
   std::array<double, kMaxSize> s_{};  // zeros fill up the last group
   std::array<double, kMaxSize> t_{};
   std::array<Eigen::Vector3d, kMaxSize> rays_;
@@ -106,8 +111,8 @@ class TableFiller {
         right_(source_size.width - 0.5),
         bottom_(source_size.height - 0.5),
         // Floats near the border are off by what is allowed and half a unit in their last place.
-        margin_(4 * (kMaxError + kMaxRounding) + std::numeric_limits<float>::epsilon() *
-                                                     std::max(source_size.width, source_size.height)),
+        margin_(4 * (kMaxError + kMaxRounding) +
+                std::numeric_limits<float>::epsilon() * std::max(source_size.width, source_size.height)),
         cos_max_angle_(std::cos(camera.cone().max_angle_rad)),
         pixels_(pixels) {}
 
@@ -117,7 +122,8 @@ class TableFiller {
   std::size_t fill(const Tile& tile) const {
     const ViewRays::AxisRange range = rays_.axisRange(tile);
     if (range.max_cos < cos_max_angle_ - kCosMargin) return fillNone(tile);
-    if (tile.width * tile.height <= kExactArea || std::min(tile.width, tile.height) < TilePolynomial::kMinSide)
+    if (tile.width * tile.height <= kExactArea ||
+        std::min(tile.width, tile.height) < TilePolynomial::kMinSide)
       return fillExactly(tile);
     if (range.min_cos > cos_max_angle_ + kCosMargin) {
       if (const auto count = fillSmoothly(tile, range)) return *count;
@@ -177,24 +183,33 @@ class TableFiller {
   std::optional<std::size_t> fillSmoothly(const Tile& tile, const ViewRays::AxisRange& range) const {
     Samples samples(tile);
     samples.addGrid(rays_, TilePolynomial::nodes());
+    std::array<Eigen::Vector2d, kNumNodes> values;
+    const std::span<const Projection> sources = samples.project(camera_);
+    for (std::size_t i = 0; i < kNumNodes; ++i) values[i] = sources[i].pixel;
+    const TilePolynomial polynomial(values);
+    const Eigen::Vector2d spread = polynomial.spread();
     samples.addGrid(rays_, TilePolynomial::middles());
+    samples.project(camera_);
+    const double error = samples.largestError(polynomial);
+    const Eigen::Array2d low = polynomial.centre() - spread;
+    const Eigen::Array2d high = polynomial.centre() + spread;
+    const Eigen::Array2d end(right_, bottom_);
+    // Where all is far outside of the image, a rough polynomial is enough to know it.
+    const auto is_away = [&](double largest_error) {
+      const double slack = kAwayFactor * largest_error + margin_;
+      return (high < -0.5 - slack).any() || (low > end + slack).any();
+    };
+    const double rounding = std::numeric_limits<float>::epsilon() * spread.maxCoeff();
+    const bool is_fine = error <= kMaxError && rounding <= kMaxRounding;
+    if (!is_fine && !is_away(error)) return std::nullopt;
     // From the ray nearest to the optical axis to the farthest one: across whatever rings a lens has.
     const Eigen::Vector2d way = range.farthest - range.nearest;
     const int num_steps = static_cast<int>(way.norm() / kPathStep) + 1;
     for (int i = 1; i < num_steps; ++i) samples.addPixel(rays_, range.nearest + way * i / num_steps);
-    const std::span<const Projection> sources = samples.project(camera_);
-    std::array<Eigen::Vector2d, kNumNodes> values;
-    for (std::size_t i = 0; i < kNumNodes; ++i) values[i] = sources[i].pixel;
-    const TilePolynomial polynomial(values);
-    const double error = samples.largestError(polynomial);
-    const Eigen::Vector2d spread = polynomial.spread();
-    const double slack = 100 * error + margin_;
-    const Eigen::Array2d low = polynomial.centre() - spread;
-    const Eigen::Array2d high = polynomial.centre() + spread;
-    const Eigen::Array2d end(right_, bottom_);
-    if ((high < -0.5 - slack).any() || (low > end + slack).any()) return fillNone(tile);
-    const double rounding = std::numeric_limits<float>::epsilon() * spread.maxCoeff();
-    if (!(error <= kMaxError && rounding <= kMaxRounding)) return std::nullopt;
+    samples.project(camera_);
+    const double path_error = samples.largestError(polynomial);
+    if (is_away(path_error)) return fillNone(tile);
+    if (!is_fine || !(path_error <= kMaxError)) return std::nullopt;
     polynomial.write(tile.width, tile.height, at(tile.x, tile.y), view_.size.width);
     if ((low > -0.5 + margin_).all() && (high < end - margin_).all())
       return static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height);

@@ -12,9 +12,10 @@
 
 #include "alidade/core/error.h"
 
-// The loop over pixels is written once, for short vectors of floats: x and y of some pixels one after another,
-// as the table has them. GCC and Clang know such vectors on any processor; on x86-64 it is also compiled for
-// AVX2 with fused multiplication and for AVX-512, and the processor decides. Other compilers get single pixels.
+// The loop over pixels is written once, for short vectors of floats: x and y of some pixels one after
+// another, as the table has them. GCC and Clang know such vectors on any processor; on x86-64 it is also
+// compiled for AVX2 with fused multiplication and for AVX-512, and the processor decides. Other compilers get
+// single pixels.
 #if defined(__GNUC__) || defined(__clang__)
 #define ALIDADE_ALWAYS_INLINE __attribute__((always_inline)) inline
 #pragma GCC diagnostic ignored "-Wpsabi"  // vectors cross no call that is not inlined
