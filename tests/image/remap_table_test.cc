@@ -76,10 +76,10 @@ std::vector<OutputView> viewsOf(const AnyCamera& camera, ViewProjection projecti
   const auto choose = [&](ViewExtent extent, std::optional<ImageSize> size) {
     return chooseView(camera, kTestImage, {.projection = projection, .extent = extent, .size = size}).view;
   };
-  const OutputView all = choose(ViewExtent::kAll, ImageSize{353, 251});
+  const OutputView all = choose(ViewExtent::kAll, ImageSize{281, 199});
   OutputView corner = choose(ViewExtent::kAll, ImageSize{900, 700});
-  corner.axis_px -= Eigen::Vector2d(900 - 301, 700 - 233);
-  corner.size = {301, 233};
+  corner.axis_px -= Eigen::Vector2d(900 - 241, 700 - 183);
+  corner.size = {241, 183};
   return {far, all, corner};
 }
 
@@ -104,7 +104,7 @@ TYPED_TEST(RemapTableOfModel, AgreesWithTheProjectionOfEveryRay) {
     }
   }
   EXPECT_EQ(num_views, 9 * ModelFixture<TypeParam>::paramSets().size());
-  EXPECT_GT(sum.num_with_source, 20'000 * num_views / 3);
+  EXPECT_GT(sum.num_with_source, 10'000 * num_views / 3);
   EXPECT_GT(sum.num_at_border, 100 * num_views);
   this->RecordProperty("worst_px", std::to_string(sum.worst_px));
 }
@@ -124,18 +124,19 @@ AnyCamera cameraWithRing(double width_px, double height_px) {
 
 TEST(RemapTable, FollowsAnUnevennessThatFallsBetweenTheNodes) {
   int num_rings = 0;
-  for (const double width_px : {20.0, 5.0, 2.0, 1.0}) {
-    const AnyCamera camera = cameraWithRing(width_px, 0.05);
+  for (const auto& [width_px, height_px] :
+       {std::pair{20.0, 0.05}, {5.0, 0.05}, {1.0, 0.05}, {1.0, 0.002}, {0.7, 0.002}}) {
+    const AnyCamera camera = cameraWithRing(width_px, height_px);
     const OutputView view{.size = {1200, 320}, .scale_px = {1000, 1000}, .axis_px = {599.5, 10.5}};
     const auto on_ring = camera.project({0.5, 0, 1});
     ASSERT_TRUE(on_ring.ok());
-    EXPECT_NEAR(on_ring.pixel.x(), 959.5 + 500.05, 0.01) << "there is a ring";
+    EXPECT_NEAR(on_ring.pixel.x() - 959.5, 500 + height_px, 0.1 * height_px) << "there is a ring";
     const Difference d = differenceFromProjection(camera, view, makeRemapTable(camera, kTestImage, view));
     EXPECT_EQ(d.num_wrong, 0u);
-    EXPECT_LE(d.worst_px, kPromisedPx) << width_px;
+    EXPECT_LE(d.worst_px, kPromisedPx) << width_px << " " << height_px;
     ++num_rings;
   }
-  EXPECT_EQ(num_rings, 4);
+  EXPECT_EQ(num_rings, 5);
 }
 
 TEST(RemapTable, KeepsDigitsWhereTheViewIsMuchCoarserThanTheSource) {
