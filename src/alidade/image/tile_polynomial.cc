@@ -14,13 +14,13 @@
 
 // The loop over pixels is written once, for short vectors of floats: x and y of some pixels one after
 // another, as the table has them. GCC and Clang know such vectors on any processor; on x86-64 it is also
-// compiled for AVX2 with fused multiplication and for AVX-512, and the processor decides. Other compilers get
+// compiled for AVX2 with fused multiplication, and the processor decides. Other compilers get
 // single pixels.
 #if defined(__GNUC__) || defined(__clang__)
 #define ALIDADE_ALWAYS_INLINE __attribute__((always_inline)) inline
 #pragma GCC diagnostic ignored "-Wpsabi"  // vectors cross no call that is not inlined
 #if defined(__x86_64__)
-#define ALIDADE_HAS_X86_VARIANTS 1
+#define ALIDADE_HAS_AVX2_VARIANT 1
 #endif
 #else
 #define ALIDADE_ALWAYS_INLINE inline
@@ -37,10 +37,6 @@ using Doubles4 = double __attribute__((vector_size(32)));
 struct Lanes8 {
   using Floats = float __attribute__((vector_size(32)));
   using Pairs = std::int64_t __attribute__((vector_size(32)));
-};
-struct Lanes16 {
-  using Floats = float __attribute__((vector_size(64)));
-  using Pairs = std::int64_t __attribute__((vector_size(64)));
 };
 
 // One x and y over and over.
@@ -192,7 +188,7 @@ ALIDADE_ALWAYS_INLINE void evaluateAll(const double* coefficients, const Places&
   }
 }
 
-#ifdef ALIDADE_HAS_X86_VARIANTS
+#ifdef ALIDADE_HAS_AVX2_VARIANT
 bool hasAvx2() {
   static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
   return has;
@@ -202,19 +198,13 @@ __attribute__((target("avx2,fma"))) void evaluateAllAvx2(const double* coefficie
   evaluateAll(coefficients, places);
 }
 
-__attribute__((target("avx512f"))) void writeRowsAvx512(const Rows& rows) {
-  writeRows<Lanes16>(rows);
-}
-
 __attribute__((target("avx2,fma"))) void writeRowsAvx2(const Rows& rows) {
   writeRows<Lanes8>(rows);
 }
 #endif
 
 void writeRowsAnywhere(const Rows& rows) {
-#ifdef ALIDADE_HAS_X86_VARIANTS
-  static const bool has_avx512 = __builtin_cpu_supports("avx512f") != 0;
-  if (has_avx512) return writeRowsAvx512(rows);
+#ifdef ALIDADE_HAS_AVX2_VARIANT
   if (hasAvx2()) return writeRowsAvx2(rows);
 #endif
   writeRows<Lanes8>(rows);
@@ -259,7 +249,7 @@ void TilePolynomial::evaluate(std::span<const double> s, std::span<const double>
                               double* y) const {
   expect(s.size() == t.size() && s.size() % kGroup == 0, "places come in whole groups");
   const Places places{s.data(), t.data(), s.size(), x, y};
-#ifdef ALIDADE_HAS_X86_VARIANTS
+#ifdef ALIDADE_HAS_AVX2_VARIANT
   if (hasAvx2()) return evaluateAllAvx2(coefficients_.data(), places);
 #endif
   evaluateAll(coefficients_.data(), places);
