@@ -5,10 +5,11 @@
 
 #include <CLI/CLI.hpp>
 
-#include "alidade/camera/point_jacobian.h"
+#include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
 #include "alidade/io/pose_file.h"
 #include "alidade/io/pose_list.h"
+#include "columns.h"
 #include "point_stream.h"
 #include "stream_command.h"
 
@@ -76,7 +77,7 @@ class ProjectCommand final : public StreamCommand {
                      " is read as a TUM trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera");
       }
     }
-    if (has_jacobian_) jacobian_.resize(2 * numPixelInputs(file.camera));
+    if (has_jacobian_) jacobian_.resize(2 * (9 + file.camera.parameters().size()));
   }
 
   [[nodiscard]] std::vector<detail::TableColumn> inputColumns() const override {
@@ -111,34 +112,51 @@ class ProjectCommand final : public StreamCommand {
   }
 
   void project(const CameraFile& file, const std::optional<SE3>& camera_from_points,
-               std::span<const Eigen::Vector3d> points, AnswerWriter& out) {
-    projections_.resize(points.size());
-    if (camera_from_points) {
-      points_cam_.resize(points.size());
-      for (std::size_t i = 0; i < points.size(); ++i) points_cam_[i] = *camera_from_points * points[i];
-      file.camera.project(points_cam_, projections_);
-    } else {
-      file.camera.project(points, projections_);
+               std::span<const Eigen::Vector3d> rows, AnswerWriter& out) {
+    points_.assign(rows);
+    pixels_.resize(rows.size());
+    statuses_.resize(rows.size());
+    const PointColumns points{points_[0], points_[1], points_[2]};
+    const PixelResults pixels{pixels_[0], pixels_[1], statuses_};
+    if (has_jacobian_) {
+      // First, as the pixels are to have the same digits with and without.
+      by_point_.resize(6 * rows.size());
+      by_pose_.resize(12 * rows.size());
+      by_params_.resize(2 * file.camera.parameters().size() * rows.size());
+      projectBatch(file.camera, camera_from_points.value_or(SE3()), points, pixels,
+                   {by_point_.data(), by_pose_.data(), by_params_.data()});
     }
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      Projection& projection = projections_[i];
-      const Status status = statusOf(projection, file.image_size);
-      if (status != Status::kOk) projection = {};
-      if (has_jacobian_) {
-        if (status == Status::kOk) {
-          pixelJacobian(file.camera, camera_from_points.value_or(SE3()), points[i], jacobian_);
-        } else {
-          std::fill(jacobian_.begin(), jacobian_.end(), std::numeric_limits<double>::quiet_NaN());
-        }
-      }
-      answer({projection.pixel.data(), 2}, status, jacobian_, out);
+    if (camera_from_points) {
+      projectBatch(file.camera, *camera_from_points, points, pixels);
+    } else {
+      projectBatch(file.camera, points, pixels);
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      Eigen::Vector2d pixel(pixels_[0][i], pixels_[1][i]);
+      const Status status = statusOf(statuses_[i], pixel, file.image_size);
+      if (status != Status::kOk) pixel.setConstant(kNone);
+      if (has_jacobian_) gatherJacobian(i, status == Status::kOk);
+      answer({pixel.data(), 2}, status, jacobian_, out);
     }
   }
 
-  [[nodiscard]] Status statusOf(const Projection& projection, ImageSize size) const {
-    switch (projection.status) {
+  // du by the point, the pose and the parameters, then dv.
+  void gatherJacobian(std::size_t i, bool has_pixel) {
+    if (!has_pixel) return std::fill(jacobian_.begin(), jacobian_.end(), kNone);
+    const std::size_t num_inputs = jacobian_.size() / 2;
+    const std::size_t num_params = num_inputs - 9;
+    for (std::size_t r = 0; r < 2; ++r) {
+      const auto to = jacobian_.begin() + static_cast<std::ptrdiff_t>(r * num_inputs);
+      std::copy_n(by_point_.data() + 6 * i + 3 * r, 3, to);
+      std::copy_n(by_pose_.data() + 12 * i + 6 * r, 6, to + 3);
+      std::copy_n(by_params_.data() + (2 * i + r) * num_params, num_params, to + 9);
+    }
+  }
+
+  [[nodiscard]] Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) const {
+    switch (status) {
       case ProjectStatus::kOk:
-        return is_clipped_ && !isInImage(projection.pixel, size) ? Status::kOutOfImage : Status::kOk;
+        return is_clipped_ && !isInImage(pixel, size) ? Status::kOutOfImage : Status::kOk;
       case ProjectStatus::kBehind:
         return Status::kBehind;
       case ProjectStatus::kOutside:
@@ -147,16 +165,22 @@ class ProjectCommand final : public StreamCommand {
     return Status::kOutside;
   }
 
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
   std::string pose_;
   std::string poses_path_;
   std::string direction_;
   std::optional<SE3> camera_from_points_;
   PoseList list_;
   std::vector<Eigen::Vector3d> kept_;  // only for many poses
-  // Of the block at hand, and of the point at hand.
-  std::vector<Eigen::Vector3d> points_cam_;
-  std::vector<Projection> projections_;
-  std::vector<double> jacobian_;
+  // Of the block at hand.
+  Columns points_;
+  Columns pixels_;
+  std::vector<ProjectStatus> statuses_;
+  std::vector<double> by_point_;
+  std::vector<double> by_pose_;
+  std::vector<double> by_params_;
+  std::vector<double> jacobian_;  // of the point at hand
 };
 
 }  // namespace

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <limits>
-#include <optional>
+#include <span>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
-#include "alidade/camera/point_jacobian.h"
+#include "alidade/camera/batch.h"
+#include "columns.h"
 #include "stream_command.h"
 
 namespace alidade {
@@ -38,18 +41,35 @@ class UnprojectCommand final : public StreamCommand {
   }
 
   void take(const CameraFile& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    for (const Eigen::Vector3d& row : rows) {
-      const Eigen::Vector2d pixel = row.head<2>();
+    pixels_.assign(rows);
+    rays_.resize(rows.size());
+    statuses_.resize(rows.size());
+    J_ray_pixel_.resize(has_jacobian_ ? 6 * rows.size() : 0);
+    unprojectBatch(file.camera, {pixels_[0], pixels_[1]}, {rays_[0], rays_[1], rays_[2], statuses_},
+                   has_jacobian_ ? J_ray_pixel_.data() : nullptr);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Eigen::Vector2d pixel = rows[i].head<2>();
       const bool is_clipped = is_clipped_ && pixel.allFinite() && !isInImage(pixel, file.image_size);
-      const auto ray = is_clipped ? std::nullopt : file.camera.unproject(pixel);
-      const Status status = is_clipped ? Status::kOutOfImage : ray ? Status::kOk : Status::kOutside;
-      const Eigen::Vector3d values = ray.value_or(Eigen::Vector3d::Constant(kNone));
-      RayJacobian J = RayJacobian::Constant(kNone);
-      if (has_jacobian_ && ray) J = rayJacobian(file.camera, *ray).value_or(J);
-      answer({values.data(), 3}, status, {J.data(), has_jacobian_ ? std::size_t{6} : 0}, out);
+      Status status = statuses_[i] == ProjectStatus::kOk ? Status::kOk : Status::kOutside;
+      Eigen::Vector3d ray = rays_.row(i);
+      const auto J =
+          std::span<double>(J_ray_pixel_).subspan(has_jacobian_ ? 6 * i : 0, has_jacobian_ ? 6 : 0);
+      if (is_clipped) {
+        status = Status::kOutOfImage;
+        ray.setConstant(kNone);
+        std::fill(J.begin(), J.end(), kNone);
+      }
+      answer({ray.data(), 3}, status, J, out);
     }
   }
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  // Of the block at hand.
+  Columns pixels_;
+  Columns rays_;
+  std::vector<ProjectStatus> statuses_;
+  std::vector<double> J_ray_pixel_;
 };
 
 }  // namespace
