@@ -55,6 +55,14 @@ std::string parameterTable(const CalibrationResult& result) {
   return text;
 }
 
+std::string startText(const StartReport& start) {
+  std::string text =
+      fmt::format("Starts   {} fields of view tried, the best {} solved, {} of these came to the same answer",
+                  start.num_tried, start.num_solved, start.num_agreed);
+  if (start.num_optima > 1) text += fmt::format("; {} shapes of the lens compared", start.num_optima);
+  return text + "\n";
+}
+
 std::string domainText(const CalibrationResult& result) {
   const CertifiedCone& cone = result.domain.cone;
   return fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis{}; {}\n",
@@ -131,6 +139,7 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
                         result.outliers.size() + static_cast<std::size_t>(result.num_corners));
     text += listed(lines, "  ");
   }
+  text += startText(result.start);
   text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(result.solver.termination),
                       result.solver.num_iterations, result.solver.reason);
   for (const std::string& note : input.notes) text += "Note     " + note + "\n";
@@ -195,6 +204,11 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
        {{"max_angle_rad", result.domain.cone.max_angle_rad},
         {"full_image", result.domain.full_image},
         {"min_relative_det", result.domain.min_relative_det}}},
+      {"start",
+       {{"num_tried", result.start.num_tried},
+        {"num_solved", result.start.num_solved},
+        {"num_agreed", result.start.num_agreed},
+        {"num_optima", result.start.num_optima}}},
       {"solver",
        {{"termination", terminationName(result.solver.termination)},
         {"reason", result.solver.reason},
