@@ -46,16 +46,20 @@ std::string parameterTable(const CalibrationResult& result) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double std = result.parameterStd(static_cast<int>(i));
     // Two digits of the sigma decide how many of the value are worth reading.
+    const bool is_held =
+        std::find(result.held.begin(), result.held.end(), static_cast<int>(i)) != result.held.end();
     const bool has_sigma = std::isfinite(std) && std > 0;
     const int decimals = has_sigma ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 9) : 6;
     text += fmt::format("  {:<4} {:>14.{}f}", names[i], values[i], decimals);
-    text +=
-        has_sigma ? fmt::format("  +- {:.{}f}{}\n", std, decimals, i < 4 ? " px" : "") : "  sigma unknown\n";
+    text += has_sigma ? fmt::format("  +- {:.{}f}{}\n", std, decimals, i < 4 ? " px" : "")
+            : is_held ? "  held\n"
+                      : "  sigma unknown\n";
   }
   return text;
 }
 
 std::string startText(const StartReport& start) {
+  if (start.num_tried == 0) return "Starts   the camera that was given\n";
   std::string text =
       fmt::format("Starts   {} fields of view tried, the best {} solved, {} of these came to the same answer",
                   start.num_tried, start.num_solved, start.num_agreed);

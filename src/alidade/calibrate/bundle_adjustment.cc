@@ -100,8 +100,8 @@ class Bundle {
     solver_.callbacks.push_back(&cancel_);
   }
 
-  BundleSummary solve(const std::vector<int>& held) {
-    hold(held);
+  BundleSummary solve(const ParamConstraint& constraint) {
+    constrain(constraint);
     ceres::Solver::Summary summary;
     ceres::Solve(solver_, &problem_, &summary);
     throwIfCancelled(options_.cancel);
@@ -116,7 +116,7 @@ class Bundle {
 
   // Of the cost, by each parameter; nothing where a corner does not project.
   std::optional<std::vector<double>> gradient() {
-    hold({});
+    constrain({});
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.parameter_blocks = {state_.params.data()};
     std::vector<double> gradient;
@@ -135,15 +135,16 @@ class Bundle {
     return options;
   }
 
-  void hold(const std::vector<int>& held) {
+  void constrain(const ParamConstraint& constraint) {
     double* params = state_.params.data();
-    const int num_params = static_cast<int>(state_.params.size());
     problem_.SetParameterBlockVariable(params);
     problem_.SetManifold(params, nullptr);
-    if (static_cast<int>(held.size()) == num_params) {
+    if (constraint.isNone()) return;
+    const Eigen::MatrixXd directions = freeDirections(static_cast<int>(state_.params.size()), constraint);
+    if (directions.cols() == 0) {
       problem_.SetParameterBlockConstant(params);
-    } else if (!held.empty()) {
-      free_params_ = std::make_unique<ceres::SubsetManifold>(num_params, held);
+    } else {
+      free_params_ = std::make_unique<LinearManifold>(directions);
       problem_.SetManifold(params, free_params_.get());
     }
   }
@@ -163,7 +164,7 @@ class Bundle {
 // the solver comes to rest where it first meets one. There the parameter is set to the end and held while
 // the others go on, and let go where the cost then falls inwards (an active set). Ceres' own bounds cut the
 // step off instead, which leads to the same optimum by thousands of steps.
-void followRangeEnds(std::string_view model_id, BundleState& state, const std::vector<int>& held,
+void followRangeEnds(std::string_view model_id, BundleState& state, const ParamConstraint& constraint,
                      Bundle& bundle, BundleSummary& summary) {
   const std::vector<ParamRange> ranges = rangesOf(model_id);
   const int num_params = static_cast<int>(state.params.size());
@@ -176,7 +177,7 @@ void followRangeEnds(std::string_view model_id, BundleState& state, const std::v
     for (int i = 0; i < num_params; ++i) {
       const auto end =
           endReached(ranges[static_cast<std::size_t>(i)], state.params[static_cast<std::size_t>(i)]);
-      if (!end || isHeld(held, i) || isHeld(at_limit, i)) continue;
+      if (!end || isHeld(constraint.held, i) || isHeld(at_limit, i)) continue;
       state.params[static_cast<std::size_t>(i)] = *end;
       at_limit.push_back(i);
     }
@@ -194,8 +195,8 @@ void followRangeEnds(std::string_view model_id, BundleState& state, const std::v
       state.params = before;
       return;
     }
-    std::vector<int> all = held;
-    all.insert(all.end(), at_limit.begin(), at_limit.end());
+    ParamConstraint all = constraint;
+    all.held.insert(all.held.end(), at_limit.begin(), at_limit.end());
     summary = bundle.solve(all);
     summary.at_limit = std::move(at_limit);
   }
@@ -220,9 +221,9 @@ std::string_view terminationName(Termination termination) {
 BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector<Observation>> views,
                           BundleState& state, const BundleOptions& options) {
   Bundle bundle(model_id, views, state, options);
-  BundleSummary summary = bundle.solve(options.held);
+  BundleSummary summary = bundle.solve(options.constraint);
   if (summary.termination != Termination::kFailed)
-    followRangeEnds(model_id, state, options.held, bundle, summary);
+    followRangeEnds(model_id, state, options.constraint, bundle, summary);
   bundle.takePoses();
   return summary;
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/calibrate/param_constraint.h"
 #include "alidade/calibrate/view_cost.h"
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"
@@ -25,7 +26,7 @@ struct BundleOptions {
   /// Relative change of the cost at which to stop. The default is tight enough that the answer's digits do
   /// not depend on where the iteration started.
   double function_tolerance = 1e-14;
-  std::vector<int> held = {};  ///< indices of parameters that stay as they are
+  ParamConstraint constraint = {};
   const CancelFlag* cancel = nullptr;
 };
 

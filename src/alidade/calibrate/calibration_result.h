@@ -82,7 +82,8 @@ struct CalibrationResult {
   std::optional<Eigen::MatrixXd> covariance;
   double scaled_condition = 0;  ///< see IntrinsicsInformation
   DomainCertificate domain;
-  StartReport start;  ///< how the search for a start went
+  std::vector<int> held;  ///< indices of parameters that were not estimated; their sigma is 0
+  StartReport start;      ///< how the search for a start went
   BundleSummary solver;
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed

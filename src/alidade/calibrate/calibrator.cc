@@ -10,6 +10,7 @@
 
 #include "alidade/calibrate/corner_noise.h"
 #include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/held_params.h"
 #include "alidade/calibrate/leverage.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/start.h"
@@ -97,7 +98,7 @@ std::optional<std::string> nextLargerModel(ModelList<Models...>, std::string_vie
 class Estimator {
  public:
   Estimator(const Checkerboard& board, std::vector<View> views, const CalibratorOptions& options)
-      : board_(board), views_(std::move(views)), options_(options) {}
+      : board_(board), views_(std::move(views)), options_(options), constraint_(constraintOf(options)) {}
 
   CalibrationResult run() {
     start();
@@ -111,7 +112,8 @@ class Estimator {
   // from this one's answer, on the same corners and with the same loss, so that the two costs compare.
   [[nodiscard]] std::optional<BetterModel> betterModel() const {
     const auto id = nextLargerModel(NestedModels{}, options_.model);
-    if (!id || summary_.termination == Termination::kFailed) return std::nullopt;
+    // Held parameters are the user's will; a larger model would be compared with something else.
+    if (!id || !constraint_.isNone() || summary_.termination == Termination::kFailed) return std::nullopt;
     BundleState larger = state_;
     larger.params = parametersByName(AnyCamera::make(options_.model, state_.params), *id);
     // A few steps tell whether there is anything to gain; most often there is not.
@@ -257,13 +259,15 @@ class Estimator {
     }
     excludeTwins();
     requireViews();
-    const auto found = findStart(options_.model, board_, views_, options_.cancel);
+    auto found = searchedOrGivenStart();
     if (!found) {
       throw inputError({.where = "calibration",
                         .found = "no " + options_.model + " camera that explains these views even roughly",
                         .expected = "views of one flat board by one camera",
                         .next_step = "check the board's size; a wide-angle lens may need another model"});
     }
+    constrain(found->camera);
+    for (PosedCamera& rival : found->rivals) constrain(rival);
     start_report_ = found->report;
     const auto& poses = found->camera.poses;
     state_ = bundleState(found->camera, poses);
@@ -275,6 +279,17 @@ class Estimator {
     }
     requireViews();
     observations_ = observationsOf(board_, views_);
+  }
+
+  std::optional<Start> searchedOrGivenStart() const {
+    if (!options_.initial) return findStart(options_.model, board_, views_, options_.cancel);
+    return startFrom(options_.model, initialParameters(options_, views_.front().size), board_, views_);
+  }
+
+  void constrain(PosedCamera& camera) const {
+    const ImageSize size = views_.front().size;
+    if (!applyConstraint(options_, constraint_, size, camera.params)) return;
+    improvePoses(options_.model, board_, views_, startLoss(size), camera);
   }
 
   // The camera with its poses of the views that the start explains.
@@ -291,9 +306,11 @@ class Estimator {
     constexpr double kTolerance = 1e-9;  // of the cost
     for (BundleState& rival : rivals_) {
       if (rival.camera_from_board.size() < views_.size()) continue;  // it explains fewer views
-      const BundleSummary summary =
-          solveBundle(options_.model, observations_, rival,
-                      {.loss = loss_, .function_tolerance = kTolerance, .cancel = options_.cancel});
+      const BundleSummary summary = solveBundle(options_.model, observations_, rival,
+                                                {.loss = loss_,
+                                                 .function_tolerance = kTolerance,
+                                                 .constraint = constraint_,
+                                                 .cancel = options_.cancel});
       if (summary.termination == Termination::kFailed || !(summary.cost < (1 - kTolerance) * summary_.cost))
         continue;
       state_ = std::move(rival);
@@ -302,9 +319,11 @@ class Estimator {
   }
 
   void solve(double function_tolerance = BundleOptions().function_tolerance) {
-    summary_ =
-        solveBundle(options_.model, observations_, state_,
-                    {.loss = loss_, .function_tolerance = function_tolerance, .cancel = options_.cancel});
+    summary_ = solveBundle(options_.model, observations_, state_,
+                           {.loss = loss_,
+                            .function_tolerance = function_tolerance,
+                            .constraint = constraint_,
+                            .cancel = options_.cancel});
     errors_.clear();
     for (std::size_t v = 0; v < views_.size(); ++v) {
       errors_.push_back(
@@ -337,7 +356,8 @@ class Estimator {
   // Weights from the errors of the fit so far; the largest relative change of one.
   double updateWeights() {
     if (noise_.isUniform()) return 0;
-    noise_.estimateUnexplained(observations_, errors_, leverages(options_.model, observations_, state_));
+    noise_.estimateUnexplained(observations_, errors_,
+                               leverages(options_.model, observations_, state_, constraint_));
     return weigh(observations_);
   }
 
@@ -465,11 +485,14 @@ class Estimator {
     result.excluded_views = std::move(excluded_);
     result.outliers = std::move(outliers_);
 
-    const int num_free = static_cast<int>(state_.params.size() + 6 * views_.size());
+    const auto num_params = freeDirections(static_cast<int>(state_.params.size()), constraint_).cols();
+    const int num_free = static_cast<int>(num_params + 6 * static_cast<Eigen::Index>(views_.size()));
+    result.held = constraint_.held;
     const double variance = coordinateVariance(weighted_errors, loss_, num_free);
     result.coordinate_sigma_px = std::sqrt(variance);
     result.unexplained_sigma_px = unexplainedSigma(variance);
-    const IntrinsicsInformation information = intrinsicsInformation(options_.model, observations_, state_);
+    const IntrinsicsInformation information =
+        intrinsicsInformation(options_.model, observations_, state_, constraint_);
     result.scaled_condition = information.scaled_condition;
     if (information.inverse) result.covariance = variance * *information.inverse;
 
@@ -491,6 +514,7 @@ class Estimator {
   const Checkerboard& board_;
   std::vector<View> views_;
   const CalibratorOptions& options_;
+  ParamConstraint constraint_;
   Observations observations_;  // of the corners in use
   CornerNoise noise_;
   BundleState state_;

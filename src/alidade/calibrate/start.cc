@@ -20,6 +20,7 @@ using Observations = std::vector<std::vector<Observation>>;
 
 constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the rest joins in the full solve
 constexpr std::size_t kMinPosed = 3;   // views with a pose, or the start says nothing
+constexpr std::size_t kMaxOptima = 3;  // compared on all views
 constexpr int kMaxIterations = 100;
 // Relative change of the cost at which to stop.
 constexpr double kFine = 1e-6;    // tells optima apart; the full solve goes on to the optimum
@@ -54,9 +55,18 @@ std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<doub
                                             {.loss = loss,
                                              .max_iterations = kMaxIterations,
                                              .function_tolerance = kCoarse,
-                                             .held = std::move(all)});
+                                             .constraint = {.held = std::move(all)}});
   if (summary.termination == Termination::kFailed) return std::nullopt;
   return state.camera_from_board.front();
+}
+
+// To what solves of this tolerance reach. Optima of two shapes may have all but the same projections.
+bool isSameLens(std::span<const double> a, std::span<const double> b) {
+  constexpr double kRelative = 1e-2;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (std::abs(a[i] - b[i]) > kRelative * std::max({std::abs(a[i]), std::abs(b[i]), 1.0})) return false;
+  }
+  return true;
 }
 
 bool isCheaper(const Candidate& a, const Candidate& b) {
@@ -188,12 +198,13 @@ class Search {
     std::stable_sort(solved.begin(), solved.end(), isCheaper);
     std::vector<Candidate> optima;
     for (Candidate& candidate : solved) {
-      constexpr double kRival = 1.02;  // times the best cost: the views left out may reverse that
+      constexpr double kRival = 1.2;  // times the best cost: the views left out may reverse that
       if (candidate.cost > kRival * best_cost) break;
       const bool is_known = std::any_of(optima.begin(), optima.end(), [&](const Candidate& other) {
-        return isSameOptimum(model_id, candidate, other);
+        return isSameLens(candidate.params, other.params);
       });
       if (!is_known) optima.push_back(std::move(candidate));
+      if (optima.size() == kMaxOptima) break;
     }
     return optima;
   }
@@ -266,7 +277,7 @@ class Search {
                                               {.loss = loss_,
                                                .max_iterations = kMaxIterations,
                                                .function_tolerance = tolerance,
-                                               .held = std::move(held),
+                                               .constraint = {.held = std::move(held)},
                                                .cancel = cancel_});
     // An iteration limit is no failure here: the full solve goes on from where this one stopped.
     if (summary.termination == Termination::kFailed) return false;
@@ -358,6 +369,17 @@ bool improvePoses(std::string_view model_id, const Checkerboard& board, std::spa
       consider(v, *pose);
   }
   return is_improved;
+}
+
+std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
+                               const Checkerboard& board, std::span<const View> views) {
+  Start start{.camera = {.params = std::move(params), .poses = {}}, .rivals = {}, .report = {}};
+  start.camera.poses.resize(views.size());
+  improvePoses(model_id, board, views, startLoss(views.front().size), start.camera);
+  const auto num_posed = std::count_if(start.camera.poses.begin(), start.camera.poses.end(),
+                                       [](const auto& pose) { return pose.has_value(); });
+  if (static_cast<std::size_t>(num_posed) < kMinPosed) return std::nullopt;
+  return start;
 }
 
 std::optional<Start> findStart(std::string_view model_id, const Checkerboard& board,

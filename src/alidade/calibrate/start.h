@@ -48,6 +48,10 @@ struct Start {
   StartReport report;
 };
 
+/// A start at a given camera: poses by the corners' rays. Nothing if it explains fewer than three views.
+[[nodiscard]] std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
+                                             const Checkerboard& board, std::span<const View> views);
+
 /// A camera and poses to start from, without any guess, for lenses of 15 to 210 degrees.
 ///
 /// A spread of the views is first solved for a lens that has one good way to every answer: without distortion
