@@ -129,15 +129,6 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                         .message = "the solver stopped before the optimum: " + result.solver.reason,
                         .next_step = "look for wrong views; the worst ones are listed"});
   }
-  if (result.start.num_solved > 1 && result.start.num_agreed == 1) {
-    findings.push_back(
-        {.severity = Severity::kWarning,
-         .id = "lonely_start",
-         .message = "of " + std::to_string(result.start.num_solved) +
-                    " fields of view that the solver started from, only one led to this answer: there may be "
-                    "a better one",
-         .next_step = "compare with another model; add views with the board tilted and all over the image"});
-  }
   for (const int i : result.solver.at_limit) {
     findings.push_back({.severity = Severity::kWarning,
                         .id = "parameter_at_limit",
