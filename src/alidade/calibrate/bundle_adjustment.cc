@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/bundle_adjustment.h"
 
+#include <algorithm>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include <ceres/ceres.h>
 
@@ -34,6 +36,23 @@ std::unique_ptr<ceres::CostFunction> makeViewCost(std::string_view model_id,
   return cost;
 }
 
+std::vector<ParamRange> rangesOf(std::string_view model_id) {
+  std::vector<ParamRange> ranges(kAffineParamNames.size());
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    if (M::kId == model_id) ranges.insert(ranges.end(), M::kLensRanges.begin(), M::kLensRanges.end());
+  });
+  return ranges;
+}
+
+// The end of the range that a value has come to, if any.
+std::optional<double> endReached(const ParamRange& range, double value) {
+  constexpr double kNear = 1e-6;  // lens parameters with a range are of the size of 1
+  if (value - range.min < kNear) return range.min;
+  if (range.max - value < kNear) return range.max;
+  return std::nullopt;
+}
+
 // Ceres also calls it convergence when no step however small lowers the cost. At the rounding of a perfect
 // fit that is an optimum; elsewhere it is not known to be one.
 bool isStalled(const ceres::Solver::Summary& summary) {
@@ -50,6 +69,136 @@ Termination terminationOf(const ceres::Solver::Summary& summary) {
       return Termination::kIterationLimit;
     default:
       return Termination::kFailed;
+  }
+}
+
+// The problem as Ceres has it; refers to `state`, whose poses come back with takePoses().
+class Bundle {
+ public:
+  Bundle(std::string_view model_id, std::span<const std::vector<Observation>> views, BundleState& state,
+         const BundleOptions& options)
+      : options_(options), state_(state), problem_(problemOptions()), cancel_(options.cancel) {
+    expect(views.size() == state.camera_from_board.size(), "one pose a view");
+    poses_.reserve(views.size());
+    for (const SE3& pose : state.camera_from_board) poses_.push_back(toBlock(pose));
+    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      problem_.AddParameterBlock(poses_[i].data(), 7, &pose_manifold_);
+      problem_.AddResidualBlock(makeViewCost(model_id, views[i], options.loss).release(), nullptr,
+                                state.params.data(), poses_[i].data());
+      ordering->AddElementToGroup(poses_[i].data(), 0);
+    }
+    ordering->AddElementToGroup(state.params.data(), 1);
+    solver_.linear_solver_type = ceres::DENSE_SCHUR;
+    solver_.linear_solver_ordering = ordering;
+    solver_.num_threads = 1;
+    solver_.max_num_iterations = options.max_iterations;
+    solver_.function_tolerance = options.function_tolerance;
+    solver_.gradient_tolerance = 1e-10;
+    solver_.parameter_tolerance = 1e-12;
+    solver_.logging_type = ceres::SILENT;
+    solver_.callbacks.push_back(&cancel_);
+  }
+
+  BundleSummary solve(const ParamConstraint& constraint) {
+    constrain(constraint);
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver_, &problem_, &summary);
+    throwIfCancelled(options_.cancel);
+    num_iterations_ += summary.num_successful_steps + summary.num_unsuccessful_steps;
+    BundleSummary result;
+    result.termination = terminationOf(summary);
+    result.reason = summary.message;
+    result.num_iterations = num_iterations_;
+    result.cost = summary.final_cost;
+    return result;
+  }
+
+  // Of the cost, by each parameter; nothing where a corner does not project.
+  std::optional<std::vector<double>> gradient() {
+    constrain({});
+    ceres::Problem::EvaluateOptions evaluate;
+    evaluate.parameter_blocks = {state_.params.data()};
+    std::vector<double> gradient;
+    if (!problem_.Evaluate(evaluate, nullptr, nullptr, &gradient, nullptr)) return std::nullopt;
+    return gradient;
+  }
+
+  void takePoses() {
+    for (std::size_t i = 0; i < poses_.size(); ++i) state_.camera_from_board[i] = fromBlock(poses_[i].data());
+  }
+
+ private:
+  static ceres::Problem::Options problemOptions() {
+    ceres::Problem::Options options;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    return options;
+  }
+
+  void constrain(const ParamConstraint& constraint) {
+    double* params = state_.params.data();
+    problem_.SetParameterBlockVariable(params);
+    problem_.SetManifold(params, nullptr);
+    if (constraint.isNone()) return;
+    const Eigen::MatrixXd directions = freeDirections(static_cast<int>(state_.params.size()), constraint);
+    if (directions.cols() == 0) {
+      problem_.SetParameterBlockConstant(params);
+    } else {
+      free_params_ = std::make_unique<LinearManifold>(directions);
+      problem_.SetManifold(params, free_params_.get());
+    }
+  }
+
+  const BundleOptions& options_;
+  BundleState& state_;
+  std::vector<PoseBlock> poses_;
+  SE3Manifold pose_manifold_;
+  std::unique_ptr<ceres::Manifold> free_params_;
+  ceres::Problem problem_;
+  CancelCallback cancel_;
+  ceres::Solver::Options solver_;
+  int num_iterations_ = 0;
+};
+
+// Solves again along the ends of ranges. Beyond them the lens has no value, the step is rejected whole, and
+// the solver comes to rest where it first meets one. There the parameter is set to the end and held while
+// the others go on, and let go where the cost then falls inwards (an active set). Ceres' own bounds cut the
+// step off instead, which leads to the same optimum by thousands of steps.
+void followRangeEnds(std::string_view model_id, BundleState& state, const ParamConstraint& constraint,
+                     Bundle& bundle, BundleSummary& summary) {
+  const std::vector<ParamRange> ranges = rangesOf(model_id);
+  const int num_params = static_cast<int>(state.params.size());
+  const auto isHeld = [](const std::vector<int>& set, int i) {
+    return std::find(set.begin(), set.end(), i) != set.end();
+  };
+  for (int round = 0; round < num_params; ++round) {
+    std::vector<int> at_limit = summary.at_limit;
+    const std::vector<double> before = state.params;
+    for (int i = 0; i < num_params; ++i) {
+      const auto end =
+          endReached(ranges[static_cast<std::size_t>(i)], state.params[static_cast<std::size_t>(i)]);
+      if (!end || isHeld(constraint.held, i) || isHeld(at_limit, i)) continue;
+      state.params[static_cast<std::size_t>(i)] = *end;
+      at_limit.push_back(i);
+    }
+    const auto gradient = bundle.gradient();
+    if (!gradient) {
+      state.params = before;
+      return;
+    }
+    std::erase_if(at_limit, [&](int i) {
+      const auto at = static_cast<std::size_t>(i);
+      const bool is_upper = state.params[at] == ranges[at].max;
+      return is_upper ? (*gradient)[at] > 0 : (*gradient)[at] < 0;
+    });
+    if (at_limit == summary.at_limit) {
+      state.params = before;
+      return;
+    }
+    ParamConstraint all = constraint;
+    all.held.insert(all.held.end(), at_limit.begin(), at_limit.end());
+    summary = bundle.solve(all);
+    summary.at_limit = std::move(at_limit);
   }
 }
 
@@ -71,47 +220,12 @@ std::string_view terminationName(Termination termination) {
 
 BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector<Observation>> views,
                           BundleState& state, const BundleOptions& options) {
-  expect(views.size() == state.camera_from_board.size(), "one pose a view");
-  std::vector<PoseBlock> poses;
-  poses.reserve(views.size());
-  for (const SE3& pose : state.camera_from_board) poses.push_back(toBlock(pose));
-
-  SE3Manifold manifold;
-  ceres::Problem::Options problem_options;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(problem_options);
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    problem.AddParameterBlock(poses[i].data(), 7, &manifold);
-    problem.AddResidualBlock(makeViewCost(model_id, views[i], options.loss).release(), nullptr,
-                             state.params.data(), poses[i].data());
-    ordering->AddElementToGroup(poses[i].data(), 0);
-  }
-  ordering->AddElementToGroup(state.params.data(), 1);
-
-  CancelCallback cancel(options.cancel);
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_SCHUR;
-  solver.linear_solver_ordering = ordering;
-  solver.num_threads = 1;
-  solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = options.function_tolerance;
-  solver.gradient_tolerance = 1e-10;
-  solver.parameter_tolerance = 1e-12;
-  solver.logging_type = ceres::SILENT;
-  solver.callbacks.push_back(&cancel);
-
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  throwIfCancelled(options.cancel);
-
-  for (std::size_t i = 0; i < views.size(); ++i) state.camera_from_board[i] = fromBlock(poses[i].data());
-  BundleSummary result;
-  result.termination = terminationOf(summary);
-  result.reason = summary.message;
-  result.num_iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
-  result.cost = summary.final_cost;
-  return result;
+  Bundle bundle(model_id, views, state, options);
+  BundleSummary summary = bundle.solve(options.constraint);
+  if (summary.termination != Termination::kFailed)
+    followRangeEnds(model_id, state, options.constraint, bundle, summary);
+  bundle.takePoses();
+  return summary;
 }
 
 std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id, std::span<const double> params,

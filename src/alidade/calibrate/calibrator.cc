@@ -10,6 +10,7 @@
 
 #include "alidade/calibrate/corner_noise.h"
 #include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/held_params.h"
 #include "alidade/calibrate/leverage.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/start.h"
@@ -17,7 +18,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/init/pose_from_homography.h"
+#include "alidade/init/lens_shapes.h"
 
 namespace alidade {
 namespace {
@@ -97,11 +98,12 @@ std::optional<std::string> nextLargerModel(ModelList<Models...>, std::string_vie
 class Estimator {
  public:
   Estimator(const Checkerboard& board, std::vector<View> views, const CalibratorOptions& options)
-      : board_(board), views_(std::move(views)), options_(options) {}
+      : board_(board), views_(std::move(views)), options_(options), constraint_(constraintOf(options)) {}
 
   CalibrationResult run() {
     start();
     solveRobustly();
+    compareRivals();
     leaveOutOutliers();
     return result();
   }
@@ -110,9 +112,10 @@ class Estimator {
   // from this one's answer, on the same corners and with the same loss, so that the two costs compare.
   [[nodiscard]] std::optional<BetterModel> betterModel() const {
     const auto id = nextLargerModel(NestedModels{}, options_.model);
-    if (!id || summary_.termination == Termination::kFailed) return std::nullopt;
+    // Held parameters are the user's will; a larger model would be compared with something else.
+    if (!id || !constraint_.isNone() || summary_.termination == Termination::kFailed) return std::nullopt;
     BundleState larger = state_;
-    larger.params = enlargedParameters(*id);
+    larger.params = parametersByName(AnyCamera::make(options_.model, state_.params), *id);
     // A few steps tell whether there is anything to gain; most often there is not.
     constexpr int kGlance = 5;
     const BundleSummary glance = solveLarger(*id, larger, kGlance);
@@ -153,17 +156,6 @@ class Estimator {
       }
     }
     return sum / count;
-  }
-
-  // The same camera as one of the larger model: its further parameters are zero.
-  [[nodiscard]] std::vector<double> enlargedParameters(const std::string& id) const {
-    const auto names = parameterNames(options_.model);
-    std::vector<double> params;
-    for (const std::string_view name : parameterNames(id)) {
-      const auto at = std::find(names.begin(), names.end(), name);
-      params.push_back(at == names.end() ? 0.0 : state_.params[static_cast<std::size_t>(at - names.begin())]);
-    }
-    return params;
   }
 
   [[nodiscard]] BundleSummary solveLarger(const std::string& id, BundleState& larger,
@@ -267,42 +259,85 @@ class Estimator {
     }
     excludeTwins();
     requireViews();
-    const auto params = findStart(options_.model, board_, views_, options_.cancel);
-    if (!params) {
+    auto found = searchedOrGivenStart();
+    if (!found) {
       throw inputError({.where = "calibration",
                         .found = "no " + options_.model + " camera that explains these views even roughly",
                         .expected = "views of one flat board by one camera",
                         .next_step = "check the board's size; a wide-angle lens may need another model"});
     }
-    state_.params = *params;
-    const AnyCamera camera = AnyCamera::make(options_.model, state_.params);
-    observations_ = observationsOf(board_, views_);
-    for (std::size_t v = 0; v < views_.size();) {
-      const auto pose = poseFromView(camera, board_, views_[v].corners);
-      if (pose && allProject(*pose, observations_[v])) {
-        state_.camera_from_board.push_back(*pose);
-        ++v;
-      } else {
-        exclude(v, "no pose of the board explains its corners");
-      }
+    constrain(found->camera);
+    for (PosedCamera& rival : found->rivals) constrain(rival);
+    start_report_ = found->report;
+    const auto& poses = found->camera.poses;
+    state_ = bundleState(found->camera, poses);
+    for (const PosedCamera& rival : found->rivals) rivals_.push_back(bundleState(rival, poses));
+    for (std::size_t v = views_.size(); v-- > 0;) {
+      if (poses[v]) continue;
+      excluded_.push_back({views_[v].image, "no pose of the board explains its corners"});
+      views_.erase(views_.begin() + static_cast<std::ptrdiff_t>(v));
     }
     requireViews();
+    observations_ = observationsOf(board_, views_);
   }
 
-  bool allProject(const SE3& pose, const std::vector<Observation>& view) const {
-    const auto errors = reprojectionErrors(options_.model, state_.params, pose, view);
-    return std::all_of(errors.begin(), errors.end(), [](const auto& e) { return e.allFinite(); });
+  std::optional<Start> searchedOrGivenStart() const {
+    if (!options_.initial) return findStart(options_.model, board_, views_, options_.cancel);
+    return startFrom(options_.model, initialParameters(options_, views_.front().size), board_, views_);
+  }
+
+  void constrain(PosedCamera& camera) const {
+    const ImageSize size = views_.front().size;
+    if (!applyConstraint(options_, constraint_, size, camera.params)) return;
+    improvePoses(options_.model, board_, views_, startLoss(size), camera);
+  }
+
+  // The camera with its poses of the views that the start explains.
+  static BundleState bundleState(const PosedCamera& camera, const std::vector<std::optional<SE3>>& start) {
+    BundleState state{.params = camera.params, .camera_from_board = {}};
+    for (std::size_t v = 0; v < start.size(); ++v) {
+      if (start[v] && camera.poses[v]) state.camera_from_board.push_back(*camera.poses[v]);
+    }
+    return state;
+  }
+
+  // Other optima that were about as good on the views of the start: on all views the lowest cost decides.
+  void compareRivals() {
+    constexpr double kTolerance = 1e-9;  // of the cost
+    for (BundleState& rival : rivals_) {
+      if (rival.camera_from_board.size() < views_.size()) continue;  // it explains fewer views
+      const BundleSummary summary = solveBundle(options_.model, observations_, rival,
+                                                {.loss = loss_,
+                                                 .function_tolerance = kTolerance,
+                                                 .constraint = constraint_,
+                                                 .cancel = options_.cancel});
+      if (summary.termination == Termination::kFailed || !(summary.cost < (1 - kTolerance) * summary_.cost))
+        continue;
+      state_ = std::move(rival);
+      solve();
+    }
   }
 
   void solve(double function_tolerance = BundleOptions().function_tolerance) {
-    summary_ =
-        solveBundle(options_.model, observations_, state_,
-                    {.loss = loss_, .function_tolerance = function_tolerance, .cancel = options_.cancel});
+    summary_ = solveBundle(options_.model, observations_, state_,
+                           {.loss = loss_,
+                            .function_tolerance = function_tolerance,
+                            .constraint = constraint_,
+                            .cancel = options_.cancel});
     errors_.clear();
     for (std::size_t v = 0; v < views_.size(); ++v) {
       errors_.push_back(
           reprojectionErrors(options_.model, state_.params, state_.camera_from_board[v], observations_[v]));
     }
+  }
+
+  // A view may have been posed from a camera that was still poor.
+  bool rightPoses() {
+    PosedCamera camera{.params = state_.params,
+                       .poses = {state_.camera_from_board.begin(), state_.camera_from_board.end()}};
+    if (!improvePoses(options_.model, board_, views_, loss_, camera)) return false;
+    for (std::size_t v = 0; v < views_.size(); ++v) state_.camera_from_board[v] = *camera.poses[v];
+    return true;
   }
 
   // Gives each corner its weight; the largest relative change of one.
@@ -321,7 +356,8 @@ class Estimator {
   // Weights from the errors of the fit so far; the largest relative change of one.
   double updateWeights() {
     if (noise_.isUniform()) return 0;
-    noise_.estimateUnexplained(observations_, errors_, leverages(options_.model, observations_, state_));
+    noise_.estimateUnexplained(observations_, errors_,
+                               leverages(options_.model, observations_, state_, constraint_));
     return weigh(observations_);
   }
 
@@ -346,10 +382,10 @@ class Estimator {
     constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
     // A change of the threshold or of a weight by 2 % moves no parameter visibly.
     constexpr double kSteady = 0.02;
-    const ImageSize size = views_.front().size;
-    loss_.threshold_px = 0.005 * std::hypot(size.width, size.height);
+    loss_ = startLoss(views_.front().size);
     noise_ = CornerNoise(observations_);
     solve(kLoose);
+    if (rightPoses()) solve(kLoose);
     is_settled_ = false;
     for (int round = 0; round < kMaxRounds; ++round) {
       const double weight_change = round < kMaxWeightRounds ? updateWeights() : 0.0;
@@ -449,11 +485,14 @@ class Estimator {
     result.excluded_views = std::move(excluded_);
     result.outliers = std::move(outliers_);
 
-    const int num_free = static_cast<int>(state_.params.size() + 6 * views_.size());
+    const auto num_params = freeDirections(static_cast<int>(state_.params.size()), constraint_).cols();
+    const int num_free = static_cast<int>(num_params + 6 * static_cast<Eigen::Index>(views_.size()));
+    result.held = constraint_.held;
     const double variance = coordinateVariance(weighted_errors, loss_, num_free);
     result.coordinate_sigma_px = std::sqrt(variance);
     result.unexplained_sigma_px = unexplainedSigma(variance);
-    const IntrinsicsInformation information = intrinsicsInformation(options_.model, observations_, state_);
+    const IntrinsicsInformation information =
+        intrinsicsInformation(options_.model, observations_, state_, constraint_);
     result.scaled_condition = information.scaled_condition;
     if (information.inverse) result.covariance = variance * *information.inverse;
 
@@ -466,6 +505,7 @@ class Estimator {
       }
     }
     result.solver = summary_;
+    result.start = start_report_;
     result.loss = loss_;
     result.is_settled = is_settled_;
     return result;
@@ -474,9 +514,12 @@ class Estimator {
   const Checkerboard& board_;
   std::vector<View> views_;
   const CalibratorOptions& options_;
+  ParamConstraint constraint_;
   Observations observations_;  // of the corners in use
   CornerNoise noise_;
   BundleState state_;
+  StartReport start_report_;
+  std::vector<BundleState> rivals_;
   HuberLoss loss_{.threshold_px = 0};
   BundleSummary summary_;
   bool is_settled_ = false;

@@ -30,7 +30,7 @@ Eigen::MatrixXd schurComplement(std::span<const std::vector<Observation>> views,
 
 IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
                                             std::span<const std::vector<Observation>> views,
-                                            const BundleState& state) {
+                                            const BundleState& state, const ParamConstraint& constraint) {
   IntrinsicsInformation result;
   forEachModel(AllModels{}, [&](auto tag) {
     using M = typename decltype(tag)::Model;
@@ -38,9 +38,16 @@ IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
   });
   expect(result.information.size() > 0, "the model's id is known");
 
-  const Eigen::VectorXd scale = result.information.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(result.information.rows()), constraint);
+  if (directions.cols() == 0) {
+    result.scaled_condition = 1;
+    result.inverse = Eigen::MatrixXd::Zero(result.information.rows(), result.information.rows());
+    return result;
+  }
+  const Eigen::MatrixXd information = directions.transpose() * result.information * directions;
+  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return result;
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * result.information * scale.asDiagonal();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
   if (solver.info() != Eigen::Success) return result;
   const Eigen::VectorXd& values = solver.eigenvalues();
@@ -50,7 +57,7 @@ IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
   if (!(result.scaled_condition > kSingular)) return result;
   const Eigen::MatrixXd& vectors = solver.eigenvectors();
   const Eigen::MatrixXd inverse = vectors * values.cwiseInverse().asDiagonal() * vectors.transpose();
-  result.inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
+  result.inverse = directions * (scale.asDiagonal() * inverse * scale.asDiagonal()) * directions.transpose();
   return result;
 }
 

@@ -12,7 +12,8 @@
 
 namespace alidade {
 
-/// What the corners say about the intrinsics once every pose is free.
+/// What the corners say about the intrinsics once every pose is free. Along what a constraint leaves alone
+/// `inverse` is zero, and the condition is that of the rest.
 struct IntrinsicsInformation {
   /// N x N: the Schur complement of the poses in J^T W J, W being the corners' weights, so that covariance =
   /// sigma^2 * information^-1 with the variance sigma^2 of a corner of weight 1. Per px^2.
@@ -26,7 +27,8 @@ struct IntrinsicsInformation {
 
 [[nodiscard]] IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
                                                           std::span<const std::vector<Observation>> views,
-                                                          const BundleState& state);
+                                                          const BundleState& state,
+                                                          const ParamConstraint& constraint = {});
 
 /// Variance of one coordinate of a corner of weight 1, px^2, as it enters the covariance of a Huber estimate:
 /// [sum psi^2 / (2 corners - free parameters)] / (mean psi')^2 (Huber 1981, Robust Statistics, section 7.6).

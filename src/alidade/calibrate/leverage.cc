@@ -35,8 +35,8 @@ std::vector<double> leveragesOfView(const BundleState& state, const SE3& pose,
 
 std::vector<std::vector<double>> leverages(std::string_view model_id,
                                            std::span<const std::vector<Observation>> views,
-                                           const BundleState& state) {
-  const auto inverse = intrinsicsInformation(model_id, views, state).inverse;
+                                           const BundleState& state, const ParamConstraint& constraint) {
+  const auto inverse = intrinsicsInformation(model_id, views, state, constraint).inverse;
   std::vector<std::vector<double>> all;
   forEachModel(AllModels{}, [&](auto tag) {
     using M = typename decltype(tag)::Model;
