@@ -23,7 +23,7 @@ void leaveOutOutliers(Estimation& e) {
     std::vector<Outlier> outliers;
     Observations kept;
     std::vector<std::size_t> foreign;
-    Observations all = observationsOf(e.board, e.views);
+    Observations all = allObservations(e);
     weigh(e.noise, all);
     for (std::size_t v = 0; v < e.views.size(); ++v) {
       const auto errors =

@@ -11,6 +11,7 @@ namespace {
 
 // Weights that have not come to rest by then are kept: any weights give an unbiased estimate.
 constexpr int kMaxWeightRounds = 6;
+constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
 
 // A view may have been posed from a camera that was still poor.
 bool rightPoses(Estimation& e) {
@@ -49,13 +50,16 @@ double robustSigma(const Estimation& e) {
 // The weights and the loss need the noise and the noise needs a fit: all settle together, and only then is
 // the fit made exact.
 void solveRobustly(Estimation& e) {
-  constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
-  // A change of the threshold or of a weight by 2 % moves no parameter visibly.
-  constexpr double kSteady = 0.02;
   e.loss = startLoss(e.views.front().size);
   e.noise = CornerNoise(e.observations);
   solve(e, kLoose);
   if (rightPoses(e)) solve(e, kLoose);
+  settleWeights(e);
+}
+
+void settleWeights(Estimation& e) {
+  // A change of the threshold or of a weight by 2 % moves no parameter visibly.
+  constexpr double kSteady = 0.02;
   e.is_settled = false;
   for (int round = 0; round < kMaxRounds; ++round) {
     const double weight_change = round < kMaxWeightRounds ? updateWeights(e) : 0.0;

@@ -14,4 +14,7 @@ inline constexpr int kMaxRounds = 10;
 /// the noise and the noise needs a fit: all settle in turn, and only then is the fit made exact.
 void solveRobustly(Estimation& estimation);
 
+/// The same from the solution, weights and loss so far.
+void settleWeights(Estimation& estimation);
+
 }  // namespace alidade
