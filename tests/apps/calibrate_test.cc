@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -86,6 +87,37 @@ TEST(Calibrate, WritesOneJsonDocument) {
   EXPECT_EQ(document.at("parameters").size(), 9u);
   const std::vector<double> parameters = parametersOf(scratch.read("camera.yaml"));
   EXPECT_EQ(document.at("parameters").at("fx").get<double>(), parameters[0]);
+}
+
+TEST(Calibrate, EstimatesTheBoardsShapeIfAsked) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.path("camera.yaml");
+  const auto run = [&](const char* shape) {
+    const RunResult result = runAlidade(
+        {"calibrate", dataPath("images"), "--board", kBoard, "--board-shape", shape, "-o", output, "--json"});
+    EXPECT_THAT(result, EndsWith(0));
+    return nlohmann::json::parse(result.out).at("board_shape");
+  };
+  const auto warp = run("warp");
+  EXPECT_TRUE(warp.at("estimated"));
+  const CameraFile file = parseCameraFile(scratch.read("camera.yaml"), "camera.yaml");
+  ASSERT_TRUE(file.calibration && file.calibration->warp);
+  EXPECT_EQ(file.calibration->warp->shape.bend_x_m, warp.at("bend_x_m"));
+  EXPECT_EQ(file.calibration->warp->shape.bend_y_m, warp.at("bend_y_m"));
+  EXPECT_EQ(file.calibration->warp->std_m.x(), warp.at("bend_x_std_m"));
+  EXPECT_EQ(file.calibration->warp->std_m.y(), warp.at("bend_y_std_m"));
+  // The rendered board is flat.
+  EXPECT_LT(std::abs(file.calibration->warp->shape.bend_x_m), 4 * file.calibration->warp->std_m.x());
+  EXPECT_LT(std::abs(file.calibration->warp->shape.bend_y_m), 4 * file.calibration->warp->std_m.y());
+  EXPECT_THAT(runAlidade({"validate", output}), EndsWith(0));
+
+  const auto by_default = run("auto");
+  EXPECT_FALSE(by_default.at("estimated"));
+  EXPECT_LT(by_default.at("f"), 6.9);
+  const auto flat = run("flat");
+  EXPECT_FALSE(flat.at("estimated"));
+  EXPECT_TRUE(flat.at("f").is_null());
+  EXPECT_THAT(scratch.read("camera.yaml"), Not(HasSubstr("board_warp")));
 }
 
 TEST(Calibrate, TellsWhatTheStatedSigmasLeaveUnexplained) {
