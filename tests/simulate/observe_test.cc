@@ -35,8 +35,8 @@ TEST(ExactView, PlacesCornersByTheirIds) {
 }
 
 TEST(ExactView, LeavesOutCornersOutsideTheImage) {
-  // Numbers that no order of rounding changes. Corner columns at -0.5 - 64, -0.5, 63.5, ...: the second lies on
-  // the image's border, which belongs to it.
+  // Numbers that no order of rounding changes. Corner columns at -0.5 - 64, -0.5, 63.5, ...: the second lies
+  // on the image's border, which belongs to it.
   const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{512, 512, 320, 240});
   Checkerboard board = kBoard;
   board.square_m = 0.125;
