@@ -73,8 +73,8 @@ class UnprojectLoop {
   }
 
   const Camera<M>& camera_;
-  Camera<M>::Params params_;
-  M::Start start_;
+  typename Camera<M>::Params params_;
+  typename M::Start start_;
   double max_angle_;
   double cos_max_angle_;
 };
