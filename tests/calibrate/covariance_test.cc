@@ -9,13 +9,13 @@
 #include <numbers>
 
 #include "alidade/calibrate/start.h"
+#include "support/corner_cost.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
 constexpr ImageSize kSize{.width = 1280, .height = 960};
-constexpr HuberLoss kNoLoss{.threshold_px = 1e9};
 
 TEST(IntrinsicsInformation, InverseEqualsCeresCovariance) {
   const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
@@ -32,11 +32,7 @@ TEST(IntrinsicsInformation, InverseEqualsCeresCovariance) {
   ceres::Problem problem;
   std::vector<PoseBlock> poses;
   for (const SE3& pose : state.camera_from_board) poses.push_back(toBlock(pose));
-  for (std::size_t v = 0; v < poses.size(); ++v) {
-    problem.AddResidualBlock(new ViewCost<Radtan>(observations[v], kNoLoss), nullptr, state.params.data(),
-                             poses[v].data());
-    problem.SetManifold(poses[v].data(), new SE3Manifold);
-  }
+  addCorners<Radtan>(problem, observations, nullptr, state.params, poses);
   ceres::Covariance::Options options;
   options.algorithm_type = ceres::DENSE_SVD;
   ceres::Covariance covariance(options);

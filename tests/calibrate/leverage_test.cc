@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 
 #include "alidade/calibrate/start.h"
+#include "support/reprojection.h"
 #include "support/simulated_set.h"
 
 namespace alidade {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/bundle_adjustment.h"
 
-#include <limits>
 #include <memory>
 
 #include <ceres/ceres.h>
 
-#include "alidade/camera/model_list.h"
-#include "alidade/core/error.h"
+#include "alidade/calibrate/bundle_problem.h"
+#include "alidade/calibrate/view_kernel.h"
 
 namespace alidade {
 namespace {
@@ -22,17 +21,6 @@ class CancelCallback final : public ceres::IterationCallback {
  private:
   const CancelFlag* cancel_;
 };
-
-std::unique_ptr<ceres::CostFunction> makeViewCost(std::string_view model_id,
-                                                  const std::vector<Observation>& view, HuberLoss loss) {
-  std::unique_ptr<ceres::CostFunction> cost;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId == model_id) cost = std::make_unique<ViewCost<M>>(view, loss);
-  });
-  expect(cost != nullptr, "the model's id is known");
-  return cost;
-}
 
 // Ceres also calls it convergence when no step however small lowers the cost. At the rounding of a perfect
 // fit that is an optimum; elsewhere it is not known to be one.
@@ -71,28 +59,12 @@ std::string_view terminationName(Termination termination) {
 
 BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector<Observation>> views,
                           BundleState& state, const BundleOptions& options) {
-  expect(views.size() == state.camera_from_board.size(), "one pose a view");
-  std::vector<PoseBlock> poses;
-  poses.reserve(views.size());
-  for (const SE3& pose : state.camera_from_board) poses.push_back(toBlock(pose));
-
-  SE3Manifold manifold;
-  ceres::Problem::Options problem_options;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(problem_options);
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    problem.AddParameterBlock(poses[i].data(), 7, &manifold);
-    problem.AddResidualBlock(makeViewCost(model_id, views[i], options.loss).release(), nullptr,
-                             state.params.data(), poses[i].data());
-    ordering->AddElementToGroup(poses[i].data(), 0);
-  }
-  ordering->AddElementToGroup(state.params.data(), 1);
+  BundleProblem bundle(model_id, views, options.loss, state.params, state.camera_from_board);
 
   CancelCallback cancel(options.cancel);
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
-  solver.linear_solver_ordering = ordering;
+  solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>(bundle.ordering());
   solver.num_threads = 1;
   solver.max_num_iterations = options.max_iterations;
   solver.function_tolerance = options.function_tolerance;
@@ -102,10 +74,10 @@ BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector
   solver.callbacks.push_back(&cancel);
 
   ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
+  ceres::Solve(solver, &bundle.problem(), &summary);
   throwIfCancelled(options.cancel);
 
-  for (std::size_t i = 0; i < views.size(); ++i) state.camera_from_board[i] = fromBlock(poses[i].data());
+  for (std::size_t i = 0; i < views.size(); ++i) state.camera_from_board[i] = bundle.pose(i);
   BundleSummary result;
   result.termination = terminationOf(summary);
   result.reason = summary.message;
@@ -117,18 +89,8 @@ BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector
 std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id, std::span<const double> params,
                                                 const SE3& camera_from_board,
                                                 std::span<const Observation> view) {
-  std::vector<Eigen::Vector2d> errors(view.size(),
-                                      Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
-  const Eigen::Matrix3d R = camera_from_board.rotation.matrix();
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId != model_id) return;
-    Reprojection<M> corner;
-    for (std::size_t i = 0; i < view.size(); ++i) {
-      if (!reproject<M>(params.data(), R, camera_from_board.translation, view[i].p_board, corner)) continue;
-      errors[i] = corner.pixel - view[i].pixel;
-    }
-  });
+  std::vector<Eigen::Vector2d> errors(view.size());
+  viewKernel(model_id).errors(params.data(), camera_from_board, CornerGroups(view).view(0), errors);
   return errors;
 }
 

@@ -7,36 +7,25 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/normal_blocks.h"
-#include "alidade/camera/model_list.h"
-#include "alidade/core/error.h"
+#include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/view_kernel.h"
 
 namespace alidade {
-namespace {
-
-template <CameraModel M>
-Eigen::MatrixXd schurComplement(std::span<const std::vector<Observation>> views, const BundleState& state) {
-  constexpr int kN = kNumParams<M>;
-  Eigen::Matrix<double, kN, kN> sum = Eigen::Matrix<double, kN, kN>::Zero();
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const detail::NormalBlocks<M> blocks(state.params.data(), state.camera_from_board[v], views[v]);
-    sum += blocks.params_params -
-           blocks.pose_params.transpose() * blocks.pose_pose.ldlt().solve(blocks.pose_params);
-  }
-  return 0.5 * (sum + sum.transpose());
-}
-
-}  // namespace
-
 IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
                                             std::span<const std::vector<Observation>> views,
                                             const BundleState& state) {
   IntrinsicsInformation result;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId == model_id) result.information = schurComplement<M>(views, state);
-  });
-  expect(result.information.size() > 0, "the model's id is known");
+  // The poses' Schur complement of J^T W J is that of a fit without a loss.
+  const ViewKernel& kernel = viewKernel(model_id);
+  const CornerGroups corners(views);
+  SharedSums sums(kernel.numParams());
+  PoseRows rows(6, kernel.numParams() + 7);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    static_cast<void>(kernel.reduce(state.params.data(), state.camera_from_board[v], corners.view(v), kNoLoss,
+                                    Unseen::kLeaveOut, rows, sums));
+  }
+  const Eigen::Index n = kernel.numParams();
+  result.information = sums.gram.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
 
   const Eigen::VectorXd scale = result.information.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return result;

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/bundle_problem.h"
+
+#include <cmath>
+
+#include <ceres/cost_function.h>
+
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+ceres::Problem::Options optionsWith(ceres::EvaluationCallback* callback) {
+  ceres::Problem::Options options;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.evaluation_callback = callback;
+  return options;
+}
+
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+}  // namespace
+
+// The rows of one view. Parameter blocks: parameters, pose.
+class BundleProblem::PoseCost final : public ceres::CostFunction {
+ public:
+  PoseCost(const BundleProblem& bundle, std::size_t v) : bundle_(bundle), v_(v) {
+    mutable_parameter_block_sizes()->push_back(bundle.kernel_.numParams());
+    mutable_parameter_block_sizes()->push_back(7);
+    set_num_residuals(6);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    if (!bundle_.is_evaluable_) return false;
+    Eigen::Map<Eigen::Matrix<double, 6, 1>> y(residuals);
+    if (!bundle_.has_jacobians_) {
+      y.setZero();
+      return true;
+    }
+    const PoseRows& rows = bundle_.pose_rows_[v_];
+    y = rows.rightCols<1>();
+    if (jacobians == nullptr) return true;
+    if (jacobians[0] != nullptr) {
+      const int num_params = bundle_.kernel_.numParams();
+      Eigen::Map<RowMajorMatrix>(jacobians[0], 6, num_params) = rows.middleCols(6, num_params);
+    }
+    if (jacobians[1] != nullptr) {
+      // Ceres multiplies by the manifold's PlusJacobian, which takes this back to the tangent.
+      Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangent_from_ambient;
+      bundle_.manifold_.MinusJacobian(parameters[1], tangent_from_ambient.data());
+      Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> J_pose(jacobians[1]);
+      J_pose.noalias() = rows.leftCols<6>() * tangent_from_ambient;
+    }
+    return true;
+  }
+
+ private:
+  const BundleProblem& bundle_;
+  std::size_t v_;
+};
+
+// What all views share. Parameter block: parameters.
+class BundleProblem::SharedCost final : public ceres::CostFunction {
+ public:
+  explicit SharedCost(const BundleProblem& bundle) : bundle_(bundle) {
+    mutable_parameter_block_sizes()->push_back(bundle.kernel_.numParams());
+    set_num_residuals(bundle.kernel_.numParams() + 1);
+  }
+
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
+    if (!bundle_.is_evaluable_) return false;
+    const SharedRows& rows = bundle_.shared_rows_;
+    Eigen::Map<Eigen::VectorXd>(residuals, rows.rows()) = rows.rightCols<1>();
+    if (jacobians != nullptr && jacobians[0] != nullptr)
+      Eigen::Map<RowMajorMatrix>(jacobians[0], rows.rows(), rows.cols() - 1) = rows.leftCols(rows.cols() - 1);
+    return true;
+  }
+
+ private:
+  const BundleProblem& bundle_;
+};
+
+BundleProblem::BundleProblem(std::string_view model_id, std::span<const std::vector<Observation>> views,
+                             HuberLoss loss, std::vector<double>& params, std::span<const SE3> poses)
+    : kernel_(viewKernel(model_id)),
+      corners_(views),
+      loss_(loss),
+      params_(params),
+      pose_rows_(views.size(), PoseRows(6, kernel_.numParams() + 7)),
+      shared_rows_(SharedRows::Zero(kernel_.numParams() + 1, kernel_.numParams() + 1)),
+      problem_(optionsWith(this)) {
+  expect(views.size() == poses.size(), "one pose a view");
+  expect(params.size() == static_cast<std::size_t>(kernel_.numParams()), "the model's parameters");
+  poses_.reserve(poses.size());
+  for (const SE3& pose : poses) poses_.push_back(toBlock(pose));
+  for (std::size_t v = 0; v < poses_.size(); ++v) {
+    problem_.AddParameterBlock(poses_[v].data(), 7, &manifold_);
+    problem_.AddResidualBlock(new PoseCost(*this, v), nullptr, params_.data(), poses_[v].data());
+  }
+  problem_.AddResidualBlock(new SharedCost(*this), nullptr, params_.data());
+}
+
+BundleProblem::~BundleProblem() = default;
+
+ceres::ParameterBlockOrdering BundleProblem::ordering() {
+  ceres::ParameterBlockOrdering ordering;
+  for (PoseBlock& pose : poses_) ordering.AddElementToGroup(pose.data(), 0);
+  ordering.AddElementToGroup(params_.data(), 1);
+  return ordering;
+}
+
+void BundleProblem::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
+  if (!new_evaluation_point && (has_jacobians_ || !evaluate_jacobians)) return;
+  has_jacobians_ = evaluate_jacobians;
+  if (evaluate_jacobians) {
+    reduce();
+  } else {
+    sumRho();
+  }
+}
+
+void BundleProblem::sumRho() {
+  is_evaluable_ = true;
+  double sum = 0;
+  for (std::size_t v = 0; v < poses_.size() && is_evaluable_; ++v)
+    is_evaluable_ = kernel_.addRho(params_.data(), pose(v), corners_.view(v), loss_, sum);
+  is_evaluable_ = is_evaluable_ && std::isfinite(sum);
+  shared_rows_.setZero();
+  shared_rows_.rightCols<1>().tail<1>()(0) = std::sqrt(sum);
+}
+
+void BundleProblem::reduce() {
+  is_evaluable_ = true;
+  SharedSums sums(kernel_.numParams());
+  for (std::size_t v = 0; v < poses_.size() && is_evaluable_; ++v) {
+    is_evaluable_ = kernel_.reduce(params_.data(), pose(v), corners_.view(v), loss_, Unseen::kRefuse,
+                                   pose_rows_[v], sums);
+  }
+  is_evaluable_ = is_evaluable_ && sums.gram.allFinite();
+  if (is_evaluable_) kernel_.factorize(sums, shared_rows_);
+}
+
+}  // namespace alidade
