@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/bundle_problem.h"
 
-#include <cmath>
-
 #include <ceres/cost_function.h>
 
 #include "alidade/core/error.h"
@@ -21,6 +19,31 @@ using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eig
 
 }  // namespace
 
+// Moves a pose as SE3Manifold does, but takes the first six columns of a Jacobian by the pose for those by
+// its tangent, which the rows have at hand: there is no need to go there and back by the quaternion.
+class BundleProblem::TangentManifold final : public ceres::Manifold {
+ public:
+  [[nodiscard]] int AmbientSize() const override { return 7; }
+  [[nodiscard]] int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    return se3_.Plus(x, delta, x_plus_delta);
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>>(jacobian).setIdentity();
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    return se3_.Minus(y, x, y_minus_x);
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>>(jacobian).setIdentity();
+    return true;
+  }
+
+ private:
+  SE3Manifold se3_;
+};
+
 // The rows of one view. Parameter blocks: parameters, pose.
 class BundleProblem::PoseCost final : public ceres::CostFunction {
  public:
@@ -30,26 +53,18 @@ class BundleProblem::PoseCost final : public ceres::CostFunction {
     set_num_residuals(6);
   }
 
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
     if (!bundle_.is_evaluable_) return false;
-    Eigen::Map<Eigen::Matrix<double, 6, 1>> y(residuals);
-    if (!bundle_.has_jacobians_) {
-      y.setZero();
-      return true;
-    }
     const PoseRows& rows = bundle_.pose_rows_[v_];
-    y = rows.rightCols<1>();
+    Eigen::Map<Eigen::Matrix<double, 6, 1>>{residuals} = rows.rightCols<1>();
     if (jacobians == nullptr) return true;
     if (jacobians[0] != nullptr) {
       const int num_params = bundle_.kernel_.numParams();
       Eigen::Map<RowMajorMatrix>(jacobians[0], 6, num_params) = rows.middleCols(6, num_params);
     }
     if (jacobians[1] != nullptr) {
-      // Ceres multiplies by the manifold's PlusJacobian, which takes this back to the tangent.
-      Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangent_from_ambient;
-      bundle_.manifold_.MinusJacobian(parameters[1], tangent_from_ambient.data());
       Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> J_pose(jacobians[1]);
-      J_pose.noalias() = rows.leftCols<6>() * tangent_from_ambient;
+      J_pose << rows.leftCols<6>(), Eigen::Matrix<double, 6, 1>::Zero();
     }
     return true;
   }
@@ -88,13 +103,14 @@ BundleProblem::BundleProblem(std::string_view model_id, std::span<const std::vec
       params_(params),
       pose_rows_(views.size(), PoseRows(6, kernel_.numParams() + 7)),
       shared_rows_(SharedRows::Zero(kernel_.numParams() + 1, kernel_.numParams() + 1)),
+      manifold_(std::make_unique<TangentManifold>()),
       problem_(optionsWith(this)) {
   expect(views.size() == poses.size(), "one pose a view");
   expect(params.size() == static_cast<std::size_t>(kernel_.numParams()), "the model's parameters");
   poses_.reserve(poses.size());
   for (const SE3& pose : poses) poses_.push_back(toBlock(pose));
   for (std::size_t v = 0; v < poses_.size(); ++v) {
-    problem_.AddParameterBlock(poses_[v].data(), 7, &manifold_);
+    problem_.AddParameterBlock(poses_[v].data(), 7, manifold_.get());
     problem_.AddResidualBlock(new PoseCost(*this, v), nullptr, params_.data(), poses_[v].data());
   }
   problem_.AddResidualBlock(new SharedCost(*this), nullptr, params_.data());
@@ -109,27 +125,8 @@ ceres::ParameterBlockOrdering BundleProblem::ordering() {
   return ordering;
 }
 
-void BundleProblem::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
-  if (!new_evaluation_point && (has_jacobians_ || !evaluate_jacobians)) return;
-  has_jacobians_ = evaluate_jacobians;
-  if (evaluate_jacobians) {
-    reduce();
-  } else {
-    sumRho();
-  }
-}
-
-void BundleProblem::sumRho() {
-  is_evaluable_ = true;
-  double sum = 0;
-  for (std::size_t v = 0; v < poses_.size() && is_evaluable_; ++v)
-    is_evaluable_ = kernel_.addRho(params_.data(), pose(v), corners_.view(v), loss_, sum);
-  is_evaluable_ = is_evaluable_ && std::isfinite(sum);
-  shared_rows_.setZero();
-  shared_rows_.rightCols<1>().tail<1>()(0) = std::sqrt(sum);
-}
-
-void BundleProblem::reduce() {
+void BundleProblem::PrepareForEvaluation(bool, bool new_evaluation_point) {
+  if (!new_evaluation_point) return;
   is_evaluable_ = true;
   SharedSums sums(kernel_.numParams());
   for (std::size_t v = 0; v < poses_.size() && is_evaluable_; ++v) {

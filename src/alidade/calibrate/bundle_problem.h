@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -22,8 +23,9 @@ namespace alidade {
 /// Six rows a view hold what its pose takes part in. What is left of the intrinsics' columns is summed over
 /// the views and gives as many rows as there are intrinsics. All together have the gradient and the
 /// Gauss-Newton matrix of the corners' own rows. One more row, whose Jacobian is zero, brings the sum of
-/// squares to the robust cost, the sum of rho; without Jacobians, only that is wanted, and this row carries
-/// all of it.
+/// squares to the robust cost, the sum of rho.
+///
+/// A point that is tried is most often taken: its Jacobian is summed together with its cost.
 class BundleProblem final : public ceres::EvaluationCallback {
  public:
   /// Changes `params` and its own copies of the poses while it is solved. Only some of the parameters may be
@@ -42,25 +44,22 @@ class BundleProblem final : public ceres::EvaluationCallback {
   [[nodiscard]] SE3 pose(std::size_t v) const { return fromBlock(poses_[v].data()); }
 
  private:
+  class TangentManifold;
   class PoseCost;
   class SharedCost;
-
-  void sumRho();
-  void reduce();
 
   const ViewKernel& kernel_;
   CornerGroups corners_;
   HuberLoss loss_;
   std::vector<double>& params_;
   std::vector<PoseBlock> poses_;
-  SE3Manifold manifold_;
 
   // Of the latest evaluation.
   bool is_evaluable_ = false;
-  bool has_jacobians_ = false;
   std::vector<PoseRows> pose_rows_;  // a view's
   SharedRows shared_rows_;
 
+  std::unique_ptr<ceres::Manifold> manifold_;
   ceres::Problem problem_;
 };
 

@@ -49,11 +49,13 @@ class NormalEquations {
                                        std::size_t stride) {
     constexpr std::size_t kLast = kSize - 1;
     std::array<bool, kTo> is_done{};
+    std::array<double, kTo> inverse_diagonal{};
+    for (std::size_t j = kFrom; j < kTo; ++j) inverse_diagonal[j] = diagonal[j] > 0 ? 1 / diagonal[j] : 0.0;
     for (std::size_t row = 0; row < kTo - kFrom; ++row, rows += stride) {
       std::size_t k = kTo;
       double largest = 0;
       for (std::size_t j = kFrom; j < kTo; ++j) {
-        const double share = diagonal[j] > 0 ? at(j, j) / diagonal[j] : 0.0;
+        const double share = at(j, j) * inverse_diagonal[j];
         if (is_done[j] || (k != kTo && share <= largest)) continue;
         k = j;
         largest = share;

@@ -7,8 +7,7 @@
 #include <cstddef>
 
 #include "alidade/calibrate/elimination.h"
-#include "alidade/calibrate/gram_tiles.h"
-#include "alidade/calibrate/view_rows.h"
+#include "alidade/calibrate/view_equations.h"
 #include "alidade/camera/batch_kernel.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
@@ -35,79 +34,9 @@ void callVectorised(const F& f) {
 }
 
 template <CameraModel M>
-using Equations = detail::NormalEquations<static_cast<std::size_t>(detail::ViewRows<M>::kSize)>;
-
-// Adds the products of all columns of the rows of u and v, in turn, of `num_groups` groups. Only the shared
-// columns are in all rows.
-template <CameraModel M>
-class Products {
- public:
-  ALIDADE_ALWAYS_INLINE static void add(const Lanes* rows, std::size_t num_groups, Equations<M>& to) {
-    constexpr int kStrips = (Rows::kShared + kTile - 1) / kTile;
-    detail::forEachIndex<kStrips>([&](auto a) ALIDADE_INLINE_LAMBDA {
-      constexpr int kA = kTile * a();
-      constexpr int kNumA = std::min(kTile, Rows::kShared - kA);
-      detail::forEachIndex<kStrips>([&](auto b) ALIDADE_INLINE_LAMBDA {
-        constexpr int kB = kTile * b();
-        constexpr int kNumB = std::min(kTile, Rows::kShared - kB);
-        if constexpr (kB >= kA) {
-          detail::sumTile<kA, kNumA, kB, kNumB>(rows, 2 * num_groups, Rows::kWidth,
-                                                [&](int i, int j, double sum)
-                                                    ALIDADE_INLINE_LAMBDA { put<0>(i, j, sum, to); });
-        }
-      });
-      addOwn<kA, kNumA, 0>(rows, num_groups, to);
-      addOwn<kA, kNumA, 1>(rows, num_groups, to);
-    });
-    addOwn<Rows::kShared, Rows::kOwn, 0>(rows, num_groups, to);
-    addOwn<Rows::kShared, Rows::kOwn, 1>(rows, num_groups, to);
-  }
-
- private:
-  using Rows = detail::ViewRows<M>;
-  static constexpr int kTile = 3;  // nine sums and what they are made of fit sixteen registers
-
-  template <int kA, int kNumA, int kAxis>
-  ALIDADE_ALWAYS_INLINE static void addOwn(const Lanes* rows, std::size_t num_groups, Equations<M>& to) {
-    detail::sumTile<kA, kNumA, Rows::kShared, Rows::kOwn>(
-        rows + kAxis * Rows::kWidth, num_groups, 2 * Rows::kWidth,
-        [&](int i, int j, double sum) ALIDADE_INLINE_LAMBDA { put<kAxis>(i, j, sum, to); });
-  }
-
-  template <int kAxis>
-  ALIDADE_ALWAYS_INLINE static void put(int i, int j, double sum, Equations<M>& to) {
-    const int a = Rows::columnOf(kAxis, i);
-    const int b = Rows::columnOf(kAxis, j);
-    to.at(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b))) += sum;
-  }
-};
-
-template <CameraModel M>
 class ModelKernel final : public ViewKernel {
  public:
   [[nodiscard]] int numParams() const override { return kParams; }
-
-  [[nodiscard]] bool addRho(const double* params, const SE3& camera_from_board,
-                            std::span<const CornerGroup> corners, HuberLoss loss,
-                            double& sum) const override {
-    const ViewCamera<M> camera(params, camera_from_board);
-    bool is_seen = true;
-    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      const ViewCamera<M> local = camera;  // that nobody else can write to
-      Lanes sum_rho = {};
-      for (const CornerGroup& group : corners) {
-        const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
-        if (!lane::isAll(at.is_seen)) {
-          is_seen = false;
-          return;
-        }
-        const detail::GroupError error(at, group, loss);
-        sum_rho += error.rho;
-      }
-      sum += detail::sumOfLanes(sum_rho);
-    });
-    return is_seen;
-  }
 
   [[nodiscard]] bool reduce(const double* params, const SE3& camera_from_board,
                             std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
@@ -115,8 +44,8 @@ class ModelKernel final : public ViewKernel {
     const ViewCamera<M> camera(params, camera_from_board);
     bool is_seen = true;
     callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      Equations<M> equations;
-      is_seen = sum(camera, corners, loss, unseen, equations);
+      detail::ViewEquations<M> equations;
+      is_seen = detail::sumView<M>(camera, corners, loss, unseen, equations);
       if (!is_seen) return;
       std::array<double, kSize> diagonal;
       for (std::size_t i = 0; i < kSize; ++i) diagonal[i] = equations.at(i, i);
@@ -205,29 +134,6 @@ class ModelKernel final : public ViewKernel {
   static constexpr int kParams = kNumParams<M>;
   static constexpr std::size_t kPose = Rows::kPose;
   static constexpr std::size_t kSize = Rows::kSize;
-  static constexpr std::size_t kChunk = 24;  // groups whose rows stay in the fastest cache
-
-  // The view's normal equations, upper triangle and the whole of the pose's rows.
-  ALIDADE_ALWAYS_INLINE static bool sum(const ViewCamera<M>& camera, std::span<const CornerGroup> corners,
-                                        HuberLoss loss, Unseen unseen, Equations<M>& to) {
-    const ViewCamera<M> local = camera;
-    Lanes rows[kChunk * 2 * Rows::kWidth];
-    Lanes sum_rho = {};
-    for (std::size_t first = 0; first < corners.size(); first += kChunk) {
-      const std::size_t count = std::min(kChunk, corners.size() - first);
-      Lanes* row = rows;
-      for (std::size_t i = 0; i < count; ++i, row += 2 * Rows::kWidth) {
-        const bool is_seen = Rows::write(local, corners[first + i], loss, row, row + Rows::kWidth, sum_rho);
-        if (!is_seen && unseen == Unseen::kRefuse) return false;
-      }
-      Products<M>::add(rows, count, to);
-    }
-    to.at(kSize - 1, kSize - 1) = detail::sumOfLanes(sum_rho);
-    for (std::size_t i = 0; i < kPose; ++i) {
-      for (std::size_t j = 0; j < i; ++j) to.at(i, j) = to.at(j, i);
-    }
-    return true;
-  }
 };
 
 }  // namespace

@@ -42,16 +42,11 @@ class ViewKernel {
 
   [[nodiscard]] virtual int numParams() const = 0;
 
-  /// Adds the sum of rho over the corners; false if one of them is behind the camera, beyond a pole, or where
-  /// the lens has folded.
-  [[nodiscard]] virtual bool addRho(const double* params, const SE3& camera_from_board,
-                                    std::span<const CornerGroup> corners, HuberLoss loss,
-                                    double& sum) const = 0;
-
   /// Eliminates the pose from the view's normal equations, rows being scaled by the root of their weight
   /// times that of the loss, so that J^T r and J^T J are those of iteratively reweighted least squares; the
   /// sum of rho stands in for r^T r. Adds what is left to `sums`, and writes to `rows` six rows that hold the
-  /// rest: rows^T rows + what is left = the view's normal equations. False as above; then nothing is added.
+  /// rest: rows^T rows + what is left = the view's normal equations. False if a corner is behind the camera,
+  /// beyond a pole, or where the lens has folded, unless it is left out; then nothing is added.
   [[nodiscard]] virtual bool reduce(const double* params, const SE3& camera_from_board,
                                     std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
                                     PoseRows& rows, SharedSums& sums) const = 0;
