@@ -456,6 +456,8 @@ class Estimator {
     const IntrinsicsInformation information = intrinsicsInformation(options_.model, observations_, state_);
     result.scaled_condition = information.scaled_condition;
     if (information.inverse) result.covariance = variance * *information.inverse;
+    result.view_robust_covariance =
+        viewRobustCovariance(options_.model, observations_, state_, loss_, meanSlope(weighted_errors, loss_));
 
     result.domain = certifyDomain(result.camera, result.image_size);
     for (std::size_t v = 0; v < views_.size(); ++v) {
