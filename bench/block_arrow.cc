@@ -71,7 +71,9 @@ class Solver {
       : corners_(views), state_(state), loss_(loss), arrows_(views.size()), trial_(state) {}
 
   BundleSummary run() {
+    // Where solveBundle() stops too.
     constexpr double kTolerance = 1e-14;
+    constexpr double kStepTolerance = 1e-12;
     BundleSummary summary;
     double cost = 0;
     if (!totalCost(state_, cost)) return summary;
@@ -87,8 +89,8 @@ class Solver {
       summary.num_iterations = i + 1;
       summary.cost = cost;
       const double drop = cost - trial_cost;
-      if (is_seen && std::abs(drop) <= kTolerance * cost) {
-        if (drop > 0) state_ = trial_;
+      if (step_length_ <= kStepTolerance * length_ || (is_seen && std::abs(drop) <= kTolerance * cost)) {
+        if (is_seen && drop > 0) state_ = trial_;
         summary.termination = Termination::kConverged;
         return summary;
       }
@@ -138,15 +140,14 @@ class Solver {
   double step(double damping) {
     constexpr double kMin = 1e-6;  // of a diagonal, as Ceres bounds it
     Eigen::Matrix<double, kShared, kShared> rest = shared_;
-    std::vector<Eigen::Matrix<double, 6, kShared>>& solved = solved_;
-    solved.resize(arrows_.size());
+    solved_.resize(arrows_.size());
     for (int i = 0; i < kParams; ++i) rest(i, i) += damping * std::max(shared_(i, i), kMin);
     for (std::size_t v = 0; v < arrows_.size(); ++v) {
       Matrix6 damped = arrows_[v].pose;
       damped.diagonal() += damping * damped.diagonal().cwiseMax(kMin);
       const Eigen::LLT<Matrix6> factor(damped);
-      solved[v] = factor.solve(arrows_[v].coupling);
-      rest.triangularView<Eigen::Upper>() -= arrows_[v].coupling.transpose().lazyProduct(solved[v]);
+      solved_[v] = factor.solve(arrows_[v].coupling);
+      rest.triangularView<Eigen::Upper>() -= arrows_[v].coupling.transpose().lazyProduct(solved_[v]);
     }
     const Eigen::Matrix<double, kParams, kParams> schur =
         rest.topLeftCorner<kParams, kParams>().selfadjointView<Eigen::Upper>();
@@ -157,13 +158,19 @@ class Solver {
       predicted += 0.5 * damping * std::max(shared_(i, i), kMin) * dp(i) * dp(i);
       trial_.params[static_cast<std::size_t>(i)] = state_.params[static_cast<std::size_t>(i)] + dp(i);
     }
+    double step2 = dp.squaredNorm();
+    double length2 = Eigen::Map<const Eigen::VectorXd>(state_.params.data(), kParams).squaredNorm();
     for (std::size_t v = 0; v < arrows_.size(); ++v) {
-      const Vector6 dx = -solved[v].rightCols<1>() - solved[v].leftCols<kParams>() * dp;
+      const Vector6 dx = -solved_[v].rightCols<1>() - solved_[v].leftCols<kParams>() * dp;
       predicted +=
           -0.5 * arrows_[v].coupling.rightCols<1>().dot(dx) +
           0.5 * damping * (arrows_[v].pose.diagonal().cwiseMax(kMin).array() * dx.array().square()).sum();
+      step2 += dx.squaredNorm();
+      length2 += 1 + state_.camera_from_board[v].translation.squaredNorm();
       trial_.camera_from_board[v] = state_.camera_from_board[v] * SE3::exp(dx);
     }
+    step_length_ = std::sqrt(step2);
+    length_ = std::sqrt(length2);
     return predicted;
   }
 
@@ -174,6 +181,8 @@ class Solver {
   std::vector<Eigen::Matrix<double, 6, kShared>> solved_;
   Eigen::Matrix<double, kShared, kShared> shared_;  // upper triangle
   BundleState trial_;
+  double step_length_ = 0;  // of the last step, poses by their tangent
+  double length_ = 0;       // of all that it changes, a rotation counting 1
 };
 
 }  // namespace

@@ -8,10 +8,12 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <ceres/ceres.h>
@@ -242,7 +244,12 @@ constexpr std::array kCases = {Case{"floor", 3000, runFloor},         Case{"solv
 int runCase(std::string_view name, int num_views) {
   const auto* found =
       std::find_if(kCases.begin(), kCases.end(), [&](const Case& c) { return c.name == name; });
-  if (found == kCases.end()) return 2;
+  if (found == kCases.end() || num_views < 2) {
+    std::fprintf(stderr, "solver_bench: --case takes one of");
+    for (const Case& c : kCases) std::fprintf(stderr, " %s", c.name);
+    std::fprintf(stderr, " and a number of views from 2 on\n");
+    return 2;
+  }
   const Problem problem = makeProblem(num_views);
   if (found->run == nullptr) return runMrcal(problem);
   const Outcome outcome = found->run(problem);
@@ -263,7 +270,30 @@ std::optional<Outcome> outcomeOf(const std::string& program, const Case& c, int 
   return outcome;
 }
 
+using Times = std::map<std::pair<std::string, int>, double>;  // CPU ms by case and views
+
+void printRatio(const Times& ms, const char* slow, const char* fast) {
+  std::printf("%s / %s:", slow, fast);
+  for (const int num_views : kNumViews) {
+    const auto a = ms.find({slow, num_views});
+    const auto b = ms.find({fast, num_views});
+    if (a != ms.end() && b != ms.end()) std::printf("  %d views %.3g", num_views, a->second / b->second);
+  }
+  std::printf("\n");
+}
+
+void printGrowth(const Times& ms, const char* name) {
+  constexpr int kFrom = 100;
+  const int to = kNumViews.back();
+  const auto a = ms.find({name, kFrom});
+  const auto b = ms.find({name, to});
+  if (a == ms.end() || b == ms.end()) return;
+  std::printf("%s grows with the number of views to the power of %.2f between %d and %d\n", name,
+              std::log(b->second / a->second) / std::log(static_cast<double>(to) / kFrom), kFrom, to);
+}
+
 void printAll(const std::string& program) {
+  Times ms;
   std::printf("%-10s %6s %11s %8s %9s %11s %13s\n", "case", "views", "CPU ms", "x floor", "peak MB", "rms px",
               "fx px");
   for (const int num_views : kNumViews) {
@@ -276,11 +306,16 @@ void printAll(const std::string& program) {
         continue;
       }
       if (c.run == runFloor) floor_ms = outcome->ms;
+      ms[{c.name, num_views}] = outcome->ms;
       std::printf("%-10s %6d %11.3f %8.2f %9.1f %11.8f %13.8f\n", c.name, num_views, outcome->ms,
                   outcome->ms / floor_ms, outcome->peak_mb, outcome->rms_px, outcome->fx);
       std::fflush(stdout);
     }
   }
+  printRatio(ms, "solve", "floor");
+  for (const char* peer : {"ceres", "mrcal", "opencv"}) printRatio(ms, peer, "solve");
+  for (const char* peer : {"mrcal", "opencv"}) printRatio(ms, peer, "calibrate");
+  for (const Case& c : kCases) printGrowth(ms, c.name);
 }
 
 }  // namespace
