@@ -6,7 +6,7 @@
 #include <Eigen/QR>
 
 #include "alidade/calibrate/start.h"
-#include "support/reprojection.h"
+#include "alidade/calibrate/reprojection.h"
 #include "support/simulated_set.h"
 
 namespace alidade {

@@ -8,7 +8,7 @@
 
 #include "alidade/camera/batch_kernel.h"
 #include "support/bundle_set.h"
-#include "support/reprojection.h"
+#include "alidade/calibrate/reprojection.h"
 
 namespace alidade {
 namespace {
