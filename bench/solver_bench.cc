@@ -22,7 +22,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/init/pose_from_homography.h"
+#include "alidade/init/pose_from_rays.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "block_arrow.h"

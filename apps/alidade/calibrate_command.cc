@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/held_params.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/io/board_file.h"
+#include "alidade/io/camera_file.h"
 #include "alidade/io/corners_file.h"
 #include "calibration_output.h"
 #include "command.h"
@@ -31,6 +33,15 @@ class CalibrateCommand final : public Command {
     app.add_option("--model", model_, "Camera model: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
         ->check(CLI::IsMember(modelIds()))
         ->capture_default_str();
+    app.add_option(
+        "--init", init_,
+        "Camera file to start from, of the same image size; another model is converted. Default: a "
+        "search that needs no guess");
+    app.add_option("--fix", fixed_,
+                   "Parameters that keep their value, for example cx,cy,k3: that of --init; without it the "
+                   "image's centre for cx and cy, 0 for the lens")
+        ->delimiter(',');
+    app.add_flag("--same-focal", same_focal_, "One focal length: fx = fy");
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
@@ -46,10 +57,17 @@ class CalibrateCommand final : public Command {
                         .expected = "folders, images or a corners file",
                         .next_step = "alidade calibrate --help"});
     std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
-    sources.insert(sources.end(), {board_, common_.config});
+    sources.insert(sources.end(), {board_, init_, common_.config});
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
+    CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
+    if (!init_.empty()) {
+      const CameraFile file = readCameraFile(init_);
+      options.initial = {.camera = file.camera, .size = file.image_size};
+    }
+    static_cast<void>(constraintOf(options));  // wrong names are told before the images are read
     const CancelFlag* cancel = catchInterrupts();
+    options.cancel = cancel;
     CalibrationInput input;
     std::vector<View> views = isCornersFile(inputs_.front()) ? readViews(input) : detectViews(input, cancel);
     if (views.size() < kMinViews) {
@@ -60,8 +78,7 @@ class CalibrateCommand final : public Command {
                                          ? "take more photographs of the board, tilted by 20 to 50 degrees"
                                          : fmt::format("{}", fmt::join(input.reasons, "\n        "))});
     }
-    const CalibrationResult result =
-        calibrate(input.board, std::move(views), {.model = model_, .cancel = cancel});
+    const CalibrationResult result = calibrate(input.board, std::move(views), options);
 
     const bool is_good = result.isTrustworthy();
     const bool is_kept = is_good || keep_untrustworthy_;
@@ -143,6 +160,9 @@ class CalibrateCommand final : public Command {
   std::vector<std::string> inputs_;
   std::string board_;
   std::string model_ = "radtan";
+  std::string init_;
+  std::vector<std::string> fixed_;
+  bool same_focal_ = false;
   std::string debug_;
   std::string output_;
   bool keep_untrustworthy_ = false;

@@ -46,13 +46,25 @@ std::string parameterTable(const CalibrationResult& result) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double std = result.parameterStd(static_cast<int>(i));
     // Two digits of the sigma decide how many of the value are worth reading.
+    const bool is_held =
+        std::find(result.held.begin(), result.held.end(), static_cast<int>(i)) != result.held.end();
     const bool has_sigma = std::isfinite(std) && std > 0;
     const int decimals = has_sigma ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 9) : 6;
     text += fmt::format("  {:<4} {:>14.{}f}", names[i], values[i], decimals);
-    text +=
-        has_sigma ? fmt::format("  +- {:.{}f}{}\n", std, decimals, i < 4 ? " px" : "") : "  sigma unknown\n";
+    text += has_sigma ? fmt::format("  +- {:.{}f}{}\n", std, decimals, i < 4 ? " px" : "")
+            : is_held ? "  held\n"
+                      : "  sigma unknown\n";
   }
   return text;
+}
+
+std::string startText(const StartReport& start) {
+  if (start.num_tried == 0) return "Starts   the camera that was given\n";
+  std::string text =
+      fmt::format("Starts   {} fields of view tried, the best {} solved, {} of these came to the same answer",
+                  start.num_tried, start.num_solved, start.num_agreed);
+  if (start.num_optima > 1) text += fmt::format("; {} shapes of the lens compared", start.num_optima);
+  return text + "\n";
 }
 
 std::string domainText(const CalibrationResult& result) {
@@ -131,6 +143,7 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
                         result.outliers.size() + static_cast<std::size_t>(result.num_corners));
     text += listed(lines, "  ");
   }
+  text += startText(result.start);
   text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(result.solver.termination),
                       result.solver.num_iterations, result.solver.reason);
   for (const std::string& note : input.notes) text += "Note     " + note + "\n";
@@ -195,6 +208,11 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
        {{"max_angle_rad", result.domain.cone.max_angle_rad},
         {"full_image", result.domain.full_image},
         {"min_relative_det", result.domain.min_relative_det}}},
+      {"start",
+       {{"num_tried", result.start.num_tried},
+        {"num_solved", result.start.num_solved},
+        {"num_agreed", result.start.num_agreed},
+        {"num_optima", result.start.num_optima}}},
       {"solver",
        {{"termination", terminationName(result.solver.termination)},
         {"reason", result.solver.reason},

@@ -96,7 +96,7 @@ void checkOutput(const std::string& output, const std::vector<std::string>& sour
   }
 }
 
-void printResult(const std::string& text) {
+void printResult(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return;
   throw inputError({.where = "standard output",
                     .found = std::strerror(errno),

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -80,7 +81,7 @@ void checkOutput(const std::string& output, const std::vector<std::string>& sour
 
 /// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk
 /// full).
-void printResult(const std::string& text);
+void printResult(std::string_view text);
 
 /// Writes a line for people to standard error.
 void printMessage(const std::string& text);

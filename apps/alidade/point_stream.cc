@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "point_stream.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -14,12 +13,14 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/io/atomic_file.h"
-#include "command.h"
 
 namespace alidade {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
+using detail::TableColumn;
+using detail::TableLines;
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 18U;
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16U;
 
 bool isSeparator(char c) {
@@ -29,8 +30,12 @@ bool isBlank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
+bool isStandardInput(const std::string& path) {
+  return path.empty() || path == "-";
+}
+
 int openInput(const std::string& path) {
-  if (path.empty() || path == "-") return STDIN_FILENO;
+  if (isStandardInput(path)) return STDIN_FILENO;
   struct stat info {};
   if (stat(path.c_str(), &info) != 0 && errno == ENOENT) throw missingPathError(path);
   if (S_ISDIR(info.st_mode))
@@ -40,142 +45,161 @@ int openInput(const std::string& path) {
   return fd;
 }
 
+std::string namesOf(const std::vector<TableColumn>& columns) {
+  std::vector<std::string> names;
+  for (const TableColumn& column : columns) names.push_back(column.name);
+  return join(names, ",");
+}
+
 }  // namespace
 
-PointReader::PointReader(const std::string& path, std::vector<std::string> columns,
+PointReader::PointReader(const std::string& path, std::vector<TableColumn> columns,
                          std::function<void()> before_read)
-    : name_(path.empty() || path == "-" ? "standard input" : path),
+    : lines_(isStandardInput(path) ? "standard input" : path),
       fd_(openInput(path)),
       columns_(std::move(columns)),
       before_read_(std::move(before_read)),
-      buffer_(kBufferBytes) {}
+      buffer_(kBufferBytes + 1),  // and the end of a last line that has none
+      begin_(buffer_.data()),
+      lines_end_(begin_),
+      end_(begin_) {}
 
 PointReader::~PointReader() {
   if (fd_ != STDIN_FILENO) ::close(fd_);
 }
 
-bool PointReader::refill() {
-  std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
-  end_ -= begin_;
-  begin_ = 0;
+bool PointReader::next(std::vector<Eigen::Vector3d>& rows) {
+  rows.clear();
+  for (;;) {
+    while (begin_ != lines_end_ && rows.size() < kMaxRows) {
+      Eigen::Vector3d row = Eigen::Vector3d::Zero();
+      if (readPlainRow(row)) {
+        rows.push_back(row);
+      } else {
+        readLine(rows);
+      }
+    }
+    if (!rows.empty()) return true;
+    if (at_end_) return false;
+    refill();
+  }
+}
+
+void PointReader::refill() {
+  const auto kept = static_cast<std::size_t>(end_ - begin_);
+  if (kept > kMaxLineBytes) {
+    lines_.countLines(1);
+    throw lines_.error("a line of more than 64 KiB", "rows of numbers");
+  }
+  std::memmove(buffer_.data(), begin_, kept);
   before_read_();
   ssize_t got = 0;
   do {
-    got = ::read(fd_, buffer_.data() + end_, buffer_.size() - end_);
+    got = ::read(fd_, buffer_.data() + kept, kBufferBytes - kept);
   } while (got < 0 && errno == EINTR);
-  if (got < 0) fail(std::strerror(errno), "readable data");
-  end_ += static_cast<std::size_t>(got);
-  return got > 0;
+  if (got < 0) throw lines_.error(std::strerror(errno), "readable data");
+  char* end = buffer_.data() + kept + got;
+  at_end_ = got == 0;
+  if (at_end_ && kept > 0) *end++ = '\n';
+  begin_ = buffer_.data();
+  end_ = end;
+  const auto* last =
+      static_cast<const char*>(::memrchr(begin_, '\n', static_cast<std::size_t>(end_ - begin_)));
+  lines_end_ = last == nullptr ? begin_ : last + 1;
 }
 
-bool PointReader::nextLine(std::string_view& line) {
-  for (;;) {
-    const char* start = buffer_.data() + begin_;
-    const void* stop = end_ > begin_ ? std::memchr(start, '\n', end_ - begin_) : nullptr;
-    if (stop != nullptr || (at_end_ && end_ > begin_)) {
-      const std::size_t length =
-          stop != nullptr ? static_cast<std::size_t>(static_cast<const char*>(stop) - start) : end_ - begin_;
-      line = {start, length};
-      begin_ += length + (stop != nullptr ? 1 : 0);
-      ++line_;
-      return true;
+// A row of numbers without anything unusual, in one pass; TableLines would read the same from it. False, and
+// nothing read, if there is any doubt.
+bool PointReader::readPlainRow(Eigen::Vector3d& row) {
+  if (column_of_field_.empty()) return false;
+  const char* p = begin_;
+  while (isBlank(*p)) ++p;
+  char separator = '\0';
+  for (std::size_t i = 0;;) {
+    const int column = column_of_field_[i];
+    if (column != kIgnored) {
+      const auto [stop, status] = std::from_chars(p, lines_end_, row[column]);
+      if (status != std::errc()) return false;
+      p = stop;
+    } else {
+      const char* const start = p;
+      while (!isSeparator(*p) && !isBlank(*p) && *p != '\n' && *p != '"' && *p != '#') ++p;
+      if (p == start) return false;
     }
-    if (at_end_) return false;
-    if (end_ - begin_ > kMaxLineBytes) {
-      ++line_;
-      fail("a line of more than 64 KiB", "rows of numbers");
+    const bool is_last = ++i == column_of_field_.size();
+    if (!is_last && isSeparator(*p)) {  // by far the most common way to go on
+      if (separator != *p && i > 1) return false;
+      separator = *p++;
+      while (isBlank(*p)) ++p;
+      continue;
     }
-    at_end_ = !refill();
-  }
-}
-
-// Blanks around a comma belong to it; apart from commas, a run of blanks is one separator.
-void PointReader::splitFields(std::string_view line) {
-  fields_.clear();
-  std::size_t i = 0;
-  const auto skip = [&] {
-    while (i < line.size() && isBlank(line[i])) ++i;
-  };
-  skip();
-  while (i < line.size()) {
-    const std::size_t start = i;
-    while (i < line.size() && !isSeparator(line[i]) && !isBlank(line[i])) ++i;
-    fields_.push_back(line.substr(start, i - start));
-    skip();
-    if (i < line.size() && isSeparator(line[i])) {
-      ++i;
-      skip();
-      if (i == line.size()) fields_.push_back({});  // a trailing comma leaves an empty field
+    const char* const stop = p;
+    while (isBlank(*p)) ++p;
+    if (is_last) {
+      if (*p != '\n') return false;
+      break;
+    }
+    if (isSeparator(*p)) {
+      if (separator != *p && i > 1) return false;
+      separator = *p++;
+      while (isBlank(*p)) ++p;
+    } else if (p == stop || separator != '\0') {
+      return false;
     }
   }
+  begin_ = p + 1;
+  lines_.countLines(1);
+  return true;
 }
 
-void PointReader::readHeader() {
-  for (const std::string& column : columns_) {
-    const auto at = std::find(fields_.begin(), fields_.end(), column);
-    if (at == fields_.end()) {
-      std::vector<std::string> names(fields_.begin(), fields_.end());
-      fail("the header " + join(names, ","), "columns " + join(columns_, ","));
+void PointReader::readLine(std::vector<Eigen::Vector3d>& rows) {
+  const auto* stop =
+      static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
+  const std::string_view line(begin_, static_cast<std::size_t>(stop - begin_));
+  begin_ = stop + 1;
+  const TableLines::Kind kind = lines_.take(line);
+  if (kind == TableLines::Kind::kNothing) return;
+  if (kind == TableLines::Kind::kHeader) {
+    std::string complaint;
+    if (!findColumns(lines_.fields(), complaint))
+      throw lines_.error(complaint, "columns " + namesOf(columns_) + " in " + columns_.front().unit);
+    return;
+  }
+  if (column_of_field_.empty()) setUpFields();
+  Eigen::Vector3d row = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    row[static_cast<Eigen::Index>(i)] = lines_.number(field_of_column_[i], columns_[i].name);
+  rows.push_back(row);
+}
+
+// Looks each column up among the names of a header. @returns false, and why, if one is missing
+bool PointReader::findColumns(const std::vector<std::string>& names, std::string& complaint) {
+  std::vector<std::size_t> fields;
+  for (const TableColumn& column : columns_) {
+    const detail::ColumnSearch search = detail::findColumn(names, column);
+    if (!search.index) {
+      complaint = search.complaint.empty() ? "the header " + join(names, ",") : search.complaint;
+      return false;
     }
-    field_of_column_.push_back(static_cast<std::size_t>(at - fields_.begin()));
+    fields.push_back(*search.index);
   }
+  field_of_column_ = std::move(fields);
+  return true;
 }
 
-bool PointReader::next(std::array<double, 3>& values) {
-  std::string_view line;
-  while (nextLine(line)) {
-    splitFields(line);
-    if (fields_.empty() || fields_.front().starts_with('#')) continue;
-    if (num_fields_ == 0) {
-      num_fields_ = fields_.size();
-      if (!parseDouble(fields_.front())) {
-        readHeader();
-        continue;
-      }
-      if (num_fields_ != columns_.size()) {
-        fail(std::to_string(num_fields_) + " columns without a header",
-             std::to_string(columns_.size()) + ": " + join(columns_, ","));
-      }
-      for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
+// At the first row: which of its fields are wanted.
+void PointReader::setUpFields() {
+  std::string ignored;
+  if (field_of_column_.empty() && !findColumns(lines_.commentNames(), ignored)) {
+    if (lines_.numFields() != columns_.size()) {
+      throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
+                         std::to_string(columns_.size()) + ": " + namesOf(columns_));
     }
-    parseRow(values);
-    return true;
+    for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
   }
-  return false;
-}
-
-void PointReader::parseRow(std::array<double, 3>& values) {
-  if (fields_.size() != num_fields_) {
-    fail(std::to_string(fields_.size()) + " fields", std::to_string(num_fields_) + " as in the rows before");
-  }
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const std::string_view field = fields_[field_of_column_[i]];
-    const auto value = parseDouble(field);
-    if (!value) fail("'" + std::string(field.substr(0, 40)) + "' as " + columns_[i], "a number");
-    values[i] = *value;
-  }
-}
-
-void PointReader::fail(const std::string& found, const std::string& expected) const {
-  throw inputError(
-      {.where = name_ + ":" + std::to_string(line_), .found = "found " + found, .expected = expected});
-}
-
-void OutputStream::write(std::string_view text) {
-  buffer_.append(text);
-  if (buffer_.size() >= kBufferBytes) flush();
-}
-
-void OutputStream::writeNumber(double value) {
-  if (value != value) return write("nan");
-  std::array<char, 32> text{};
-  const auto result = std::to_chars(text.data(), text.data() + text.size(), value);
-  write({text.data(), static_cast<std::size_t>(result.ptr - text.data())});
-}
-
-void OutputStream::flush() {
-  printResult(buffer_);
-  buffer_.clear();
+  column_of_field_.assign(lines_.numFields(), kIgnored);
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    column_of_field_[field_of_column_[i]] = static_cast<int>(i);
 }
 
 }  // namespace alidade

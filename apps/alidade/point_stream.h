@@ -1,66 +1,62 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include "alidade/io/table_lines.h"
+
 namespace alidade {
 
-/// Reads rows of numbers from a file or standard input in constant memory: fields apart by commas,
-/// semicolons, blanks or tabs, with or without a header row, '#' lines and empty lines left out. A header may
-/// name the columns in any order and have further ones, which are ignored; without a header the columns come
-/// in order and none is extra.
+/// Reads rows of two or three numbers from a file or standard input in constant memory, in the forms of
+/// TableLines. A header may name the columns in any order and have further ones, which are ignored; without a
+/// header (or a comment in its place) the columns come in order and none is extra.
 class PointReader {
  public:
+  /// Rows that are handed on at a time.
+  static constexpr std::size_t kMaxRows = 512;
+
   /// @param path  a file; "-" or nothing for standard input
-  /// @param before_read  called before each read, which may wait for whoever writes the input
+  /// @param before_read  called before each read, which may wait for whoever writes the input; all rows read
+  /// so far have been handed on by then
   /// @throws Error (kInput)
-  PointReader(
-      const std::string& path, std::vector<std::string> columns, std::function<void()> before_read = [] {});
+  PointReader(const std::string& path, std::vector<detail::TableColumn> columns,
+              std::function<void()> before_read);
   ~PointReader();
   PointReader(const PointReader&) = delete;
   PointReader& operator=(const PointReader&) = delete;
 
-  /// The next row's numbers in the order of `columns` (NaN and infinities are numbers here). False at the
-  /// end.
+  /// The next rows' numbers in the order of `columns` (NaN and infinities are numbers here), with zero for a
+  /// third column where there are two. False at the end.
   /// @throws Error (kInput) naming file, line and field
-  bool next(std::array<double, 3>& values);
+  bool next(std::vector<Eigen::Vector3d>& rows);
 
  private:
-  bool nextLine(std::string_view& line);
-  bool refill();
-  void splitFields(std::string_view line);
-  void readHeader();
-  void parseRow(std::array<double, 3>& values);
-  [[noreturn]] void fail(const std::string& found, const std::string& expected) const;
+  void refill();
+  bool readPlainRow(Eigen::Vector3d& row);
+  void readLine(std::vector<Eigen::Vector3d>& rows);
+  bool findColumns(const std::vector<std::string>& names, std::string& complaint);
+  void setUpFields();
 
-  std::string name_;
+  static constexpr int kIgnored = -1;
+
+  detail::TableLines lines_;
   int fd_;
-  std::vector<std::string> columns_;
+  std::vector<detail::TableColumn> columns_;
   std::function<void()> before_read_;
   std::vector<std::size_t> field_of_column_;
-  std::size_t num_fields_ = 0;  // a row's; 0 = not known yet
-  std::vector<std::string_view> fields_;
+  std::vector<int> column_of_field_;  // empty until the first row is known
   std::vector<char> buffer_;
-  std::size_t begin_ = 0;
-  std::size_t end_ = 0;
-  std::size_t line_ = 0;
+  // In the buffer: whole lines up to `lines_end_`, and the start of one more up to `end_`.
+  const char* begin_;
+  const char* lines_end_;
+  const char* end_;
   bool at_end_ = false;
-};
-
-/// Collects text for standard output and hands it on in large pieces. @throws Error (kInput) when it does not
-/// arrive
-class OutputStream {
- public:
-  void write(std::string_view text);
-  void writeNumber(double value);  ///< shortest exact form; "nan" for NaN
-  void flush();
-
- private:
-  std::string buffer_;
 };
 
 }  // namespace alidade

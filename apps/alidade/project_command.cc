@@ -1,116 +1,20 @@
 // SPDX-License-Identifier: MIT
-#include <map>
+#include <algorithm>
+#include <limits>
+#include <optional>
 
-#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
-#include "alidade/io/camera_file.h"
 #include "alidade/io/pose_file.h"
-#include "command.h"
+#include "alidade/io/pose_list.h"
+#include "columns.h"
 #include "point_stream.h"
+#include "stream_command.h"
 
 namespace alidade {
 namespace {
-
-const char* statusName(ProjectStatus status) {
-  switch (status) {
-    case ProjectStatus::kOk:
-      return "ok";
-    case ProjectStatus::kBehind:
-      return "behind";
-    case ProjectStatus::kOutside:
-      return "outside";
-  }
-  return "unknown";
-}
-
-/// What project and unproject share: a camera file, rows in, rows out, counts by status at the end.
-class StreamCommand : public Command {
- public:
-  int run(const CLI::App& app) override {
-    if (camera_path_.empty())
-      throw usageError({.where = app.get_name(),
-                        .found = "no camera file",
-                        .expected = "a camera file (YAML)",
-                        .next_step = "alidade " + app.get_name() + " --help"});
-    const CameraFile file = readCameraFile(camera_path_);
-    prepare();
-    OutputStream out;
-    bool is_first = true;
-    // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.
-    PointReader reader(points_path_, inputColumns(), [&] {
-      if (!is_first) out.flush();
-    });
-    if (common_.json) {
-      out.write("{\"points\": [");
-    } else {
-      out.write(header());
-    }
-    std::array<double, 3> row{};
-    while (reader.next(row)) {
-      if (common_.json) out.write(is_first ? "\n" : ",\n");
-      is_first = false;
-      writeRow(file.camera, row, out);
-    }
-    if (common_.json) out.write("\n]}\n");
-    out.flush();
-    if (!common_.quiet) {
-      std::string text;
-      for (const auto& [status, count] : counts_)
-        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, status);
-      printMessage(text.empty() ? "no points" : text);
-    }
-    return 0;
-  }
-
- protected:
-  virtual void prepare() {}
-  [[nodiscard]] virtual std::vector<std::string> inputColumns() const = 0;
-  [[nodiscard]] virtual std::string_view header() const = 0;
-  virtual void writeRow(const AnyCamera& camera, const std::array<double, 3>& row, OutputStream& out) = 0;
-
-  void setUpStream(CLI::App& app, const char* points) {
-    app.add_option("camera", camera_path_, "Camera file (YAML)");
-    app.add_option("points", points_path_, points);
-    addCommonOptions(app, common_, false);
-  }
-
-  // One row with `names` as JSON keys; JSON has no NaN, so missing numbers are null.
-  template <class Values>
-  void writeFields(const Values& values, std::initializer_list<const char*> names, const char* status,
-                   OutputStream& out) {
-    ++counts_[status];
-    std::size_t i = 0;
-    for (const char* name : names) {
-      const double value = values[static_cast<Eigen::Index>(i++)];
-      if (common_.json) {
-        out.write(i == 1 ? "{\"" : ", \"");
-        out.write(name);
-        out.write("\": ");
-        if (value != value) {
-          out.write("null");
-          continue;
-        }
-      }
-      out.writeNumber(value);
-      if (!common_.json) out.write(",");
-    }
-    if (common_.json) {
-      out.write(", \"status\": \"");
-      out.write(status);
-      out.write("\"}");
-    } else {
-      out.write(status);
-      out.write("\n");
-    }
-  }
-
- private:
-  std::string camera_path_;
-  std::string points_path_;
-  std::map<std::string, std::size_t> counts_;
-};
 
 class ProjectCommand final : public StreamCommand {
  public:
@@ -119,61 +23,170 @@ class ProjectCommand final : public StreamCommand {
         "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\n"
         "Example: alidade project camera.yaml points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], "
         "translation_m: [0, 0, 2]}'\n"
-        "Output: u,v,status with status ok, behind or outside; only ok has a pixel. Pixel (0, 0) is the "
-        "centre of the\n"
-        "top-left pixel.");
+        "Example: alidade project camera.yaml points.csv --poses trajectory.txt\n"
+        "Output: u,v,status with status ok, behind, outside or (--clip) out_of_image; only ok has a pixel. "
+        "Pixel (0, 0)\n"
+        "is the centre of the top-left pixel. With --poses a first column, pose, holds the pose's id.\n"
+        "--poses reads a YAML list of poses; a table with a header that names tx,ty,tz and qx,qy,qz,qw or "
+        "rx,ry,rz (rotation\n"
+        "vector), and perhaps id or timestamp; or a TUM trajectory, timestamp tx ty tz qx qy qz qw, which is "
+        "world_from_camera.\n"
+        "Points are answered as they come, in constant memory; with --poses, and only then, all are kept, "
+        "24 bytes each.\n"
+        "--jacobian appends du_dx,du_dy,du_dz by the point as given; "
+        "du_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz by the pose,\n"
+        "camera_from_points * Exp([t, r]) at t = r = 0 (metres, radians); du_dfx and so on by the "
+        "parameters; "
+        "then dv_dx and so on.");
     setUpStream(app,
                 "Rows x,y,z (metres), comma or blank separated, header optional; - or none: standard input");
     app.add_option("--pose", pose_,
                    "camera_from_points: YAML file, or YAML text in braces; the identity if not given");
+    app.add_option("--poses", poses_path_, "File of poses: all points are projected for each");
+    app.add_option("--poses-are", direction_,
+                   "Which way the poses go, where their file does not say: camera_from_world or "
+                   "world_from_camera")
+        ->check(CLI::IsMember({"camera_from_world", "world_from_camera"}));
+    app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
+    app.add_flag("--clip", is_clipped_, "Give points beyond the image the status out_of_image and no pixel");
   }
 
  private:
-  void prepare() override {
+  void prepare(const CameraFile& file) override {
+    if (!pose_.empty() && !poses_path_.empty()) {
+      throw usageError({.where = "project",
+                        .found = "both --pose and --poses",
+                        .expected = "one of them",
+                        .next_step = "leave one out; --poses takes a file of one pose too"});
+    }
+    if (!direction_.empty() && poses_path_.empty()) {
+      throw usageError({.where = "project",
+                        .found = "--poses-are without --poses",
+                        .expected = "a file of poses",
+                        .next_step = "--pose says its direction by a key such as world_from_camera"});
+    }
     if (!pose_.empty()) camera_from_points_ = readPoseSource(pose_);
+    if (!poses_path_.empty()) {
+      std::optional<PoseDirection> direction;
+      if (!direction_.empty())
+        direction = direction_ == "camera_from_world" ? PoseDirection::kCameraFromWorld
+                                                      : PoseDirection::kWorldFromCamera;
+      list_ = readPoseList(poses_path_, direction);
+      if (list_.is_assumed_tum && !common_.quiet) {
+        printMessage("note: " + poses_path_ +
+                     " is read as a TUM trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera");
+      }
+    }
+    if (has_jacobian_) jacobian_.resize(2 * (9 + file.camera.parameters().size()));
   }
-  [[nodiscard]] std::vector<std::string> inputColumns() const override { return {"x", "y", "z"}; }
-  [[nodiscard]] std::string_view header() const override { return "u,v,status\n"; }
 
-  void writeRow(const AnyCamera& camera, const std::array<double, 3>& row, OutputStream& out) override {
-    const Projection projection =
-        camera.project(camera_from_points_ * Eigen::Vector3d(row[0], row[1], row[2]));
-    writeFields(projection.pixel, {"u", "v"}, statusName(projection.status), out);
+  [[nodiscard]] std::vector<detail::TableColumn> inputColumns() const override {
+    return {{"x", "m"}, {"y", "m"}, {"z", "m"}};
   }
+
+  [[nodiscard]] AnswerWriter::Format format(const CameraFile& file) const override {
+    AnswerWriter::Format format{
+        .is_json = common_.json, .has_pose = !list_.poses.empty(), .values = {"u", "v"}, .details = {}};
+    if (!has_jacobian_) return format;
+    std::vector<std::string> inputs = {"x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz"};
+    for (const std::string_view name : file.camera.parameterNames()) inputs.emplace_back(name);
+    for (const char* output : {"du_d", "dv_d"}) {
+      for (const std::string& input : inputs) format.details.push_back(output + input);
+    }
+    return format;
+  }
+
+  void take(const CameraFile& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
+    if (list_.poses.empty()) return project(file, camera_from_points_, rows, out);
+    kept_.insert(kept_.end(), rows.begin(), rows.end());
+  }
+
+  void finish(const CameraFile& file, AnswerWriter& out) override {
+    const std::span<const Eigen::Vector3d> all(kept_);
+    for (const NamedPose& pose : list_.poses) {
+      out.setPose(pose.id);
+      for (std::size_t i = 0; i < all.size(); i += PointReader::kMaxRows)
+        project(file, pose.camera_from_x, all.subspan(i, std::min(PointReader::kMaxRows, all.size() - i)),
+                out);
+    }
+  }
+
+  void project(const CameraFile& file, const std::optional<SE3>& camera_from_points,
+               std::span<const Eigen::Vector3d> rows, AnswerWriter& out) {
+    points_.assign(rows);
+    pixels_.resize(rows.size());
+    statuses_.resize(rows.size());
+    const PointColumns points{points_[0], points_[1], points_[2]};
+    const PixelResults pixels{pixels_[0], pixels_[1], statuses_};
+    if (has_jacobian_) {
+      // First, as the pixels are to have the same digits with and without.
+      by_point_.resize(6 * rows.size());
+      by_pose_.resize(12 * rows.size());
+      by_params_.resize(2 * file.camera.parameters().size() * rows.size());
+      projectBatch(file.camera, camera_from_points.value_or(SE3()), points, pixels,
+                   {by_point_.data(), by_pose_.data(), by_params_.data()});
+    }
+    if (camera_from_points) {
+      projectBatch(file.camera, *camera_from_points, points, pixels);
+    } else {
+      projectBatch(file.camera, points, pixels);
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      Eigen::Vector2d pixel(pixels_[0][i], pixels_[1][i]);
+      const Status status = statusOf(statuses_[i], pixel, file.image_size);
+      if (status != Status::kOk) pixel.setConstant(kNone);
+      if (has_jacobian_) gatherJacobian(i, status == Status::kOk);
+      answer({pixel.data(), 2}, status, jacobian_, out);
+    }
+  }
+
+  // du by the point, the pose and the parameters, then dv.
+  void gatherJacobian(std::size_t i, bool has_pixel) {
+    if (!has_pixel) return std::fill(jacobian_.begin(), jacobian_.end(), kNone);
+    const std::size_t num_inputs = jacobian_.size() / 2;
+    const std::size_t num_params = num_inputs - 9;
+    for (std::size_t r = 0; r < 2; ++r) {
+      const auto to = jacobian_.begin() + static_cast<std::ptrdiff_t>(r * num_inputs);
+      std::copy_n(by_point_.data() + 6 * i + 3 * r, 3, to);
+      std::copy_n(by_pose_.data() + 12 * i + 6 * r, 6, to + 3);
+      std::copy_n(by_params_.data() + (2 * i + r) * num_params, num_params, to + 9);
+    }
+  }
+
+  [[nodiscard]] Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) const {
+    switch (status) {
+      case ProjectStatus::kOk:
+        return is_clipped_ && !isInImage(pixel, size) ? Status::kOutOfImage : Status::kOk;
+      case ProjectStatus::kBehind:
+        return Status::kBehind;
+      case ProjectStatus::kOutside:
+        break;
+    }
+    return Status::kOutside;
+  }
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   std::string pose_;
-  SE3 camera_from_points_;
-};
-
-class UnprojectCommand final : public StreamCommand {
- public:
-  void setUp(CLI::App& app) override {
-    app.footer(
-        "Example: echo 320,240 | alidade unproject camera.yaml\n"
-        "Output: x,y,z,status; a unit ray in the camera frame with status ok, or outside where no ray leads "
-        "to the pixel.");
-    setUpStream(app,
-                "Rows u,v (pixels), comma or blank separated, header optional; - or none: standard input");
-  }
-
- private:
-  [[nodiscard]] std::vector<std::string> inputColumns() const override { return {"u", "v"}; }
-  [[nodiscard]] std::string_view header() const override { return "x,y,z,status\n"; }
-
-  void writeRow(const AnyCamera& camera, const std::array<double, 3>& row, OutputStream& out) override {
-    const auto ray = camera.unproject({row[0], row[1]});
-    const Eigen::Vector3d none = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-    writeFields(ray.value_or(none), {"x", "y", "z"}, ray ? "ok" : "outside", out);
-  }
+  std::string poses_path_;
+  std::string direction_;
+  std::optional<SE3> camera_from_points_;
+  PoseList list_;
+  std::vector<Eigen::Vector3d> kept_;  // only for many poses
+  // Of the block at hand.
+  Columns points_;
+  Columns pixels_;
+  std::vector<ProjectStatus> statuses_;
+  std::vector<double> by_point_;
+  std::vector<double> by_pose_;
+  std::vector<double> by_params_;
+  std::vector<double> jacobian_;  // of the point at hand
 };
 
 }  // namespace
 
 std::unique_ptr<Command> makeProjectCommand() {
   return std::make_unique<ProjectCommand>();
-}
-std::unique_ptr<Command> makeUnprojectCommand() {
-  return std::make_unique<UnprojectCommand>();
 }
 
 }  // namespace alidade

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Damaged files: whatever the bytes, the readers accept them or complain with an Error, and nothing else.
+#include <optional>
 #include <random>
 
 #include "alidade/core/error.h"
 #include "alidade/io/camera_file.h"
 #include "alidade/io/corners_file.h"
+#include "alidade/io/pose_list.h"
 #include "alidade/io/scene_file.h"
 #include "apps/command_line.h"
 
@@ -99,6 +101,25 @@ TEST(Mutations, OfASceneNeverSurprise) {
                     [](const std::string& text) { (void)parseSceneFile(text, "scene.yaml"); });
   EXPECT_GT(counts.read, kNumRuns / 30);
   EXPECT_GT(counts.refused, kNumRuns / 4);
+}
+
+TEST(Mutations, OfPosesNeverSurprise) {
+  const std::vector<std::string> files = {
+      "- {id: a, camera_from_world: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 1]}}\n"
+      "- {id: b, rotation_vector_rad: [0, 0.1, 0], translation_m: [0, 0, 2]}\n",
+      "# timestamp tx ty tz qx qy qz qw\n1305031102.17 0.1 0 -2 0 0 0 1\n1305031102.20 0 0 -2 0.6 0 0 0.8\n",
+      "name;tx [m];ty;tz;rx;ry;rz\n\"a;b\";0;0;1;0;0.1;0\nc;0;0;2;0;0;0.5\n",
+  };
+  std::uint32_t num_files = 0;
+  for (const std::string& file : files) {
+    const auto direction = num_files == 2 ? std::optional(PoseDirection::kCameraFromWorld) : std::nullopt;
+    const Counts counts = readMutations(
+        file, 4 + num_files, [&](const std::string& text) { (void)parsePoseList(text, "poses", direction); });
+    EXPECT_GT(counts.read, kNumRuns / 100);  // short files without much that may change
+    EXPECT_GT(counts.refused, kNumRuns / 30);
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 3u);
 }
 
 }  // namespace

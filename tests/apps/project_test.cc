@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <sstream>
 #include <thread>
 
 #include <fcntl.h>
@@ -12,8 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/core/text.h"
-#include "apps/command_line.h"
+#include "apps/project_support.h"
 
 namespace alidade {
 namespace {
@@ -21,31 +19,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-RunResult project(const std::string& points, std::vector<std::string> more = {}) {
-  std::vector<std::string> args = {"project", dataPath("camera.yaml")};
-  args.insert(args.end(), more.begin(), more.end());
-  return runAlidade(args, {.input = points});
-}
-
-// The rows of a table behind its header, cut into fields.
-std::vector<std::vector<std::string>> rowsOf(const std::string& table) {
-  std::vector<std::vector<std::string>> rows;
-  std::istringstream lines(table);
-  std::string line;
-  std::getline(lines, line);
-  while (std::getline(lines, line)) {
-    rows.emplace_back();
-    for (const std::string_view field : split(line, ',')) rows.back().emplace_back(field);
-  }
-  return rows;
-}
-
-double numberIn(const std::string& field) {
-  const auto value = parseDouble(field);
-  EXPECT_TRUE(value) << field;
-  return value.value_or(0);
-}
 
 // Points in front of the camera, all in the image, spread without a pattern.
 std::string manyPoints(int count) {
@@ -153,6 +126,20 @@ TEST(Project, ReadsTablesAsPeopleWriteThem) {
       "0.1;-0.05;1.0\n0.2;0.1;2\n",
       "0.1 , -0.05 , 1.0\r\n0.2 , 0.1 , 2\r\n",
       "# points\n\nx y z\n  0.1 -0.05 1.0\n# more\n0.2 0.1 2",
+      // From Excel: a mark at the start, ends of lines with carriage returns, quotes, capitals, units.
+      "\xef\xbb\xbfX,Y,Z\r\n0.1,-0.05,1.0\r\n0.2,0.1,2\r\n",
+      "\xef\xbb\xbf\"Name\";\"X [m]\";\"Y (m)\";\"z_m\"\r\n\"a \"\"b\"\"; "
+      "c\";0.1;-0.05;1.0\r\nd;0.2;0.1;2\r\n",
+      "\"x\",\"y\",\"z\"\n\"0.1\",\"-0.05\",\"1.0\"\n\"0.2\",\"0.1\",\"2\"\n",
+      "x [m], y [m], z [m]\n0.1, -0.05, 1.0\n0.2, 0.1, 2\n",
+      "name,x,y,z\nthe first,0.1,-0.05,1.0\n,0.2,0.1,2\n",
+      "x,y,z,X,Y,Z\n0.1,-0.05,1.0,7,8,9\n0.2,0.1,2,7,8,9\n",
+      // From NumPy: signs, exponents, many digits, the header as a comment.
+      "+0.1 -0.05 1.0\n+2e-1 +1E-01 2.\n",
+      "1.000000000000000056e-01 -5.000000000000000278e-02 1.000000000000000000e+00\n.2 .1 2\n",
+      "# z y x\n1.0 -0.05 0.1\n2 0.1 0.2\n",
+      "# x y z in metres of \"board, 1\n0.1 -0.05 1.0\n0.2 0.1 2\n",
+      "name x y z\n\"a b\" 0.1 -0.05 1.0\nc 0.2 0.1 2\n",
   };
   ASSERT_EQ(rowsOf(expected).size(), 2u);
   std::size_t num_tables = 0;
@@ -162,7 +149,7 @@ TEST(Project, ReadsTablesAsPeopleWriteThem) {
     EXPECT_EQ(result.out, expected) << table;
     ++num_tables;
   }
-  EXPECT_EQ(num_tables, 7u);
+  EXPECT_EQ(num_tables, 18u);
 }
 
 TEST(Project, NamesTheLineThatIsWrong) {
@@ -181,6 +168,17 @@ TEST(Project, NamesTheLineThatIsWrong) {
       {"0,0,1,\n", ":1", "4 columns without a header", "x,y,z"},
       {"0,,1\n", ":1", "'' as y", "a number"},
       {"0,0x10,1\n", ":1", "'0x10' as y", "a number"},
+      {"x,y,z_mm\n0,0,1\n", ":1", "the column 'z_mm'", "columns x,y,z in m"},
+      {"X,x_m,y,z\n0,0,0,1\n", ":1", "two columns 'X' and 'x_m'", "columns x,y,z"},
+      {"x,y,z,x\n0,0,1,2\n", ":1", "two columns 'x' and 'x'", "columns x,y,z"},
+      {"x;y;z\n0,5;0;1\n", ":2", "commas beside semicolons", "decimal commas"},
+      {"0,0,1\n0,5;0;1\n", ":2", "commas beside semicolons", "decimal commas"},
+      {"0;0;1\n0;0;\"1,5\"\n", ":2", "'1,5' as z", "a decimal point"},
+      {"x,y,z\n0,0,\"1\n", ":2", "an open quote", "quote at the field's end"},
+      {"0 0 1\n0 0,1\n", ":2", "2 fields", "3 as in the rows before"},
+      {"0,0,1e999\n", ":1", "'1e999' as z", "a number"},
+      {"0,0,+-1\n0,0,1 2\n", ":2", "'1 2' as z", "a number"},
+      {"\xff\xfex\n", ":1", "UTF-16 text", "CSV (UTF-8)"},
       {std::string(70'000, '1'), ":1", "a line of more than 64 KiB", "rows of numbers"},
   };
   std::size_t num_refused = 0;
@@ -191,7 +189,7 @@ TEST(Project, NamesTheLineThatIsWrong) {
                                   HasSubstr(c.expected)));
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 9u);
+  EXPECT_EQ(num_refused, 20u);
   const ScratchFolder scratch;
   scratch.write("points.csv", "0,0,one\n");
   EXPECT_THAT(runAlidade({"project", dataPath("camera.yaml"), scratch.path("points.csv")}).err,

@@ -170,6 +170,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
   linkImages(scratch, "photos", 4);
   scratch.write("camera.yaml", readFile(dataPath("camera.yaml")));
   scratch.write("points.csv", "x,y,z\n0,0,1\n");
+  scratch.write("trajectory.txt", "1.5 0 0 -1 0 0 0 1\n");
   // Rendering one of its views shows as much as rendering all.
   scratch.write("config/scene.yaml",
                 replaced(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), "{random: 12}", "{random: 1}"));
@@ -181,7 +182,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 10);
+  EXPECT_EQ(num_examples, 11);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alidade/calibrate/reprojection.h"
 #include "alidade/camera/batch_kernel.h"
 #include "support/bundle_set.h"
-#include "alidade/calibrate/reprojection.h"
 
 namespace alidade {
 namespace {

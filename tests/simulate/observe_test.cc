@@ -35,13 +35,17 @@ TEST(ExactView, PlacesCornersByTheirIds) {
 }
 
 TEST(ExactView, LeavesOutCornersOutsideTheImage) {
-  // Corner columns at -0.5 - 50, -0.5, 49.5, ...: the second lies on the image's border, which belongs to it.
-  const View view = exactView(pinhole(), kSize, kBoard, {{}, {(-0.5 - 50 - 320) / 500, 0, 1}}, "");
+  // Numbers that no order of rounding changes. Corner columns at -0.5 - 64, -0.5, 63.5, ...: the second lies
+  // on the image's border, which belongs to it.
+  const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{512, 512, 320, 240});
+  Checkerboard board = kBoard;
+  board.square_m = 0.125;
+  const View view = exactView(camera, kSize, board, {{}, {(-0.5 - 64 - 320) / 512, 0, 1}}, "");
   ASSERT_EQ(view.corners.size(), 16U);
   EXPECT_EQ(view.corners[0].id, 1);
   EXPECT_EQ(view.corners[4].id, 6);
   // The border on the right does not.
-  EXPECT_EQ(exactView(pinhole(), kSize, kBoard, {{}, {(639.5 - 320) / 500, 0, 1}}, "").corners.size(), 0U);
+  EXPECT_EQ(exactView(camera, kSize, board, {{}, {(639.5 - 320) / 512, 0, 1}}, "").corners.size(), 0U);
   EXPECT_EQ(exactView(pinhole(), kSize, kBoard, {{}, {0, 0, -1}}, "").corners.size(), 0U);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "alidade/calibrate/observation.h"
+#include "alidade/calibrate/param_constraint.h"
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"
 
@@ -25,6 +26,7 @@ struct BundleOptions {
   /// Relative change of the cost at which to stop. The default is tight enough that the answer's digits do
   /// not depend on where the iteration started.
   double function_tolerance = 1e-14;
+  ParamConstraint constraint = {};
   const CancelFlag* cancel = nullptr;
 };
 
@@ -42,12 +44,14 @@ struct BundleSummary {
   Termination termination = Termination::kFailed;
   std::string reason;  ///< the solver's own words
   int num_iterations = 0;
-  double cost = 0;  ///< half the sum of rho over all corners, px^2 of a corner of weight 1
+  std::vector<int> at_limit;  ///< parameters that the optimum pushes against the end of their range
+  double cost = 0;            ///< half the sum of rho over all corners, px^2 of a corner of weight 1
 };
 
 /// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres, see BundleProblem:
 /// poses eliminated by the Schur complement, one thread (Ceres' threads sum in varying order, which changes
-/// the last bits).
+/// the last bits). Lens parameters stay in their model's ranges; an optimum may lie on the end of
+/// one.
 /// @param views  the corners of each view; as many as state.camera_from_board
 [[nodiscard]] BundleSummary solveBundle(std::string_view model_id,
                                         std::span<const std::vector<Observation>> views, BundleState& state,

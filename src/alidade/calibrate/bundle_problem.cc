@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/bundle_problem.h"
 
+#include <utility>
+
 #include <ceres/cost_function.h>
 
 #include "alidade/core/error.h"
@@ -103,20 +105,31 @@ BundleProblem::BundleProblem(std::string_view model_id, std::span<const std::vec
       params_(params),
       pose_rows_(views.size(), PoseRows(6, kernel_.numParams() + 7)),
       shared_rows_(SharedRows::Zero(kernel_.numParams() + 1, kernel_.numParams() + 1)),
-      manifold_(std::make_unique<TangentManifold>()),
+      pose_manifold_(std::make_unique<TangentManifold>()),
       problem_(optionsWith(this)) {
   expect(views.size() == poses.size(), "one pose a view");
   expect(params.size() == static_cast<std::size_t>(kernel_.numParams()), "the model's parameters");
   poses_.reserve(poses.size());
   for (const SE3& pose : poses) poses_.push_back(toBlock(pose));
   for (std::size_t v = 0; v < poses_.size(); ++v) {
-    problem_.AddParameterBlock(poses_[v].data(), 7, manifold_.get());
+    problem_.AddParameterBlock(poses_[v].data(), 7, pose_manifold_.get());
     problem_.AddResidualBlock(new PoseCost(*this, v), nullptr, params_.data(), poses_[v].data());
   }
   problem_.AddResidualBlock(new SharedCost(*this), nullptr, params_.data());
 }
 
 BundleProblem::~BundleProblem() = default;
+
+void BundleProblem::constrain(const ParamConstraint& constraint) {
+  problem_.SetManifold(params_.data(), nullptr);
+  if (constraint.isNone()) return;
+  Eigen::MatrixXd directions = freeDirections(kernel_.numParams(), constraint);
+  // Ceres takes the cost of rows that hang on constants alone for constant, and the shared rows go on
+  // changing with the poses. So the parameters stay variable, in a direction that moves none of them.
+  if (directions.cols() == 0) directions = Eigen::MatrixXd::Zero(kernel_.numParams(), 1);
+  params_manifold_ = std::make_unique<LinearManifold>(std::move(directions));
+  problem_.SetManifold(params_.data(), params_manifold_.get());
+}
 
 ceres::ParameterBlockOrdering BundleProblem::ordering() {
   ceres::ParameterBlockOrdering ordering;

@@ -11,6 +11,7 @@
 #include <ceres/problem.h>
 
 #include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/param_constraint.h"
 #include "alidade/calibrate/se3_manifold.h"
 #include "alidade/calibrate/view_kernel.h"
 
@@ -28,8 +29,7 @@ namespace alidade {
 /// A point that is tried is most often taken: its Jacobian is summed together with its cost.
 class BundleProblem final : public ceres::EvaluationCallback {
  public:
-  /// Changes `params` and its own copies of the poses while it is solved. Only some of the parameters may be
-  /// held constant, not all: Ceres takes the cost of rows that hang on nothing else for a constant.
+  /// Changes `params` and its own copies of the poses while it is solved.
   BundleProblem(std::string_view model_id, std::span<const std::vector<Observation>> views, HuberLoss loss,
                 std::vector<double>& params, std::span<const SE3> poses);
   BundleProblem(const BundleProblem&) = delete;
@@ -39,6 +39,8 @@ class BundleProblem final : public ceres::EvaluationCallback {
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
 
   [[nodiscard]] ceres::Problem& problem() { return problem_; }
+  /// Lets the parameters move only as the constraint says; none of them may be left.
+  void constrain(const ParamConstraint& constraint);
   /// Poses before the parameters, for the Schur complement.
   [[nodiscard]] ceres::ParameterBlockOrdering ordering();
   [[nodiscard]] SE3 pose(std::size_t v) const { return fromBlock(poses_[v].data()); }
@@ -59,7 +61,8 @@ class BundleProblem final : public ceres::EvaluationCallback {
   std::vector<PoseRows> pose_rows_;  // a view's
   SharedRows shared_rows_;
 
-  std::unique_ptr<ceres::Manifold> manifold_;
+  std::unique_ptr<ceres::Manifold> pose_manifold_;
+  std::unique_ptr<ceres::Manifold> params_manifold_;  // of a constraint
   ceres::Problem problem_;
 };
 

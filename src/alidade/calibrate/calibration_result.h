@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/start.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/geometry/se3.h"
 
@@ -84,6 +85,8 @@ struct CalibrationResult {
   std::optional<Eigen::MatrixXd> view_robust_covariance;
   double scaled_condition = 0;  ///< see IntrinsicsInformation
   DomainCertificate domain;
+  std::vector<int> held;  ///< indices of parameters that were not estimated; their sigma is 0
+  StartReport start;      ///< how the search for a start went
   BundleSummary solver;
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed

@@ -1,18 +1,31 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "alidade/calibrate/calibration_result.h"
+#include "alidade/camera/any_camera.h"
 #include "alidade/core/cancel.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
 
+/// A camera to start from.
+struct InitialCamera {
+  AnyCamera camera;  ///< of another model: the one in its place by fitModel()
+  ImageSize size;
+};
+
 struct CalibratorOptions {
-  std::string model = "radtan";  ///< an id of the model list
+  std::string model = "radtan";                         ///< an id of the model list
+  std::optional<InitialCamera> initial = std::nullopt;  ///< nothing: a start is searched for
+  /// Names of parameters that keep their value: that of `initial`; without one, the image's centre for cx and
+  /// cy and 0 for the lens.
+  std::vector<std::string> held = {};
+  bool same_focal = false;  ///< fx = fy in pixels
   const CancelFlag* cancel = nullptr;
 };
 
@@ -25,7 +38,8 @@ inline constexpr int kMinViews = 3;
 /// different sigmas are weighted, see CornerNoise.
 /// @throws Error (kInput): fewer than kMinViews views, views of different image sizes, two views of one
 /// image, corner ids that the board does not have, corners that are not finite, negative sigmas, or views
-/// that no camera explains. Error (kUsage): unknown model. Cancelled. A poor result is no exception: see
+/// that no camera explains, an initial camera of another image size. Error (kUsage): unknown model or
+/// parameter to hold, or one that has no value to be held at. Cancelled. A poor result is no exception: see
 /// CalibrationResult::findings.
 [[nodiscard]] CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
                                           const CalibratorOptions& options = {});

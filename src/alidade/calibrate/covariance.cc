@@ -13,7 +13,7 @@
 namespace alidade {
 IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
                                             std::span<const std::vector<Observation>> views,
-                                            const BundleState& state) {
+                                            const BundleState& state, const ParamConstraint& constraint) {
   IntrinsicsInformation result;
   // The poses' Schur complement of J^T W J is that of a fit without a loss.
   const ViewKernel& kernel = viewKernel(model_id);
@@ -27,9 +27,16 @@ IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
   const Eigen::Index n = kernel.numParams();
   result.information = sums.gram.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
 
-  const Eigen::VectorXd scale = result.information.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(result.information.rows()), constraint);
+  if (directions.cols() == 0) {
+    result.scaled_condition = 1;
+    result.inverse = Eigen::MatrixXd::Zero(result.information.rows(), result.information.rows());
+    return result;
+  }
+  const Eigen::MatrixXd information = directions.transpose() * result.information * directions;
+  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return result;
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * result.information * scale.asDiagonal();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
   if (solver.info() != Eigen::Success) return result;
   const Eigen::VectorXd& values = solver.eigenvalues();
@@ -39,7 +46,7 @@ IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
   if (!(result.scaled_condition > kSingular)) return result;
   const Eigen::MatrixXd& vectors = solver.eigenvectors();
   const Eigen::MatrixXd inverse = vectors * values.cwiseInverse().asDiagonal() * vectors.transpose();
-  result.inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
+  result.inverse = directions * (scale.asDiagonal() * inverse * scale.asDiagonal()) * directions.transpose();
   return result;
 }
 
@@ -69,12 +76,12 @@ double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, Hube
 std::optional<Eigen::MatrixXd> viewRobustCovariance(std::string_view model_id,
                                                     std::span<const std::vector<Observation>> views,
                                                     const BundleState& state, HuberLoss loss,
-                                                    double mean_slope) {
+                                                    double mean_slope, const ParamConstraint& constraint) {
   const ViewKernel& kernel = viewKernel(model_id);
   const Eigen::Index n = kernel.numParams();
   const auto num_views = static_cast<double>(views.size());
   if (!(num_views > static_cast<double>(n))) return std::nullopt;
-  const auto inverse = intrinsicsInformation(model_id, views, state).inverse;
+  const auto inverse = intrinsicsInformation(model_id, views, state, constraint).inverse;
   if (!inverse) return std::nullopt;
   const CornerGroups corners(views);
   PoseRows rows(6, n + 7);

@@ -12,7 +12,8 @@
 
 namespace alidade {
 
-/// What the corners say about the intrinsics once every pose is free.
+/// What the corners say about the intrinsics once every pose is free. Along what a constraint leaves alone
+/// `inverse` is zero, and the condition is that of the rest.
 struct IntrinsicsInformation {
   /// N x N: the Schur complement of the poses in J^T W J, W being the corners' weights, so that covariance =
   /// sigma^2 * information^-1 with the variance sigma^2 of a corner of weight 1. Per px^2.
@@ -26,7 +27,8 @@ struct IntrinsicsInformation {
 
 [[nodiscard]] IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
                                                           std::span<const std::vector<Observation>> views,
-                                                          const BundleState& state);
+                                                          const BundleState& state,
+                                                          const ParamConstraint& constraint = {});
 
 /// Mean slope psi' of Huber's estimate over both axes of all corners: 1 where none lies beyond the threshold.
 /// @param weighted_errors  reprojection errors times the root of the corners' weights, px
@@ -48,6 +50,6 @@ struct IntrinsicsInformation {
 /// @param state  where the fit under `loss` has ended
 [[nodiscard]] std::optional<Eigen::MatrixXd> viewRobustCovariance(
     std::string_view model_id, std::span<const std::vector<Observation>> views, const BundleState& state,
-    HuberLoss loss, double mean_slope);
+    HuberLoss loss, double mean_slope, const ParamConstraint& constraint = {});
 
 }  // namespace alidade

@@ -129,6 +129,15 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                         .message = "the solver stopped before the optimum: " + result.solver.reason,
                         .next_step = "look for wrong views; the worst ones are listed"});
   }
+  for (const int i : result.solver.at_limit) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "parameter_at_limit",
+                        .message = std::string(result.camera.parameterNames()[static_cast<std::size_t>(i)]) +
+                                   " has come to the end of its range, " +
+                                   number("%g", result.camera.parameters()[static_cast<std::size_t>(i)]) +
+                                   ": the model would have to bend farther than it can",
+                        .next_step = "use a model that suits the lens"});
+  }
   if (!result.is_settled) {
     findings.push_back(
         {.severity = Severity::kFailure,

@@ -29,13 +29,13 @@ Eigen::MatrixXd jointCovariance(const PoseRows& rows, const Eigen::MatrixXd& par
 
 std::vector<std::vector<double>> leverages(std::string_view model_id,
                                            std::span<const std::vector<Observation>> views,
-                                           const BundleState& state) {
+                                           const BundleState& state, const ParamConstraint& constraint) {
   const ViewKernel& kernel = viewKernel(model_id);
   const Eigen::Index n = kernel.numParams();
   const CornerGroups corners(views);
   // Intrinsics that these views do not determine take little from the errors in any direction they do.
   const Eigen::MatrixXd params_cov =
-      intrinsicsInformation(model_id, views, state).inverse.value_or(Eigen::MatrixXd::Zero(n, n));
+      intrinsicsInformation(model_id, views, state, constraint).inverse.value_or(Eigen::MatrixXd::Zero(n, n));
   PoseRows rows(6, n + 7);
   SharedSums unused(kernel.numParams());
   std::vector<std::vector<double>> all;

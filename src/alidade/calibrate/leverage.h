@@ -16,6 +16,7 @@ namespace alidade {
 /// say little about their noise. 0 for a corner that does not project.
 [[nodiscard]] std::vector<std::vector<double>> leverages(std::string_view model_id,
                                                          std::span<const std::vector<Observation>> views,
-                                                         const BundleState& state);
+                                                         const BundleState& state,
+                                                         const ParamConstraint& constraint = {});
 
 }  // namespace alidade

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/geometry/se3.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 
@@ -16,13 +17,50 @@ namespace alidade {
 [[nodiscard]] std::vector<std::vector<Observation>> observationsOf(const Checkerboard& board,
                                                                    std::span<const View> views);
 
-/// Intrinsics to start from, without any guess: closed forms and a few fields of view are each tried on a
-/// spread of the views, the best three are solved there, and the one with the lowest robust cost wins.
-/// Corners count alike, whatever their sigma: a start need not be precise. Nothing if no start can explain
-/// the views at all.
-[[nodiscard]] std::optional<std::vector<double>> findStart(std::string_view model_id,
-                                                           const Checkerboard& board,
-                                                           std::span<const View> views,
-                                                           const CancelFlag* cancel);
+/// A camera with the poses of the views that it explains.
+struct PosedCamera {
+  std::vector<double> params;
+  std::vector<std::optional<SE3>> poses;  ///< camera_from_board, one a view
+};
+
+/// The loss for views that are far from explained: beyond half a percent of the image's diagonal an error
+/// counts less.
+[[nodiscard]] HuberLoss startLoss(ImageSize size);
+
+/// Puts the pose by the corners' rays through the camera in place of each pose that costs more or is missing.
+/// From a poor camera, a view may have come to the wrong one of the two tilts that look alike from afar; from
+/// there no small step leads back. False if all was well.
+bool improvePoses(std::string_view model_id, const Checkerboard& board, std::span<const View> views,
+                  HuberLoss loss, PosedCamera& camera);
+
+/// How the search for a start went.
+struct StartReport {
+  int num_tried = 0;   ///< fields of view at which the views could be explained at all
+  int num_solved = 0;  ///< of these, the best, solved to convergence until two agreed or none was left
+  int num_agreed = 0;  ///< of these, those that came to the optimum of the lowest cost
+  int num_optima = 1;  ///< optima of about this cost that other shapes of the lens led to, this one with them
+};
+
+struct Start {
+  PosedCamera camera;  ///< of the model that was asked for
+  /// Other optima of about the same cost, by other shapes of the lens: only all views can tell which is best.
+  std::vector<PosedCamera> rivals;
+  StartReport report;
+};
+
+/// A start at a given camera: poses by the corners' rays. Nothing if it explains fewer than three views.
+[[nodiscard]] std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
+                                             const Checkerboard& board, std::span<const View> views);
+
+/// A camera and poses to start from, without any guess, for lenses of 15 to 210 degrees.
+///
+/// A spread of the views is first solved for a lens that has one good way to every answer: without distortion
+/// for a model without, `radtan` for the models that contain it, `kannala_brandt`, a polynomial, for all
+/// others. It starts from several fields of view with the principal point in the image's middle; poses come
+/// from the corners' rays. Then all lenses of the model that look like this one are solved in turn
+/// (lensShapes), and the one with the lowest robust cost wins. Corners count alike, whatever their sigma: a
+/// start need not be precise. Nothing if no start can explain the views at all.
+[[nodiscard]] std::optional<Start> findStart(std::string_view model_id, const Checkerboard& board,
+                                             std::span<const View> views, const CancelFlag* cancel);
 
 }  // namespace alidade

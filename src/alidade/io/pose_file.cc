@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/io/pose_file.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include "alidade/core/text.h"
@@ -54,13 +55,18 @@ SO3 readRotation(const YamlNode& node, const std::string& key) {
 
 }  // namespace
 
-SE3 readPose(const YamlNode& node) {
+SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
   std::vector<std::string> allowed = kRotationKeys;
   allowed.insert(allowed.end(), {"translation_m", "matrix"});
+  allowed.insert(allowed.end(), beside.begin(), beside.end());
   node.allowKeys(allowed);
   if (node.has("matrix")) {
-    if (node.keys().size() != 1)
-      throw node.error("'matrix' beside other keys", "'matrix' alone: it holds the whole pose");
+    for (const std::string& key : node.keys()) {
+      const bool is_of_pose =
+          key == "translation_m" || std::count(kRotationKeys.begin(), kRotationKeys.end(), key);
+      if (is_of_pose)
+        throw node.error("'matrix' beside '" + key + "'", "'matrix' alone: it holds the whole pose");
+    }
     const YamlNode matrix = node.at("matrix");
     const Eigen::Matrix4d values = matrixOf<4>(matrix);
     try {
@@ -84,6 +90,22 @@ SE3 readPose(const YamlNode& node) {
   return pose;
 }
 
+FramedPose readFramedPose(const YamlNode& node, const std::vector<std::string>& beside) {
+  for (const char* frame : {"world", "board", "rig"}) {
+    const std::string forward = std::string("camera_from_") + frame;
+    const std::string backward = std::string(frame) + "_from_camera";
+    for (const std::string& key : {forward, backward}) {
+      if (!node.has(key)) continue;
+      std::vector<std::string> allowed = beside;
+      allowed.push_back(key);
+      node.allowKeys(allowed);
+      const SE3 pose = readPose(node.at(key));
+      return {key == forward ? pose : pose.inverse(), true};
+    }
+  }
+  return {readPose(node, beside), false};
+}
+
 void writePose(YAML::Emitter& out, const SE3& pose) {
   Eigen::Vector4d q = pose.rotation.quaternion().coeffs();
   if (q.w() < 0) q = -q;
@@ -104,19 +126,12 @@ SE3 readPoseSource(const std::string& source) {
   using detail::YamlNode;
   const bool is_text = trim(source).starts_with('{');
   const YamlNode root = is_text ? YamlNode::parse(source, "pose") : YamlNode::readFile(source);
-  for (const char* frame : {"world", "board", "rig"}) {
-    const std::string forward = std::string("camera_from_") + frame;
-    const std::string backward = std::string(frame) + "_from_camera";
-    if (root.has(forward)) {
-      root.allowKeys({forward});
-      return detail::readPose(root.at(forward));
-    }
-    if (root.has(backward)) {
-      root.allowKeys({backward});
-      return detail::readPose(root.at(backward)).inverse();
-    }
+  if (!is_text && !root.isMap()) {
+    throw root.error(root.isSequence() ? "a list" : "no pose",
+                     "one pose: a map with a rotation and translation_m",
+                     "a list or a table of poses goes to --poses");
   }
-  return detail::readPose(root);
+  return detail::readFramedPose(root).camera_from_x;
 }
 
 }  // namespace alidade

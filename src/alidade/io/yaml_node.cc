@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include <yaml-cpp/depthguard.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/parser.h>
 
 #include "alidade/core/text.h"
 #include "alidade/io/atomic_file.h"
@@ -20,6 +23,32 @@ std::string placeInFile(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
 }
 
+// Takes no notice of what a document holds.
+class DocumentSkipper final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  }
+  void OnMapEnd() override {}
+};
+
+// Up to two: YAML::LoadAll() goes on for ever where a stray bracket or comma lets it read empty documents.
+int countDocuments(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentSkipper skipper;
+  int count = 0;
+  while (count < 2 && parser.HandleNextDocument(skipper)) ++count;
+  return count;
+}
+
 }  // namespace
 
 YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
@@ -30,12 +59,13 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
                       .next_step = "other tools' formats are not read yet; carry the numbers over by hand"});
   }
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() != 1) {
-      throw inputError(
-          {.where = file, .found = std::to_string(documents.size()) + " YAML documents", .expected = "one"});
+    const int num_documents = countDocuments(text);
+    if (num_documents != 1) {
+      throw inputError({.where = file,
+                        .found = num_documents == 0 ? "0 YAML documents" : "at least 2 YAML documents",
+                        .expected = "one"});
     }
-    return {documents.front(), file, ""};
+    return {YAML::Load(text), file, ""};
   } catch (const YAML::DeepRecursion& e) {
     throw inputError({.where = placeInFile(file, e.mark),
                       .found = "lists or maps nested more than " + std::to_string(e.depth()) + " deep",

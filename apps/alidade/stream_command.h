@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/io/camera_file.h"
+#include "alidade/io/table_lines.h"
+#include "answer_writer.h"
+#include "command.h"
+
+namespace alidade {
+
+/// What project and unproject share: a camera file, rows in, rows out, counts by status at the end.
+class StreamCommand : public Command {
+ public:
+  int run(const CLI::App& app) final;
+
+ protected:
+  /// What becomes of a row, in alphabetical order.
+  enum class Status { kBehind, kOk, kOutOfImage, kOutside };
+
+  /// The options of both; `points` describes the input.
+  void setUpStream(CLI::App& app, const char* points);
+
+  /// Reads what the command needs beside the camera.
+  virtual void prepare(const CameraFile&) {}
+  [[nodiscard]] virtual std::vector<detail::TableColumn> inputColumns() const = 0;
+  [[nodiscard]] virtual AnswerWriter::Format format(const CameraFile& file) const = 0;
+  /// Answers a block of rows, or keeps it until finish().
+  virtual void take(const CameraFile& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) = 0;
+  virtual void finish(const CameraFile&, AnswerWriter&) {}
+
+  /// Writes one row and counts it.
+  void answer(std::span<const double> values, Status status, std::span<const double> details,
+              AnswerWriter& out);
+
+  [[nodiscard]] static bool isInImage(const Eigen::Vector2d& pixel, ImageSize size);
+
+  bool is_clipped_ = false;
+  bool has_jacobian_ = false;
+
+ private:
+  static constexpr std::size_t kNumStatuses = 4;
+  [[nodiscard]] std::string countsText() const;
+
+  std::string camera_path_;
+  std::string points_path_;
+  std::array<std::size_t, kNumStatuses> counts_{};
+};
+
+}  // namespace alidade

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "alidade/camera/batch.h"
+#include "columns.h"
+#include "stream_command.h"
+
+namespace alidade {
+namespace {
+
+class UnprojectCommand final : public StreamCommand {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: echo 320,240 | alidade unproject camera.yaml\n"
+        "Output: x,y,z,status; a unit ray in the camera frame with status ok, or outside where no ray leads "
+        "to the pixel,\n"
+        "or (--clip) out_of_image.\n"
+        "--jacobian appends dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
+    setUpStream(app,
+                "Rows u,v (pixels), comma or blank separated, header optional; - or none: standard input");
+    app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
+    app.add_flag("--clip", is_clipped_, "Give pixels beyond the image the status out_of_image and no ray");
+  }
+
+ private:
+  [[nodiscard]] std::vector<detail::TableColumn> inputColumns() const override {
+    return {{"u", "px"}, {"v", "px"}};
+  }
+
+  [[nodiscard]] AnswerWriter::Format format(const CameraFile&) const override {
+    AnswerWriter::Format format{
+        .is_json = common_.json, .has_pose = false, .values = {"x", "y", "z"}, .details = {}};
+    if (has_jacobian_) format.details = {"dx_du", "dx_dv", "dy_du", "dy_dv", "dz_du", "dz_dv"};
+    return format;
+  }
+
+  void take(const CameraFile& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
+    pixels_.assign(rows);
+    rays_.resize(rows.size());
+    statuses_.resize(rows.size());
+    J_ray_pixel_.resize(has_jacobian_ ? 6 * rows.size() : 0);
+    unprojectBatch(file.camera, {pixels_[0], pixels_[1]}, {rays_[0], rays_[1], rays_[2], statuses_},
+                   has_jacobian_ ? J_ray_pixel_.data() : nullptr);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Eigen::Vector2d pixel = rows[i].head<2>();
+      const bool is_clipped = is_clipped_ && pixel.allFinite() && !isInImage(pixel, file.image_size);
+      Status status = statuses_[i] == ProjectStatus::kOk ? Status::kOk : Status::kOutside;
+      Eigen::Vector3d ray = rays_.row(i);
+      const auto J =
+          std::span<double>(J_ray_pixel_).subspan(has_jacobian_ ? 6 * i : 0, has_jacobian_ ? 6 : 0);
+      if (is_clipped) {
+        status = Status::kOutOfImage;
+        ray.setConstant(kNone);
+        std::fill(J.begin(), J.end(), kNone);
+      }
+      answer({ray.data(), 3}, status, J, out);
+    }
+  }
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  // Of the block at hand.
+  Columns pixels_;
+  Columns rays_;
+  std::vector<ProjectStatus> statuses_;
+  std::vector<double> J_ray_pixel_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeUnprojectCommand() {
+  return std::make_unique<UnprojectCommand>();
+}
+
+}  // namespace alidade

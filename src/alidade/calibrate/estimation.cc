@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/estimation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "alidade/calibrate/held_params.h"
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+
+Estimation::Estimation(const Checkerboard& board_in, std::vector<View> views_in,
+                       const CalibratorOptions& options_in)
+    : board(board_in),
+      options(options_in),
+      constraint(constraintOf(options_in)),
+      views(std::move(views_in)) {}
+
+void solve(Estimation& estimation, double function_tolerance) {
+  estimation.summary = solveBundle(estimation.options.model, estimation.observations, estimation.state,
+                                   {.loss = estimation.loss,
+                                    .function_tolerance = function_tolerance,
+                                    .constraint = estimation.constraint,
+                                    .cancel = estimation.options.cancel});
+  estimation.errors.clear();
+  for (std::size_t v = 0; v < estimation.views.size(); ++v) {
+    estimation.errors.push_back(reprojectionErrors(estimation.options.model, estimation.state.params,
+                                                   estimation.state.camera_from_board[v],
+                                                   estimation.observations[v]));
+  }
+}
+
+double weigh(const CornerNoise& noise, Observations& views) {
+  double change = 0;
+  for (auto& view : views) {
+    for (Observation& observation : view) {
+      const double weight = noise.weight(observation.sigma_px);
+      change = std::max(change, std::abs(weight / observation.weight - 1));
+      observation.weight = weight;
+    }
+  }
+  return change;
+}
+
+double meanWeightedSquare(const Estimation& estimation) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < estimation.errors.size(); ++v) {
+    for (std::size_t i = 0; i < estimation.errors[v].size(); ++i) {
+      sum += estimation.observations[v][i].weight * estimation.errors[v][i].squaredNorm();
+      ++count;
+    }
+  }
+  return sum / count;
+}
+
+void exclude(Estimation& estimation, std::size_t view, std::string reason) {
+  estimation.excluded.push_back({estimation.views[view].image, std::move(reason)});
+  const auto erase = [view](auto& list) {
+    if (view < list.size()) list.erase(list.begin() + static_cast<std::ptrdiff_t>(view));
+  };
+  erase(estimation.views);
+  erase(estimation.observations);
+  erase(estimation.state.camera_from_board);
+}
+
+void requireViews(const Estimation& estimation) {
+  if (estimation.views.size() >= kMinViews) return;
+  std::vector<std::string> reasons;
+  for (const ExcludedView& view : estimation.excluded) reasons.push_back(view.image + ": " + view.reason);
+  throw inputError(
+      {.where = "calibration",
+       .found = std::to_string(estimation.views.size()) + " usable views (" + join(reasons, "; ") + ")",
+       .expected = "at least " + std::to_string(kMinViews),
+       .next_step = "check the board's size and that all images are of the same camera"});
+}
+
+}  // namespace alidade

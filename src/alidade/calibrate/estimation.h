@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/corner_noise.h"
+#include "alidade/calibrate/param_constraint.h"
+
+namespace alidade {
+
+using Observations = std::vector<std::vector<Observation>>;  ///< a list a view
+using Errors = std::vector<std::vector<Eigen::Vector2d>>;
+
+/// What the steps of a calibration hand on to one another.
+struct Estimation {
+  Estimation(const Checkerboard& board_in, std::vector<View> views_in, const CalibratorOptions& options_in);
+
+  const Checkerboard& board;
+  const CalibratorOptions& options;
+  ParamConstraint constraint;
+  std::vector<View> views;    ///< in use, with all their corners
+  Observations observations;  ///< of the corners in use
+  Errors errors;              ///< of the same, by solve()
+  CornerNoise noise;
+  BundleState state;
+  std::vector<BundleState> rivals;  ///< other optima of the start
+  HuberLoss loss{.threshold_px = 0};
+  BundleSummary summary;
+  StartReport start_report;
+  bool is_settled = false;
+  std::vector<Outlier> outliers;
+  std::vector<ExcludedView> excluded;
+};
+
+/// Solves for intrinsics and poses from where they are and takes the errors.
+void solve(Estimation& estimation, double function_tolerance = BundleOptions().function_tolerance);
+
+/// Gives each corner its weight; the largest relative change of one.
+double weigh(const CornerNoise& noise, Observations& views);
+
+/// Mean over the corners in use of weight (dx^2 + dy^2), px^2.
+[[nodiscard]] double meanWeightedSquare(const Estimation& estimation);
+
+/// Takes a view out of use.
+void exclude(Estimation& estimation, std::size_t view, std::string reason);
+
+/// @throws Error (kInput) with the reasons of the views left out if fewer than kMinViews are in use
+void requireViews(const Estimation& estimation);
+
+}  // namespace alidade

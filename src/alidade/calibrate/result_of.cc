@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/result_of.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/local_sigma.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+namespace {
+
+ViewResult viewResult(const Estimation& e, std::size_t v) {
+  ViewResult view;
+  view.image = e.views[v].image;
+  view.camera_from_board = e.state.camera_from_board[v];
+  view.num_corners = static_cast<int>(e.errors[v].size());
+  view.num_outliers = static_cast<int>(e.views[v].corners.size() - e.errors[v].size());
+  double sum = 0;
+  for (const auto& error : e.errors[v]) {
+    sum += error.squaredNorm();
+    view.max_error_px = std::max(view.max_error_px, error.norm());
+  }
+  view.rms_px = std::sqrt(sum / view.num_corners);
+  return view;
+}
+
+// Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
+double unexplainedSigma(const Estimation& e, double variance) {
+  if (!e.noise.isStated()) return std::numeric_limits<double>::quiet_NaN();
+  if (!e.noise.isUniform()) return e.noise.unexplainedSigma();
+  return std::sqrt(std::max(0.0, variance - e.noise.statedVariance(e.observations[0][0].sigma_px)));
+}
+
+}  // namespace
+
+CalibrationResult resultOf(const Estimation& e) {
+  CalibrationResult result(AnyCamera::make(e.options.model, e.state.params));
+  result.image_size = e.views.front().size;
+  std::vector<Eigen::Vector2d> weighted_errors;
+  result.local_sigma_px = localSigma(e.board, e.observations, e.errors);
+  double sum = 0;
+  for (std::size_t v = 0; v < e.views.size(); ++v) {
+    result.views.push_back(viewResult(e, v));
+    for (std::size_t i = 0; i < e.errors[v].size(); ++i) {
+      sum += e.errors[v][i].squaredNorm();
+      weighted_errors.emplace_back(std::sqrt(e.observations[v][i].weight) * e.errors[v][i]);
+    }
+  }
+  result.num_corners = static_cast<int>(weighted_errors.size());
+  result.rms_px = std::sqrt(sum / result.num_corners);
+  result.weighted_rms_px = std::sqrt(meanWeightedSquare(e));
+  result.excluded_views = e.excluded;
+  std::sort(result.excluded_views.begin(), result.excluded_views.end(),
+            [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
+  result.outliers = e.outliers;
+
+  const auto num_params = freeDirections(static_cast<int>(e.state.params.size()), e.constraint).cols();
+  const int num_free = static_cast<int>(num_params + 6 * static_cast<Eigen::Index>(e.views.size()));
+  result.held = e.constraint.held;
+  const double variance = coordinateVariance(weighted_errors, e.loss, num_free);
+  result.coordinate_sigma_px = std::sqrt(variance);
+  result.unexplained_sigma_px = unexplainedSigma(e, variance);
+  const IntrinsicsInformation information =
+      intrinsicsInformation(e.options.model, e.observations, e.state, e.constraint);
+  result.scaled_condition = information.scaled_condition;
+  if (information.inverse) result.covariance = variance * *information.inverse;
+  result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,
+                                                       meanSlope(weighted_errors, e.loss), e.constraint);
+
+  result.domain = certifyDomain(result.camera, result.image_size);
+  for (std::size_t v = 0; v < e.views.size(); ++v) {
+    for (const Observation& observation : e.observations[v]) {
+      const Projection projection = result.camera.project(e.state.camera_from_board[v] * observation.p_board);
+      if (!projection.ok()) ++result.num_corners_outside;
+    }
+  }
+  result.solver = e.summary;
+  result.start = e.start_report;
+  result.loss = e.loss;
+  result.is_settled = e.is_settled;
+  return result;
+}
+
+}  // namespace alidade

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/any_camera.h"
+
+namespace alidade {
+
+/// The parameters that `model_id` shares with the camera's model, by name; its further ones are zero. The
+/// same camera where the one model contains the other.
+[[nodiscard]] std::vector<double> parametersByName(const AnyCamera& camera, std::string_view model_id);
+
+/// A camera that looks roughly like another one.
+struct LensShape {
+  std::vector<double> params;  ///< in storage order
+  /// Index of the parameter that gives this shape its character: held at first, the others adapt to it.
+  std::optional<int> character = std::nullopt;
+};
+
+/// Cameras of one model that all look like a given camera. There may be several, because some models bend the
+/// same way by different shapes, each with an optimum of its own: a double sphere with xi above and below
+/// zero, Mei's model with another xi and the distortion that makes up for it, a quotient of polynomials with
+/// and without a denominator. First the best fit, then those that differ from it on purpose.
+/// @param pixels  where the likeness matters; those without a ray do not count
+[[nodiscard]] std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& like,
+                                                std::span<const Eigen::Vector2d> pixels);
+
+}  // namespace alidade

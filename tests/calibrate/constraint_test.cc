@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include <gmock/gmock.h>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/core/error.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr ImageSize kSize{.width = 640, .height = 480};
+const std::vector<double> kTruth = {535, 535, 319.5, 239.5, -0.28, 0.08, 8e-4, -4e-4, 0};
+
+// The loss settles to 2 % of its threshold, from each start a little differently.
+constexpr double kSettled = 1e-4;  // of cost and sigma
+
+SimulatedSet noisySet() {
+  return simulateSet(AnyCamera::make("radtan", kTruth), kSize, 12, 0.1, 3);
+}
+
+std::string messageOf(const SimulatedSet& set, const CalibratorOptions& options) {
+  try {
+    static_cast<void>(calibrate(set.board, set.views, options));
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Held, ParametersKeepTheirValueWithSigmaZero) {
+  const SimulatedSet set = noisySet();
+  const CalibrationResult free = calibrate(set.board, set.views);
+  const CalibrationResult held = calibrate(set.board, set.views, {.held = {"cx", "k3", "cy"}});
+  EXPECT_EQ(held.camera.parameters()[2], 319.5);
+  EXPECT_EQ(held.camera.parameters()[3], 239.5);
+  EXPECT_EQ(held.camera.parameters()[8], 0.0);
+  EXPECT_EQ(held.held, (std::vector<int>{2, 3, 8}));
+  for (const int i : held.held) EXPECT_EQ(held.parameterStd(i), 0.0);
+  // What is known makes the rest better known, and right values cost next to nothing.
+  EXPECT_LT(held.parameterStd(4), 0.8 * free.parameterStd(4));
+  EXPECT_GE(held.solver.cost, free.solver.cost * (1 - 1e-9));
+  EXPECT_LE(held.solver.cost, 1.02 * free.solver.cost);
+  for (const int i : {0, 1, 4, 5, 6, 7}) {
+    EXPECT_NEAR(held.camera.parameters()[static_cast<std::size_t>(i)], kTruth[static_cast<std::size_t>(i)],
+                5 * held.parameterStd(i));
+  }
+}
+
+TEST(Held, DegreesOfFreedomCountWhatIsFree) {
+  const SimulatedSet set = noisySet();
+  const CalibrationResult free = calibrate(set.board, set.views);
+  const CalibrationResult all = calibrate(set.board, set.views,
+                                          {.initial = InitialCamera{free.camera, kSize},
+                                           .held = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}});
+  EXPECT_NEAR(all.solver.cost, free.solver.cost, kSettled * free.solver.cost);
+  const double corners = free.num_corners;
+  const double expected = std::sqrt((2 * corners - 9 - 6 * 12) / (2 * corners - 6 * 12));
+  EXPECT_NEAR(all.coordinate_sigma_px / free.coordinate_sigma_px, expected, kSettled);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(all.parameterStd(i), 0.0);
+}
+
+TEST(SameFocal, GivesOneFocalLength) {
+  const SimulatedSet set = noisySet();
+  const CalibrationResult result = calibrate(set.board, set.views, {.same_focal = true});
+  EXPECT_EQ(result.camera.parameters()[0], result.camera.parameters()[1]);
+  EXPECT_NEAR(result.camera.parameters()[0], 535, 5 * result.parameterStd(0));
+  EXPECT_EQ(result.parameterStd(0), result.parameterStd(1));
+  EXPECT_EQ(result.solver.termination, Termination::kConverged);
+}
+
+TEST(Initial, LeadsToTheSameAnswerFromThisOrAnotherModel) {
+  const SimulatedSet set = noisySet();
+  const CalibrationResult searched = calibrate(set.board, set.views);
+  const AnyCamera rough =
+      AnyCamera::make("radtan", std::vector<double>{500, 560, 330, 230, -0.2, 0, 0, 0, 0});
+  const AnyCamera other = AnyCamera::make("pinhole", std::vector<double>{560, 540, 310, 250});
+  int num_starts = 0;
+  for (const AnyCamera& start : {rough, other}) {
+    const CalibrationResult given = calibrate(set.board, set.views, {.initial = InitialCamera{start, kSize}});
+    EXPECT_NEAR(given.solver.cost, searched.solver.cost, kSettled * searched.solver.cost);
+    EXPECT_NEAR(given.camera.parameters()[0], searched.camera.parameters()[0],
+                0.01 * searched.parameterStd(0));
+    EXPECT_EQ(given.start.num_tried, 0);
+    ++num_starts;
+  }
+  EXPECT_EQ(num_starts, 2);
+}
+
+TEST(Constraints, SayWhatIsWrongWithThem) {
+  const SimulatedSet set = noisySet();
+  EXPECT_THAT(messageOf(set, {.held = {"k9"}}), HasSubstr("'k9'"));
+  EXPECT_THAT(messageOf(set, {.held = {"ccx"}}), HasSubstr("did you mean 'cx'?"));
+  EXPECT_THAT(messageOf(set, {.held = {"fx"}}), HasSubstr("'fx' without a value"));
+  EXPECT_THAT(messageOf(set, {.model = "eucm", .held = {"beta"}}), HasSubstr("'beta' without a value"));
+  const InitialCamera wrong{AnyCamera::make("radtan", kTruth), {.width = 1280, .height = 960}};
+  EXPECT_THAT(messageOf(set, {.initial = wrong}), HasSubstr("1280x960"));
+}
+
+}  // namespace
+}  // namespace alidade

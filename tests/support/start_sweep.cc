@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#include "support/start_sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <utility>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/start.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNoisePx = 0.1;
+
+double cpuSeconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+// Solves from the true camera and poses what the calibration found from nothing.
+void compareWithTruth(const SweepCell& cell, SweepOutcome& outcome) {
+  const auto params = outcome.drawn.camera.parameters();
+  BundleState state{.params = {params.begin(), params.end()}, .camera_from_board = outcome.set.poses};
+  const auto observations = observationsOf(outcome.set.board, outcome.set.views);
+  const BundleSummary summary = solveBundle(cell.model, observations, state, {.loss = outcome.result.loss});
+  outcome.cost_from_truth = summary.cost;
+  outcome.is_determined = summary.termination == Termination::kConverged &&
+                          intrinsicsInformation(cell.model, observations, state).inverse.has_value();
+}
+
+}  // namespace
+
+std::vector<SweepCell> sweepCells() {
+  std::vector<SweepCell> cells;
+  const auto add = [&](std::string_view model, std::initializer_list<double> fovs) {
+    for (const double fov : fovs) cells.push_back({.model = std::string(model), .fov_deg = fov});
+  };
+  for (const char* model : {"pinhole", "radtan", "rational", "thin_prism"})
+    add(model, {20, 35, 50, 65, 80, 95, 110});
+  add("fov", {20, 45, 70, 95, 120, 150});
+  for (const char* model : {"kannala_brandt", "ucm", "omni", "eucm", "double_sphere"})
+    add(model, {20, 45, 70, 95, 120, 150, 180, 200});
+  return cells;
+}
+
+bool SweepOutcome::isAtOptimum() const {
+  constexpr double kRelative = 1e-6;
+  return error.empty() && result.outliers.empty() && result.excluded_views.empty() &&
+         result.solver.cost <= (1 + kRelative) * cost_from_truth;
+}
+
+bool SweepOutcome::isWarned() const {
+  return !error.empty() || std::any_of(result.findings.begin(), result.findings.end(),
+                                       [](const Finding& f) { return f.id != "few_views"; });
+}
+
+SweepOutcome runSweepSet(const SweepCell& cell, std::uint64_t number) {
+  std::uint64_t seed = streamSeed(number, static_cast<std::uint64_t>(cell.fov_deg));
+  for (const char c : cell.model) seed = streamSeed(seed, static_cast<std::uint64_t>(c));
+  Random random(seed);
+  const DrawnCamera drawn = drawCamera(cell.model, cell.fov_deg, random);
+  const int num_views = 8 + static_cast<int>(random.index(33));
+  UserSet set = drawUserViews(drawn, num_views, kNoisePx, random);
+  SweepOutcome outcome{
+      .drawn = drawn, .set = std::move(set), .result = CalibrationResult(drawn.camera), .error = {}};
+  const double before = cpuSeconds();
+  try {
+    outcome.result = calibrate(outcome.set.board, outcome.set.views, {.model = cell.model});
+  } catch (const Error& e) {
+    outcome.error = e.what();
+  }
+  outcome.seconds = cpuSeconds() - before;
+  if (outcome.error.empty()) compareWithTruth(cell, outcome);
+  return outcome;
+}
+
+}  // namespace alidade
