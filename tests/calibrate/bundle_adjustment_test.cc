@@ -147,6 +147,37 @@ TEST(SolveBundle, FailsFromBehindTheCamera) {
   EXPECT_EQ(solveBundle("radtan", set.views, set.state, {.loss = kLoss}).termination, Termination::kFailed);
 }
 
+// With nothing left of the parameters the views have nothing to do with each other.
+TEST(SolveBundle, SolvesPosesAloneWhereAllParametersAreHeld) {
+  BundleSet<Radtan> set(4, 0);
+  const std::vector<double> params = set.state.params;
+  const ParamConstraint all_held{.held = {0, 1, 2, 3, 4, 5, 6, 7, 8}};
+  BundleState alone = set.state;
+  double sum = 0;
+  for (std::size_t v = 0; v < 4; ++v) {
+    BundleState one{.params = params, .camera_from_board = {set.state.camera_from_board[v]}};
+    sum +=
+        solveBundle("radtan", std::span(&set.views[v], 1), one, {.loss = kLoss, .constraint = all_held}).cost;
+    alone.camera_from_board[v] = one.camera_from_board[0];
+  }
+  const BundleSummary summary =
+      solveBundle("radtan", set.views, set.state, {.loss = kLoss, .constraint = all_held});
+  EXPECT_EQ(summary.termination, Termination::kConverged) << summary.reason;
+  EXPECT_NEAR(summary.cost, sum, 1e-9 * sum);
+  EXPECT_EQ(set.state.params, params);
+  for (std::size_t v = 0; v < 4; ++v) {
+    const SE3 difference = alone.camera_from_board[v].inverse() * set.state.camera_from_board[v];
+    EXPECT_LE(difference.log().norm(), 1e-6) << v;
+  }
+  double errors = 0;
+  for (std::size_t v = 0; v < 4; ++v) {
+    const auto of_view = reprojectionErrors("radtan", params, set.state.camera_from_board[v], set.views[v]);
+    for (std::size_t i = 0; i < of_view.size(); ++i)
+      errors += 0.5 * kLoss.rho(set.views[v][i].weight * of_view[i].squaredNorm());
+  }
+  EXPECT_NEAR(errors, summary.cost, 1e-9 * errors);
+}
+
 TEST(SolveBundle, ReportsTheIterationLimit) {
   BundleSet<Radtan> set(4, 0);
   const BundleSummary summary =
