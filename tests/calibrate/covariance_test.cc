@@ -9,13 +9,13 @@
 #include <numbers>
 
 #include "alidade/calibrate/start.h"
+#include "support/corner_cost.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
 constexpr ImageSize kSize{.width = 1280, .height = 960};
-constexpr HuberLoss kNoLoss{.threshold_px = 1e9};
 
 TEST(IntrinsicsInformation, InverseEqualsCeresCovariance) {
   const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
@@ -32,11 +32,7 @@ TEST(IntrinsicsInformation, InverseEqualsCeresCovariance) {
   ceres::Problem problem;
   std::vector<PoseBlock> poses;
   for (const SE3& pose : state.camera_from_board) poses.push_back(toBlock(pose));
-  for (std::size_t v = 0; v < poses.size(); ++v) {
-    problem.AddResidualBlock(new ViewCost<Radtan>(observations[v], kNoLoss), nullptr, state.params.data(),
-                             poses[v].data());
-    problem.SetManifold(poses[v].data(), new SE3Manifold);
-  }
+  addCorners<Radtan>(problem, observations, nullptr, state.params, poses);
   ceres::Covariance::Options options;
   options.algorithm_type = ceres::DENSE_SVD;
   ceres::Covariance covariance(options);
@@ -100,6 +96,68 @@ TEST(CoordinateVariance, CorrectsForTheShareOfCornersBeyondTheThreshold) {
   const double slope = inside + 0.5 * std::sqrt(std::numbers::pi / 2) * std::erfc(1 / std::sqrt(2.0));
   EXPECT_NEAR(coordinateVariance(errors, {.threshold_px = 0.3}, 0), 0.09 * inside / (slope * slope),
               0.1 * 0.01);
+}
+
+struct RobustFit {
+  std::vector<std::vector<Observation>> views;
+  BundleState state;
+};
+
+RobustFit fitViews(int num_views, HuberLoss loss) {
+  const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, num_views, 0.1, 1);
+  RobustFit fit{.views = observationsOf(set.board, set.views),
+                .state = {.params = truth, .camera_from_board = set.poses}};
+  EXPECT_EQ(solveBundle("radtan", fit.views, fit.state, {.loss = loss}).termination, Termination::kConverged);
+  return fit;
+}
+
+std::vector<Eigen::Vector2d> errorsOf(const RobustFit& fit) {
+  std::vector<Eigen::Vector2d> all;
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    const auto errors =
+        reprojectionErrors("radtan", fit.state.params, fit.state.camera_from_board[v], fit.views[v]);
+    all.insert(all.end(), errors.begin(), errors.end());
+  }
+  return all;
+}
+
+// Every corner seen twice with the same error brings no news, which only the views' own pulls can tell.
+TEST(ViewRobustCovariance, IsNotFooledByRepeatedCorners) {
+  constexpr HuberLoss kLoss{.threshold_px = 0.2};
+  RobustFit fit = fitViews(20, kLoss);
+  const double slope = meanSlope(errorsOf(fit), kLoss);
+  ASSERT_LT(slope, 0.99);
+  const auto once = viewRobustCovariance("radtan", fit.views, fit.state, kLoss, slope);
+  const auto plain_once = intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  for (auto& view : fit.views) {
+    const std::vector<Observation> copy = view;
+    view.insert(view.end(), copy.begin(), copy.end());
+  }
+  const auto twice = viewRobustCovariance("radtan", fit.views, fit.state, kLoss, slope);
+  const auto plain_twice = intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  ASSERT_TRUE(once && twice && plain_once && plain_twice);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR((*twice)(i, i), (*once)(i, i), 1e-6 * (*once)(i, i)) << i;
+    EXPECT_NEAR((*plain_twice)(i, i), 0.5 * (*plain_once)(i, i), 1e-6 * (*plain_once)(i, i)) << i;
+  }
+}
+
+// Independent corners: both covariances estimate the same. The sums over 400 views scatter by about 7 %.
+TEST(ViewRobustCovariance, AgreesWithThePlainOneOnIndependentCorners) {
+  constexpr HuberLoss kLoss{.threshold_px = 0.2};
+  const RobustFit fit = fitViews(400, kLoss);
+  const auto errors = errorsOf(fit);
+  const auto robust = viewRobustCovariance("radtan", fit.views, fit.state, kLoss, meanSlope(errors, kLoss));
+  const auto inverse = intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  ASSERT_TRUE(robust && inverse);
+  const double variance = coordinateVariance(errors, kLoss, 9 + 6 * 400);
+  for (int i = 0; i < 9; ++i) EXPECT_NEAR((*robust)(i, i) / (variance * (*inverse)(i, i)), 1.0, 0.3) << i;
+}
+
+TEST(ViewRobustCovariance, NeedsMoreViewsThanIntrinsics) {
+  const RobustFit fit = fitViews(9, kNoLoss);
+  EXPECT_FALSE(viewRobustCovariance("radtan", fit.views, fit.state, kNoLoss, 1.0));
 }
 
 }  // namespace

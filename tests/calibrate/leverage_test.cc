@@ -5,6 +5,7 @@
 
 #include <Eigen/QR>
 
+#include "alidade/calibrate/reprojection.h"
 #include "alidade/calibrate/start.h"
 #include "support/simulated_set.h"
 

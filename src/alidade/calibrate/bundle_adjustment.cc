@@ -2,14 +2,14 @@
 #include "alidade/calibrate/bundle_adjustment.h"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <optional>
 
 #include <ceres/ceres.h>
 
+#include "alidade/calibrate/bundle_problem.h"
+#include "alidade/calibrate/view_kernel.h"
 #include "alidade/camera/model_list.h"
-#include "alidade/core/error.h"
 
 namespace alidade {
 namespace {
@@ -24,17 +24,6 @@ class CancelCallback final : public ceres::IterationCallback {
  private:
   const CancelFlag* cancel_;
 };
-
-std::unique_ptr<ceres::CostFunction> makeViewCost(std::string_view model_id,
-                                                  const std::vector<Observation>& view, HuberLoss loss) {
-  std::unique_ptr<ceres::CostFunction> cost;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId == model_id) cost = std::make_unique<ViewCost<M>>(view, loss);
-  });
-  expect(cost != nullptr, "the model's id is known");
-  return cost;
-}
 
 std::vector<ParamRange> rangesOf(std::string_view model_id) {
   std::vector<ParamRange> ranges(kAffineParamNames.size());
@@ -72,25 +61,17 @@ Termination terminationOf(const ceres::Solver::Summary& summary) {
   }
 }
 
-// The problem as Ceres has it; refers to `state`, whose poses come back with takePoses().
+// The problem and how Ceres is to solve it; refers to `state`, whose poses come back with takePoses().
 class Bundle {
  public:
   Bundle(std::string_view model_id, std::span<const std::vector<Observation>> views, BundleState& state,
          const BundleOptions& options)
-      : options_(options), state_(state), problem_(problemOptions()), cancel_(options.cancel) {
-    expect(views.size() == state.camera_from_board.size(), "one pose a view");
-    poses_.reserve(views.size());
-    for (const SE3& pose : state.camera_from_board) poses_.push_back(toBlock(pose));
-    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      problem_.AddParameterBlock(poses_[i].data(), 7, &pose_manifold_);
-      problem_.AddResidualBlock(makeViewCost(model_id, views[i], options.loss).release(), nullptr,
-                                state.params.data(), poses_[i].data());
-      ordering->AddElementToGroup(poses_[i].data(), 0);
-    }
-    ordering->AddElementToGroup(state.params.data(), 1);
+      : options_(options),
+        state_(state),
+        bundle_(model_id, views, options.loss, state.params, state.camera_from_board),
+        cancel_(options.cancel) {
     solver_.linear_solver_type = ceres::DENSE_SCHUR;
-    solver_.linear_solver_ordering = ordering;
+    solver_.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>(bundle_.ordering());
     solver_.num_threads = 1;
     solver_.max_num_iterations = options.max_iterations;
     solver_.function_tolerance = options.function_tolerance;
@@ -101,9 +82,9 @@ class Bundle {
   }
 
   BundleSummary solve(const ParamConstraint& constraint) {
-    constrain(constraint);
+    bundle_.constrain(constraint);
     ceres::Solver::Summary summary;
-    ceres::Solve(solver_, &problem_, &summary);
+    ceres::Solve(solver_, &bundle_.problem(), &summary);
     throwIfCancelled(options_.cancel);
     num_iterations_ += summary.num_successful_steps + summary.num_unsuccessful_steps;
     BundleSummary result;
@@ -116,45 +97,23 @@ class Bundle {
 
   // Of the cost, by each parameter; nothing where a corner does not project.
   std::optional<std::vector<double>> gradient() {
-    constrain({});
+    bundle_.constrain({});
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.parameter_blocks = {state_.params.data()};
     std::vector<double> gradient;
-    if (!problem_.Evaluate(evaluate, nullptr, nullptr, &gradient, nullptr)) return std::nullopt;
+    if (!bundle_.problem().Evaluate(evaluate, nullptr, nullptr, &gradient, nullptr)) return std::nullopt;
     return gradient;
   }
 
   void takePoses() {
-    for (std::size_t i = 0; i < poses_.size(); ++i) state_.camera_from_board[i] = fromBlock(poses_[i].data());
+    for (std::size_t v = 0; v < state_.camera_from_board.size(); ++v)
+      state_.camera_from_board[v] = bundle_.pose(v);
   }
 
  private:
-  static ceres::Problem::Options problemOptions() {
-    ceres::Problem::Options options;
-    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    return options;
-  }
-
-  void constrain(const ParamConstraint& constraint) {
-    double* params = state_.params.data();
-    problem_.SetParameterBlockVariable(params);
-    problem_.SetManifold(params, nullptr);
-    if (constraint.isNone()) return;
-    const Eigen::MatrixXd directions = freeDirections(static_cast<int>(state_.params.size()), constraint);
-    if (directions.cols() == 0) {
-      problem_.SetParameterBlockConstant(params);
-    } else {
-      free_params_ = std::make_unique<LinearManifold>(directions);
-      problem_.SetManifold(params, free_params_.get());
-    }
-  }
-
   const BundleOptions& options_;
   BundleState& state_;
-  std::vector<PoseBlock> poses_;
-  SE3Manifold pose_manifold_;
-  std::unique_ptr<ceres::Manifold> free_params_;
-  ceres::Problem problem_;
+  BundleProblem bundle_;
   CancelCallback cancel_;
   ceres::Solver::Options solver_;
   int num_iterations_ = 0;
@@ -231,18 +190,8 @@ BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector
 std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id, std::span<const double> params,
                                                 const SE3& camera_from_board,
                                                 std::span<const Observation> view) {
-  std::vector<Eigen::Vector2d> errors(view.size(),
-                                      Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
-  const Eigen::Matrix3d R = camera_from_board.rotation.matrix();
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId != model_id) return;
-    Reprojection<M> corner;
-    for (std::size_t i = 0; i < view.size(); ++i) {
-      if (!reproject<M>(params.data(), R, camera_from_board.translation, view[i].p_board, corner)) continue;
-      errors[i] = corner.pixel - view[i].pixel;
-    }
-  });
+  std::vector<Eigen::Vector2d> errors(view.size());
+  viewKernel(model_id).errors(params.data(), camera_from_board, CornerGroups(view).view(0), errors);
   return errors;
 }
 

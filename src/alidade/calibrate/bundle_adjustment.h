@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/calibrate/observation.h"
 #include "alidade/calibrate/param_constraint.h"
-#include "alidade/calibrate/view_cost.h"
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"
 
@@ -48,9 +48,9 @@ struct BundleSummary {
   double cost = 0;            ///< half the sum of rho over all corners, px^2 of a corner of weight 1
 };
 
-/// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres: one residual block
-/// a view, poses eliminated by the Schur complement, one thread (Ceres' threads sum in varying order, which
-/// changes the last bits). Lens parameters stay in their model's ranges; an optimum may lie on the end of
+/// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres, see BundleProblem:
+/// poses eliminated by the Schur complement, one thread (Ceres' threads sum in varying order, which changes
+/// the last bits). Lens parameters stay in their model's ranges; an optimum may lie on the end of
 /// one.
 /// @param views  the corners of each view; as many as state.camera_from_board
 [[nodiscard]] BundleSummary solveBundle(std::string_view model_id,

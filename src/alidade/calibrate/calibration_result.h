@@ -98,6 +98,9 @@ struct CalibrationResult {
   int num_corners_outside = 0;  ///< used corners that the final camera says it cannot see
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
   std::optional<Eigen::MatrixXd> covariance;
+  /// The same without taking the corners of one view for independent, see viewRobustCovariance(); where it is
+  /// much larger, the views have errors that the model and the noise do not explain.
+  std::optional<Eigen::MatrixXd> view_robust_covariance;
   double scaled_condition = 0;  ///< see IntrinsicsInformation
   DomainCertificate domain;
   std::vector<int> held;  ///< indices of parameters that were not estimated; their sigma is 0

@@ -7,36 +7,25 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/normal_blocks.h"
-#include "alidade/camera/model_list.h"
-#include "alidade/core/error.h"
+#include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/view_kernel.h"
 
 namespace alidade {
-namespace {
-
-template <CameraModel M>
-Eigen::MatrixXd schurComplement(std::span<const std::vector<Observation>> views, const BundleState& state) {
-  constexpr int kN = kNumParams<M>;
-  Eigen::Matrix<double, kN, kN> sum = Eigen::Matrix<double, kN, kN>::Zero();
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const detail::NormalBlocks<M> blocks(state.params.data(), state.camera_from_board[v], views[v]);
-    sum += blocks.params_params -
-           blocks.pose_params.transpose() * blocks.pose_pose.ldlt().solve(blocks.pose_params);
-  }
-  return 0.5 * (sum + sum.transpose());
-}
-
-}  // namespace
-
 IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
                                             std::span<const std::vector<Observation>> views,
                                             const BundleState& state, const ParamConstraint& constraint) {
   IntrinsicsInformation result;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId == model_id) result.information = schurComplement<M>(views, state);
-  });
-  expect(result.information.size() > 0, "the model's id is known");
+  // The poses' Schur complement of J^T W J is that of a fit without a loss.
+  const ViewKernel& kernel = viewKernel(model_id);
+  const CornerGroups corners(views);
+  SharedSums sums(kernel.numParams());
+  PoseRows rows(6, kernel.numParams() + 7);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    static_cast<void>(kernel.reduce(state.params.data(), state.camera_from_board[v], corners.view(v), kNoLoss,
+                                    Unseen::kLeaveOut, rows, sums));
+  }
+  const Eigen::Index n = kernel.numParams();
+  result.information = sums.gram.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
 
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(result.information.rows()), constraint);
   if (directions.cols() == 0) {
@@ -61,21 +50,51 @@ IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
   return result;
 }
 
+double meanSlope(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss) {
+  double sum = 0;  // psi' along and across the error, both axes of each corner
+  for (const Eigen::Vector2d& error : weighted_errors) {
+    const double weight = loss.weight(error.squaredNorm());
+    sum += weight + (weight < 1.0 ? 0.0 : 1.0);
+  }
+  return sum / (2.0 * static_cast<double>(weighted_errors.size()));
+}
+
 double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
                           int num_free_params) {
   double sum_psi2 = 0;
-  double sum_slope = 0;  // psi' along and across the error, both axes of each corner
   for (const Eigen::Vector2d& error : weighted_errors) {
     const double s = error.squaredNorm();
     const double weight = loss.weight(s);
     sum_psi2 += weight * weight * s;
-    sum_slope += weight + (weight < 1.0 ? 0.0 : 1.0);
   }
-  const double num_coordinates = 2.0 * static_cast<double>(weighted_errors.size());
-  const double freedom = num_coordinates - num_free_params;
+  const double freedom = 2.0 * static_cast<double>(weighted_errors.size()) - num_free_params;
   if (!(freedom > 0)) return std::numeric_limits<double>::infinity();
-  const double mean_slope = sum_slope / num_coordinates;
-  return sum_psi2 / freedom / (mean_slope * mean_slope);
+  const double slope = meanSlope(weighted_errors, loss);
+  return sum_psi2 / freedom / (slope * slope);
+}
+
+std::optional<Eigen::MatrixXd> viewRobustCovariance(std::string_view model_id,
+                                                    std::span<const std::vector<Observation>> views,
+                                                    const BundleState& state, HuberLoss loss,
+                                                    double mean_slope, const ParamConstraint& constraint) {
+  const ViewKernel& kernel = viewKernel(model_id);
+  const Eigen::Index n = kernel.numParams();
+  const auto num_views = static_cast<double>(views.size());
+  if (!(num_views > static_cast<double>(n))) return std::nullopt;
+  const auto inverse = intrinsicsInformation(model_id, views, state, constraint).inverse;
+  if (!inverse) return std::nullopt;
+  const CornerGroups corners(views);
+  PoseRows rows(6, n + 7);
+  Eigen::MatrixXd pulls = Eigen::MatrixXd::Zero(n, n);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    SharedSums sums(kernel.numParams());
+    static_cast<void>(kernel.reduce(state.params.data(), state.camera_from_board[v], corners.view(v), loss,
+                                    Unseen::kLeaveOut, rows, sums));
+    const Eigen::VectorXd pull = sums.gram.row(n).head(n).transpose();
+    pulls += pull * pull.transpose();
+  }
+  const double scale = num_views / (num_views - 1) / (mean_slope * mean_slope);
+  return scale * *inverse * pulls * *inverse;
 }
 
 }  // namespace alidade

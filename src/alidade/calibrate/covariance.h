@@ -30,11 +30,26 @@ struct IntrinsicsInformation {
                                                           const BundleState& state,
                                                           const ParamConstraint& constraint = {});
 
+/// Mean slope psi' of Huber's estimate over both axes of all corners: 1 where none lies beyond the threshold.
+/// @param weighted_errors  reprojection errors times the root of the corners' weights, px
+[[nodiscard]] double meanSlope(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss);
+
 /// Variance of one coordinate of a corner of weight 1, px^2, as it enters the covariance of a Huber estimate:
 /// [sum psi^2 / (2 corners - free parameters)] / (mean psi')^2 (Huber 1981, Robust Statistics, section 7.6).
 /// Without outliers it is the sum of squares over the degrees of freedom, counted per coordinate.
 /// @param weighted_errors  reprojection errors times the root of the corners' weights, px
 [[nodiscard]] double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
                                         int num_free_params);
+
+/// Covariance of the intrinsics that takes only views for independent of each other, whatever the corners of
+/// one view have in common (a bent board, motion blur): bread^-1 (sum of g g^T) bread^-1, g being the pull of
+/// one view on the intrinsics with its pose free and bread = mean slope * information. Liang and Zeger 1986,
+/// Longitudinal data analysis using generalized linear models, Biometrika 73(1), the empirical covariance;
+/// times V / (V - 1) for V views, whose pulls the fit has brought to balance. Nothing where the information
+/// is singular or there are not more views than intrinsics, which says too little.
+/// @param state  where the fit under `loss` has ended
+[[nodiscard]] std::optional<Eigen::MatrixXd> viewRobustCovariance(
+    std::string_view model_id, std::span<const std::vector<Observation>> views, const BundleState& state,
+    HuberLoss loss, double mean_slope, const ParamConstraint& constraint = {});
 
 }  // namespace alidade

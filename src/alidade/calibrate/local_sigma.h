@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/calibrate/view_cost.h"
+#include "alidade/calibrate/observation.h"
 #include "alidade/target/checkerboard.h"
 
 namespace alidade {

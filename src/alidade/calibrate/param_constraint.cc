@@ -32,7 +32,11 @@ Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint
 
 LinearManifold::LinearManifold(Eigen::MatrixXd directions)
     : directions_(std::move(directions)),
-      inverse_(directions_.colwise().squaredNorm().cwiseInverse().asDiagonal() * directions_.transpose()) {}
+      inverse_(directions_.colwise()
+                   .squaredNorm()
+                   .unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; })
+                   .asDiagonal() *
+               directions_.transpose()) {}
 
 bool LinearManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
   Eigen::Map<Eigen::VectorXd>(x_plus_delta, AmbientSize()) =

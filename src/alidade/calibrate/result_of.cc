@@ -80,6 +80,8 @@ CalibrationResult resultOf(const Estimation& e) {
     if (bent && result.covariance) result.covariance = variance * bent->params_inverse;
     if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
   }
+  result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,
+                                                       meanSlope(weighted_errors, e.loss), e.constraint);
 
   result.domain = certifyDomain(result.camera, result.image_size);
   for (std::size_t v = 0; v < e.views.size(); ++v) {

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/view_kernel.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "alidade/calibrate/elimination.h"
+#include "alidade/calibrate/view_equations.h"
+#include "alidade/camera/batch_kernel.h"
+#include "alidade/camera/model_list.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+using detail::ViewCamera;
+
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
+template <class F>
+ALIDADE_TARGET_AVX2 void callWithAvx2(const F& f) {
+  f();
+}
+#endif
+
+// Calls a lambda that is inlined, in a function for whatever the processor has.
+template <class F>
+void callVectorised(const F& f) {
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
+  if (batch::usesAvx2()) return callWithAvx2(f);
+#endif
+  f();
+}
+
+template <CameraModel M>
+class ModelKernel final : public ViewKernel {
+ public:
+  [[nodiscard]] int numParams() const override { return kParams; }
+
+  [[nodiscard]] bool reduce(const double* params, const SE3& camera_from_board,
+                            std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
+                            PoseRows& rows, SharedSums& sums) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    bool is_seen = true;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      detail::ViewEquations<M> equations;
+      is_seen = detail::sumView<M>(camera, corners, loss, unseen, equations);
+      if (!is_seen) return;
+      std::array<double, kSize> diagonal;
+      for (std::size_t i = 0; i < kSize; ++i) diagonal[i] = equations.at(i, i);
+      equations.template eliminate<0, kPose>(diagonal, rows.data(), kSize);
+      for (std::size_t i = kPose; i < kSize; ++i) {
+        double* to = sums.gram.col(static_cast<Eigen::Index>(i - kPose)).data();
+        for (std::size_t j = i; j < kSize; ++j) to[j - kPose] += equations.at(i, j);
+      }
+      for (std::size_t i = kPose; i + 1 < kSize; ++i)
+        sums.diagonal(static_cast<Eigen::Index>(i - kPose)) += diagonal[i];
+    });
+    return is_seen;
+  }
+
+  void factorize(const SharedSums& sums, SharedRows& rows) const override {
+    constexpr std::size_t kShared = kParams + 1;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      detail::NormalEquations<kShared> equations;
+      std::array<double, kShared> diagonal{};
+      for (std::size_t i = 0; i < kShared; ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        if (i < kParams) diagonal[i] = sums.diagonal(row);
+        for (std::size_t j = 0; j <= i; ++j)
+          equations.at(i, j) = equations.at(j, i) = sums.gram(row, static_cast<Eigen::Index>(j));
+      }
+      equations.template eliminate<0, kParams>(diagonal, rows.data(), kShared);
+      auto last = rows.template bottomRows<1>();
+      last.setZero();
+      // With the sum of rho in place of r^T r, this is what the other rows leave missing.
+      last(kParams) = std::sqrt(std::max(equations.at(kParams, kParams), 0.0));
+    });
+  }
+
+  void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+              std::span<Eigen::Vector2d> errors) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      std::size_t i = 0;
+      for (const CornerGroup& group : corners) {
+        const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
+        const Lanes nothing = lane::select(at.is_seen, Lanes{}, Lanes{} + batch::kNaN);
+        double u[kNumLanes];
+        double v[kNumLanes];
+        lane::store(at.px[0] - lane::load(group.u.data()) + nothing, u);
+        lane::store(at.px[1] - lane::load(group.v.data()) + nothing, v);
+        for (std::size_t l = 0; l < kNumLanes && i < errors.size(); ++l, ++i) errors[i] = {u[l], v[l]};
+      }
+    });
+  }
+
+  void quadraticForms(const double* params, const SE3& camera_from_board,
+                      std::span<const CornerGroup> corners, const Eigen::MatrixXd& K,
+                      std::span<double> forms) const override {
+    constexpr int kColumns = Rows::kSize - 1;
+    const ViewCamera<M> camera(params, camera_from_board);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      const double* k = K.data();
+      std::size_t at = 0;
+      for (const CornerGroup& group : corners) {
+        Lanes rows[2][Rows::kWidth];
+        Lanes rho = {};
+        Rows::write(local, group, kNoLoss, rows[0], rows[1], rho);
+        Lanes form = {};
+        for (int axis = 0; axis < 2; ++axis) {
+          for (int i = 0; i < Rows::kWidth; ++i) {
+            if (i == Rows::kError) continue;
+            Lanes product = {};
+            for (int j = 0; j < Rows::kWidth; ++j) {
+              if (j == Rows::kError) continue;
+              product += k[Rows::columnOf(axis, i) * kColumns + Rows::columnOf(axis, j)] * rows[axis][j];
+            }
+            form += product * rows[axis][i];
+          }
+        }
+        double values[kNumLanes];
+        lane::store(form, values);
+        for (std::size_t l = 0; l < kNumLanes && at < forms.size(); ++l, ++at) forms[at] = values[l];
+      }
+    });
+  }
+
+ private:
+  using Rows = detail::ViewRows<M>;
+  static constexpr int kParams = kNumParams<M>;
+  static constexpr std::size_t kPose = Rows::kPose;
+  static constexpr std::size_t kSize = Rows::kSize;
+};
+
+}  // namespace
+
+const ViewKernel& viewKernel(std::string_view model_id) {
+  const ViewKernel* kernel = nullptr;
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    static const ModelKernel<M> of_model;
+    if (M::kId == model_id) kernel = &of_model;
+  });
+  expect(kernel != nullptr, "the model's id is known");
+  return *kernel;
+}
+
+}  // namespace alidade

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/corner_groups.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// Normal equations [J r]^T [J r] in the columns that all views share: parameters, then the error.
+struct SharedSums {
+  explicit SharedSums(int num_params)
+      : gram(Eigen::MatrixXd::Zero(num_params + 1, num_params + 1)),
+        diagonal(Eigen::VectorXd::Zero(num_params)) {}
+  /// Schur complement of the poses, lower triangle; its last element is what they leave of the sum of rho.
+  Eigen::MatrixXd gram;
+  Eigen::VectorXd diagonal;  ///< sums of squares of the parameters' columns, with the poses in place
+};
+
+/// Rows that hold a pose's part of its view's normal equations: a column each for the pose's tangent, the
+/// parameters and the error.
+using PoseRows = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Rows that hold what the poses leave: a column each for the parameters and the error. The last has only the
+/// latter.
+using SharedRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+enum class Unseen {
+  kRefuse,   ///< a view with a corner that cannot be projected is no view
+  kLeaveOut  ///< without such corners
+};
+
+/// What a view's corners add to the robust fit of one camera model. All sums run in an order of their own, so
+/// that results depend on the arguments alone and on whether the processor has AVX2.
+class ViewKernel {
+ public:
+  virtual ~ViewKernel() = default;
+
+  [[nodiscard]] virtual int numParams() const = 0;
+
+  /// Eliminates the pose from the view's normal equations, rows being scaled by the root of their weight
+  /// times that of the loss, so that J^T r and J^T J are those of iteratively reweighted least squares; the
+  /// sum of rho stands in for r^T r. Adds what is left to `sums`, and writes to `rows` six rows that hold the
+  /// rest: rows^T rows + what is left = the view's normal equations. False if a corner is behind the camera,
+  /// beyond a pole, or where the lens has folded, unless it is left out; then nothing is added.
+  [[nodiscard]] virtual bool reduce(const double* params, const SE3& camera_from_board,
+                                    std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
+                                    PoseRows& rows, SharedSums& sums) const = 0;
+
+  /// Rows with rows^T rows = the sums over all views.
+  virtual void factorize(const SharedSums& sums, SharedRows& rows) const = 0;
+
+  /// Projected minus observed, px, not weighted; NaN for a corner that cannot be projected.
+  virtual void errors(const double* params, const SE3& camera_from_board,
+                      std::span<const CornerGroup> corners, std::span<Eigen::Vector2d> errors) const = 0;
+
+  /// weight trace(J K J^T) of each corner, J by pose and parameters; 0 for one that cannot be projected.
+  virtual void quadraticForms(const double* params, const SE3& camera_from_board,
+                              std::span<const CornerGroup> corners, const Eigen::MatrixXd& K,
+                              std::span<double> forms) const = 0;
+};
+
+/// The kernel of a model that is known.
+[[nodiscard]] const ViewKernel& viewKernel(std::string_view model_id);
+
+}  // namespace alidade

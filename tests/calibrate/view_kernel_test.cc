@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/view_kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "alidade/calibrate/reprojection.h"
+#include "alidade/camera/batch_kernel.h"
+#include "support/bundle_set.h"
+
+namespace alidade {
+namespace {
+
+constexpr HuberLoss kLoss{.threshold_px = 1.5};
+// Corners in one group, in one chunk and in several of them, filled up and not.
+const Checkerboard kBoards[] = {{.columns = 4, .rows = 1, .square_m = 0.025},
+                                {.columns = 9, .rows = 6, .square_m = 0.025},
+                                {.columns = 19, .rows = 15, .square_m = 0.012}};
+
+// Both variants of the loops, whichever the processor has.
+template <class F>
+void withAndWithoutAvx2(const F& f) {
+  const bool has_avx2 = batch::usesAvx2();
+  f();
+  batch::usesAvx2() = false;
+  f();
+  batch::usesAvx2() = has_avx2;
+}
+
+template <class M>
+using Gram = Eigen::Matrix<double, kNumParams<M> + 7, kNumParams<M> + 7>;
+
+// A view's normal equations, corner by corner; those that cannot be projected are left out.
+template <class M>
+Gram<M> plainGram(const double* params, const SE3& pose, const std::vector<Observation>& view,
+                  HuberLoss loss) {
+  Gram<M> gram = Gram<M>::Zero();
+  double sum_rho = 0;
+  Reprojection<M> corner;
+  for (const Observation& observation : view) {
+    if (!reproject<M>(params, pose.rotation.matrix(), pose.translation, observation.p_board, corner))
+      continue;
+    const Eigen::Vector2d error = corner.pixel - observation.pixel;
+    const double s = observation.weight * error.squaredNorm();
+    Eigen::Matrix<double, 2, kNumParams<M> + 7> rows;
+    rows << corner.J_px_pose, corner.J_px_params, error;
+    gram += observation.weight * loss.weight(s) * rows.transpose() * rows;
+    sum_rho += loss.rho(s);
+  }
+  gram(kNumParams<M> + 6, kNumParams<M> + 6) = sum_rho;
+  return gram;
+}
+
+// What the kernel's six rows and its sums make up together.
+template <class M>
+Gram<M> gramOf(const PoseRows& rows, const SharedSums& sums) {
+  Gram<M> gram = rows.transpose() * rows;
+  constexpr int kShared = kNumParams<M> + 1;
+  gram.template bottomRightCorner<kShared, kShared>() +=
+      Eigen::MatrixXd(sums.gram.selfadjointView<Eigen::Lower>());
+  return gram;
+}
+
+template <class M>
+void expectEqual(const Gram<M>& actual, const Gram<M>& expected) {
+  for (int i = 0; i < expected.rows(); ++i) {
+    for (int j = 0; j < expected.cols(); ++j) {
+      const double scale = std::sqrt(expected(i, i) * expected(j, j));
+      ASSERT_NEAR(actual(i, j), expected(i, j), 1e-11 * scale) << i << "," << j;
+    }
+  }
+}
+
+template <class M>
+class ViewKernelOf : public testing::Test {};
+TYPED_TEST_SUITE(ViewKernelOf, AllModelTypes, ModelName);
+
+TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
+  using M = TypeParam;
+  const ViewKernel& kernel = viewKernel(M::kId);
+  ASSERT_EQ(kernel.numParams(), kNumParams<M>);
+  int num_checked = 0;
+  int num_far = 0;
+  for (const Checkerboard& board : kBoards) {
+    const BundleSet<M> set(3, 15.0, board);
+    const CornerGroups corners(set.views);
+    for (std::size_t v = 0; v < set.views.size(); ++v) {
+      const double* params = set.state.params.data();
+      const SE3& pose = set.state.camera_from_board[v];
+      const Gram<M> expected = plainGram<M>(params, pose, set.views[v], kLoss);
+      withAndWithoutAvx2([&] {
+        PoseRows rows(6, kNumParams<M> + 7);
+        SharedSums sums(kNumParams<M>);
+        ASSERT_TRUE(kernel.reduce(params, pose, corners.view(v), kLoss, Unseen::kRefuse, rows, sums));
+        expectEqual<M>(gramOf<M>(rows, sums), expected);
+        for (int i = 0; i < kNumParams<M>; ++i)
+          EXPECT_NEAR(sums.diagonal(i), expected(6 + i, 6 + i), 1e-11 * expected(6 + i, 6 + i));
+        std::vector<Eigen::Vector2d> errors(set.views[v].size());
+        kernel.errors(params, pose, corners.view(v), errors);
+        for (std::size_t i = 0; i < errors.size(); ++i) {
+          Reprojection<M> corner;
+          const Observation& observation = set.views[v][i];
+          ASSERT_TRUE(
+              reproject<M>(params, pose.rotation.matrix(), pose.translation, observation.p_board, corner));
+          EXPECT_LE((errors[i] - (corner.pixel - observation.pixel)).norm(), 1e-9);
+          num_far += kLoss.weight(observation.weight * errors[i].squaredNorm()) < 1;
+        }
+        ++num_checked;
+      });
+    }
+  }
+  EXPECT_EQ(num_checked, 3 * 3 * 2);
+  EXPECT_GT(num_far, 0);
+}
+
+// A lens that sees behind itself takes such a pose exactly if it sees all corners there.
+TYPED_TEST(ViewKernelOf, RefusesCornersBehindTheCamera) {
+  using M = TypeParam;
+  const BundleSet<M> set(1, 0);
+  SE3 pose = set.state.camera_from_board[0];
+  pose.translation.z() = -1;
+  const AnyCamera camera = AnyCamera::make(M::kId, set.state.params);
+  const bool sees_all = std::all_of(set.views[0].begin(), set.views[0].end(), [&](const Observation& o) {
+    return camera.project(pose * o.p_board).ok();
+  });
+  if (M::kMaxAngle <= std::numbers::pi / 2) {
+    EXPECT_FALSE(sees_all);
+  }
+  const CornerGroups corners(set.views);
+  const ViewKernel& kernel = viewKernel(M::kId);
+  withAndWithoutAvx2([&] {
+    PoseRows rows(6, kNumParams<M> + 7);
+    SharedSums sums(kNumParams<M>);
+    EXPECT_EQ(
+        kernel.reduce(set.state.params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums),
+        sees_all);
+  });
+}
+
+// A board that the camera stands in the middle of, so that a part of it is in front.
+TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
+  const BundleSet<Radtan> set(1, 0);
+  const double* params = set.state.params.data();
+  SE3 pose;
+  pose.rotation = SO3::exp({0, 1.2, 0});
+  pose.translation = {-0.05, -0.05, 0.1};
+  const CornerGroups corners(set.views);
+  const ViewKernel& kernel = viewKernel("radtan");
+  std::size_t num_seen = 0;
+  Reprojection<Radtan> corner;
+  for (const Observation& o : set.views[0])
+    num_seen += reproject<Radtan>(params, pose.rotation.matrix(), pose.translation, o.p_board, corner);
+  ASSERT_GT(num_seen, 10U);
+  ASSERT_LT(num_seen, set.views[0].size());
+  withAndWithoutAvx2([&] {
+    PoseRows rows(6, 16);
+    SharedSums sums(9);
+    EXPECT_FALSE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kRefuse, rows, sums));
+    EXPECT_EQ(sums.gram, Eigen::MatrixXd::Zero(10, 10));
+    EXPECT_TRUE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kLeaveOut, rows, sums));
+    expectEqual<Radtan>(gramOf<Radtan>(rows, sums), plainGram<Radtan>(params, pose, set.views[0], kNoLoss));
+    std::vector<Eigen::Vector2d> errors(set.views[0].size());
+    kernel.errors(params, pose, corners.view(0), errors);
+    const auto num_finite =
+        std::count_if(errors.begin(), errors.end(), [](const auto& e) { return e.allFinite(); });
+    EXPECT_EQ(static_cast<std::size_t>(num_finite), num_seen);
+  });
+}
+
+TEST(ViewKernel, RefusesAFoldedLens) {
+  BundleSet<Radtan> set(1, 0);
+  const CornerGroups corners(set.views);
+  const SE3& pose = set.state.camera_from_board[0];
+  const ViewKernel& kernel = viewKernel("radtan");
+  PoseRows rows(6, 16);
+  SharedSums sums(9);
+  EXPECT_TRUE(
+      kernel.reduce(set.state.params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
+  set.state.params[4] = -30;  // folds at six degrees from the axis
+  EXPECT_FALSE(
+      kernel.reduce(set.state.params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
+}
+
+// Columns that the others determine leave rows that must not blow up.
+TEST(ViewKernel, FactorizesWhatOneFlatViewLeaves) {
+  const BundleSet<Rational> set(1, 0);
+  const CornerGroups corners(set.views);
+  const ViewKernel& kernel = viewKernel("rational");
+  PoseRows rows(6, kNumParams<Rational> + 7);
+  SharedSums sums(kNumParams<Rational>);
+  ASSERT_TRUE(kernel.reduce(set.state.params.data(), set.state.camera_from_board[0], corners.view(0), kLoss,
+                            Unseen::kRefuse, rows, sums));
+  constexpr int kShared = kNumParams<Rational> + 1;
+  SharedRows shared(kShared, kShared);
+  kernel.factorize(sums, shared);
+  ASSERT_TRUE(shared.allFinite());
+  const Eigen::MatrixXd again = shared.transpose() * shared;
+  const Eigen::MatrixXd before = sums.gram.selfadjointView<Eigen::Lower>();
+  int num_checked = 0;
+  for (int j = 0; j < kShared; ++j) {
+    const double scale = j + 1 < kShared ? std::sqrt(sums.diagonal(j) * before(kShared - 1, kShared - 1))
+                                         : before(kShared - 1, kShared - 1);
+    EXPECT_NEAR(again(j, kShared - 1), before(j, kShared - 1), 1e-10 * scale);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, kShared);
+}
+
+}  // namespace
+}  // namespace alidade
