@@ -10,6 +10,7 @@
 #include "alidade/calibrate/result_of.h"
 #include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/view_preparation.h"
+#include "alidade/calibrate/view_reason.h"
 #include "alidade/camera/model_list.h"
 
 namespace alidade {
@@ -24,6 +25,7 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
   solveRobustly(estimation);
   compareRivals(estimation);
   leaveOutOutliers(estimation);
+  nameReasons(estimation);
   CalibrationResult result = resultOf(estimation);
   result.better_model = betterModel(estimation);
   result.findings = judge(result);

@@ -44,16 +44,14 @@ double robustSigma(const Estimation& e) {
   return std::max(kMinSigmaPx, *middle / std::sqrt(2 * std::log(2.0)));
 }
 
+// Enough to read the noise off the errors; relative to the cost.
+constexpr double kLoose = 1e-6;
+
 }  // namespace
 
-// The weights and the loss need the noise and the noise needs a fit: all settle together, and only then is
-// the fit made exact.
-void solveRobustly(Estimation& e) {
-  constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
+void settle(Estimation& e) {
   // A change of the threshold or of a weight by 2 % moves no parameter visibly.
   constexpr double kSteady = 0.02;
-  e.loss = startLoss(e.views.front().size);
-  e.noise = CornerNoise(e.observations);
   solve(e, kLoose);
   if (rightPoses(e)) solve(e, kLoose);
   e.is_settled = false;
@@ -65,6 +63,12 @@ void solveRobustly(Estimation& e) {
     e.loss.threshold_px = threshold;
     solve(e, kLoose);
   }
+}
+
+void solveRobustly(Estimation& e) {
+  e.loss = startLoss(e.views.front().size);
+  e.noise = CornerNoise(e.observations);
+  settle(e);
   solve(e);
 }
 
