@@ -321,6 +321,8 @@ HuberLoss startLoss(ImageSize size) {
 
 std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<double>& params, const SE3& pose,
                                const std::vector<Observation>& view, HuberLoss loss) {
+  // A start that does not project is a view that cannot be posed, and not the solver's business.
+  if (!std::isfinite(viewCost(model_id, params, pose, view, loss))) return std::nullopt;
   BundleState state{.params = params, .camera_from_board = {pose}};
   std::vector<int> all(params.size());
   std::iota(all.begin(), all.end(), 0);

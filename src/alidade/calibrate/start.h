@@ -27,7 +27,7 @@ struct PosedCamera {
 /// counts less.
 [[nodiscard]] HuberLoss startLoss(ImageSize size);
 
-/// The pose nearby with the least cost, the camera as it is.
+/// The pose nearby with the least cost, the camera as it is. Nothing where a corner does not project.
 [[nodiscard]] std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<double>& params,
                                              const SE3& pose, const std::vector<Observation>& view,
                                              HuberLoss loss);
