@@ -44,7 +44,7 @@ std::vector<double> paramsOf(std::string_view model) {
   if (model == "rational") return {1003, 1001, 955, 604, -0.2, 0.08, 5e-4, -4e-4, -0.01, 0.01, 0.01, 1e-3};
   if (model == "thin_prism")
     return {1003, 1001, 955, 604, -0.2, 0.08, 5e-4, -4e-4, -0.01, 0.01, 0.01, 1e-3, 1e-3, 1e-4, -1e-3, 1e-4};
-  if (model == "kannala_brandt") return {600, 601, 955, 604, 0.04275, -0.05002, 0.01984, -0.00294};
+  if (model == "kannala_brandt") return {750, 751, 955, 604, 0.04275, -0.05002, 0.01984, -0.00294};
   if (model == "fov") return {900, 901, 955, 604, 0.9};
   if (model == "ucm") return {600, 601, 955, 604, 0.6};
   if (model == "omni") return {1500, 1501, 955, 604, 1.2, -0.1, 0.02, 1e-3, -1e-3};

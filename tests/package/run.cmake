@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Run by ctest: installs the build into a folder of its own, then configures, builds and runs the projects beside this
-# file against it. Any step that fails ends the test with that step's output.
+# file and the example of the documentation against it. Any step that fails ends the test with that step's output.
 set(prefix ${WORK_DIR}/install)
 file(REMOVE_RECURSE ${prefix})
 
@@ -34,10 +34,12 @@ if(SANITIZE)
 endif()
 # A list as one argument: its semicolons must survive the list of arguments that it becomes a part of.
 string(JOIN "\\;" prefix_path ${prefix} ${PREFIX_PATH})
-foreach(project IN ITEMS camera_only everything)
+foreach(source IN ITEMS ${CMAKE_CURRENT_LIST_DIR}/camera_only ${CMAKE_CURRENT_LIST_DIR}/everything
+                        ${SOURCE_DIR}/docs/examples/test_harness)
+  get_filename_component(project ${source} NAME)
   set(dir ${WORK_DIR}/${project})
   file(REMOVE_RECURSE ${dir})
-  run("configure ${project}" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/${project} -B ${dir} -G "${GENERATOR}"
+  run("configure ${project}" ${CMAKE_COMMAND} -S ${source} -B ${dir} -G "${GENERATOR}"
       -DCMAKE_PREFIX_PATH=${prefix_path} -DCMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}"
       -DCMAKE_BUILD_TYPE=${CONFIG} -DCMAKE_RUNTIME_OUTPUT_DIRECTORY=${dir}/bin
       -DEXPECTED_PREFIX=${prefix})

@@ -76,8 +76,12 @@ class ProjectLoop {
     const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + batch::kNaN);
     lane::store(lane::select(is_ok, px[0], nothing), a.u + i);
     lane::store(lane::select(is_ok, px[1], nothing), a.v + i);
-    for (std::size_t l = 0; l < kNumLanes; ++l)
-      a.status[i + l] = statusOf(batch::laneOf(is_ok, l), kLooksForward && batch::laneOf(is_behind, l));
+    if (lane::isAll(is_ok)) {
+      std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
+    } else {
+      for (std::size_t l = 0; l < kNumLanes; ++l)
+        a.status[i + l] = statusOf(batch::laneOf(is_ok, l), kLooksForward && batch::laneOf(is_behind, l));
+    }
     if constexpr (kHasJacobians) {
       if (a.jacobians.by_params != nullptr)
         batch::scatter<2 * kParams>(J_px_params, nothing, a.jacobians.by_params + i * 2 * kParams);

@@ -48,9 +48,10 @@ class UnprojectLoop {
     lane::store(ray[0] + nothing, a.x + i);
     lane::store(ray[1] + nothing, a.y + i);
     lane::store(ray[2] + nothing, a.z + i);
-    for (std::size_t l = 0; l < kNumLanes; ++l) {
-      a.status[i + l] = ProjectStatus::kOk;
-      if (!batch::laneOf(is_ok, l)) tryHarder(a, i + l);
+    std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
+    if (!lane::isAll(is_ok)) {
+      for (std::size_t l = 0; l < kNumLanes; ++l)
+        if (!batch::laneOf(is_ok, l)) tryHarder(a, i + l);
     }
     if (a.J_ray_pixel != nullptr) {
       const Lanes found[3] = {lane::load(a.x + i), lane::load(a.y + i), lane::load(a.z + i)};

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/target/board_shape.h"
+
+namespace alidade {
+
+/// What the corners say about the bend of the board (BoardShape) at a solution for one bend, the poses and
+/// the intrinsics following every change of it.
+struct ShapeInformation {
+  Eigen::Vector2d step_m;  ///< the change of the bend that leads to the least cost, as far as a parabola says
+  double drop = 0;         ///< of twice the cost by this step, px^2 of a corner of weight 1
+  /// (J^T W J)^-1 restricted to the bend, m^2 / px^2, and to the intrinsics, with bend and poses free: times
+  /// the variance of a corner of weight 1, covariances.
+  Eigen::Matrix2d bend_inverse;
+  Eigen::MatrixXd params_inverse;
+};
+
+/// @param state  the optimum for the present bend, which the observations' p_board have
+/// @returns nothing where the views do not determine bend and intrinsics
+[[nodiscard]] std::optional<ShapeInformation> shapeInformation(
+    std::string_view model_id, const Checkerboard& board, std::span<const std::vector<Observation>> views,
+    const BundleState& state, HuberLoss loss, const ParamConstraint& constraint = {});
+
+}  // namespace alidade

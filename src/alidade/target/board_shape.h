@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+#include "alidade/target/checkerboard.h"
+
+namespace alidade {
+
+/// How a board that is meant to be flat is bent: z = bend_x (1 - X^2) + bend_y (1 - Y^2) in the board frame,
+/// with X and Y from -1 to 1 between the outermost corners. Boards of paper on glass, foam or wood bend like
+/// this, as the sheet of a plate under its own weight or moisture does.
+struct BoardShape {
+  double bend_x_m = 0;  ///< how far the middle lies behind the left and right ends, metres
+  double bend_y_m = 0;  ///< how far the middle lies behind the upper and lower ends, metres
+
+  [[nodiscard]] bool isFlat() const { return bend_x_m == 0 && bend_y_m == 0; }
+
+  friend bool operator==(const BoardShape&, const BoardShape&) = default;
+};
+
+/// The derivatives of z by bend_x and bend_y at a place of the board plane, metres a metre.
+[[nodiscard]] inline Eigen::Vector2d bendProfile(const Checkerboard& board, double x, double y) {
+  const double half_width = 0.5 * board.square_m * (board.columns - 1);
+  const double half_height = 0.5 * board.square_m * (board.rows - 1);
+  const double X = x / half_width - 1;
+  const double Y = y / half_height - 1;
+  return {1 - X * X, 1 - Y * Y};
+}
+
+/// Where a place of the board plane lies on the bent board.
+[[nodiscard]] inline Eigen::Vector3d onBentBoard(const Checkerboard& board, const BoardShape& shape,
+                                                 const Eigen::Vector3d& p_flat) {
+  const Eigen::Vector2d profile = bendProfile(board, p_flat.x(), p_flat.y());
+  return {p_flat.x(), p_flat.y(), shape.bend_x_m * profile.x() + shape.bend_y_m * profile.y()};
+}
+
+}  // namespace alidade
