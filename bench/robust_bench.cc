@@ -160,6 +160,11 @@ void viewTable(const Models& models, int num_sets) {
   }
 }
 
+bool hasFinding(const CalibrationResult& result, std::string_view id) {
+  return std::any_of(result.findings.begin(), result.findings.end(),
+                     [&](const Finding& f) { return f.id == id; });
+}
+
 double shareAbove(const std::vector<double>& values, double limit) {
   const auto count = std::count_if(values.begin(), values.end(), [&](double x) { return x > limit; });
   return 100.0 * static_cast<double>(count) / static_cast<double>(values.size());
@@ -185,17 +190,20 @@ void influenceTable(const Models& models, int num_sets) {
       for (const bool is_clean : {true, false}) {
         std::vector<double> surprise;
         std::vector<double> move;
+        int num_named = 0;
         for (int i = 0; i < num_sets; ++i) {
           SimulatedSet set = cleanSet(model, num_views, static_cast<std::uint64_t>(9000 + i));
           if (!is_clean) spoilViews(set, Spoiler::kFaint, 1, static_cast<std::uint64_t>(i));
-          const ViewInfluence largest = largestInfluence(run(set));
+          const CalibrationResult result = run(set);
+          num_named += hasFinding(result, "influential_view") ? 1 : 0;
+          const ViewInfluence largest = largestInfluence(result);
           surprise.push_back(largest.surprise_sigmas);
           move.push_back(largest.move_sigmas);
         }
         std::printf("%-15s %-7d %5s ", model.c_str(), num_views, is_clean ? "clean" : "faint");
         for (const double limit : {3.0, 4.0, 5.0, 6.0}) std::printf(" %6.1f", shareAbove(surprise, limit));
         for (const double limit : {2.0, 4.0}) std::printf(" %6.1f", shareAbove(move, limit));
-        std::printf("\n");
+        std::printf("; %6.1f\n", 100.0 * num_named / num_sets);
         std::fflush(stdout);
       }
     }
@@ -203,17 +211,19 @@ void influenceTable(const Models& models, int num_sets) {
 }
 
 void aspectTable(const Models& models, int num_sets) {
-  std::printf("%-15s %5s %9s %11s %11s %11s   share of sets, %%, beyond 3 4 5 sigma\n", "model", "views",
-              "stretch", "mean", "std", "said");
+  std::printf("%-15s %5s %9s %11s %11s %11s   share of sets, %%, beyond 3 4 5 sigma; with the finding\n",
+              "model", "views", "stretch", "mean", "std", "said");
   for (const std::string& model : models) {
     for (const int num_views : {25, 8}) {
       for (const double stretch : {0.0, 0.001, 0.005}) {
         Spread found;
         Spread sigma;
         std::vector<double> z;
+        int num_named = 0;
         for (int i = 0; i < num_sets; ++i) {
           const auto result =
               run(stretchedSet(model, num_views, 1 + stretch, static_cast<std::uint64_t>(20000 + i)));
+          num_named += hasFinding(result, "board_not_square") ? 1 : 0;
           if (!result.board_stretch) continue;
           found.add(result.board_stretch->stretch);
           sigma.add(result.board_stretch->sigma);
@@ -222,7 +232,7 @@ void aspectTable(const Models& models, int num_sets) {
         std::printf("%-15s %5d %9.4f %11.6f %11.6f %11.6f ", model.c_str(), num_views, stretch, found.mean(),
                     found.deviation(), sigma.mean());
         for (const double limit : {3.0, 4.0, 5.0}) std::printf(" %6.1f", shareAbove(z, limit));
-        std::printf("\n");
+        std::printf("; %6.1f\n", 100.0 * num_named / num_sets);
         std::fflush(stdout);
       }
     }

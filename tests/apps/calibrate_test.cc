@@ -88,6 +88,49 @@ TEST(Calibrate, WritesOneJsonDocument) {
   EXPECT_EQ(document.at("parameters").at("fx").get<double>(), parameters[0]);
 }
 
+// Of the image's line for (column, row), `from` becomes `to`.
+void replaceInLine(std::string& text, const std::string& image, const std::string& from,
+                   const std::string& to) {
+  const std::size_t line = text.find(image + ",640,480,checkerboard:9x6:25mm" + from);
+  ASSERT_NE(line, std::string::npos);
+  const std::size_t at = text.find(from, line);
+  text.replace(at, from.size(), to);
+}
+
+TEST(Calibrate, NamesTheCornersAndViewsThatItLeavesOut) {
+  const ScratchFolder scratch;
+  std::string text = readFile(dataPath("corners.csv"));
+  // A corner 10 px off, and an image numbered along the columns first (marked, so that none is read twice).
+  replaceInLine(text, "view_001.png", ",0,0,0,232.3", ",0,0,0,242.3");
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 9; ++column) {
+      const int id = column * 6 + row;
+      replaceInLine(text, "view_005.png", fmt::format(",{},{},{},", row * 9 + column, column, row),
+                    fmt::format(",#{},{},{},", id, id % 9, id / 9));
+    }
+  }
+  std::erase(text, '#');
+  text.insert(0, "#");
+  const std::string corners = scratch.write("corners.csv", text);
+  const RunResult json = runAlidade({"calibrate", corners, "--json"});
+  ASSERT_THAT(json, EndsWith(0));
+  const auto document = nlohmann::json::parse(json.out);
+  ASSERT_EQ(document.at("outliers").size(), 1u);
+  EXPECT_EQ(document.at("outliers")[0].at("image"), "view_001.png");
+  EXPECT_EQ(document.at("outliers")[0].at("corner_id"), 0);
+  EXPECT_NEAR(document.at("outliers")[0].at("dx").get<double>(), -10, 0.01);
+  EXPECT_DOUBLE_EQ(document.at("outlier_share").get<double>(), 1.0 / (11 * 54));
+  ASSERT_EQ(document.at("excluded_views").size(), 1u);
+  EXPECT_EQ(document.at("excluded_views")[0].at("image"), "view_005.png");
+  EXPECT_TRUE(document.at("board_stretch").contains("sigma"));
+  EXPECT_TRUE(document.at("views")[0].at("influence").contains("move_sigmas"));
+  EXPECT_THAT(runAlidade({"calibrate", corners}).out,
+              AllOf(HasSubstr("view_001.png corner 0: off by (-10.00, "),
+                    HasSubstr("Left out 1 corners of 594 (0.17 %)"),
+                    HasSubstr("view_005.png: its corners are numbered otherwise"),
+                    HasSubstr("along the columns first"), HasSubstr("11 used")));
+}
+
 TEST(Calibrate, TellsWhatTheStatedSigmasLeaveUnexplained) {
   const ScratchFolder scratch;
   const RunResult unknown = runAlidade({"calibrate", dataPath("corners.csv"), "--json"});
