@@ -42,6 +42,10 @@ class CalibrateCommand final : public Command {
                    "image's centre for cx and cy, 0 for the lens")
         ->delimiter(',');
     app.add_flag("--same-focal", same_focal_, "One focal length: fx = fy");
+    app.add_option("--board-shape", board_shape_,
+                   "flat: the board is taken as flat; warp: its bend is estimated; auto: if a test sees one")
+        ->check(CLI::IsMember({"flat", "warp", "auto"}))
+        ->capture_default_str();
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
@@ -61,6 +65,9 @@ class CalibrateCommand final : public Command {
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
+    options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
+                          : board_shape_ == "warp" ? BoardShapeMode::kWarp
+                                                   : BoardShapeMode::kAuto;
     if (!init_.empty()) {
       const CameraFile file = readCameraFile(init_);
       options.initial = {.camera = file.camera, .size = file.image_size};
@@ -163,6 +170,7 @@ class CalibrateCommand final : public Command {
   std::string init_;
   std::vector<std::string> fixed_;
   bool same_focal_ = false;
+  std::string board_shape_ = "auto";
   std::string debug_;
   std::string output_;
   bool keep_untrustworthy_ = false;

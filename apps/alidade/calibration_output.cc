@@ -67,6 +67,31 @@ std::string startText(const StartReport& start) {
   return text + "\n";
 }
 
+// "1.02 +- 0.01"
+std::string millimetres(double value_m, double std_m) {
+  const double std = 1e3 * std_m;
+  const int decimals = std > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 6) : 6;
+  return fmt::format("{:.{}f} +- {:.{}f}", 1e3 * value_m, decimals, std, decimals);
+}
+
+std::string shapeText(const CalibrationResult& result) {
+  const ShapeReport& shape = result.shape;
+  if (!shape.is_determined) return "Board    taken as flat: these views do not tell whether it is bent\n";
+  if (!shape.is_estimated) {
+    if (!std::isfinite(shape.f)) return "Board    taken as flat\n";
+    return fmt::format("Board    flat: no bend seen (F {:.2g}; one sigma {:.2g} and {:.2g} mm)\n", shape.f,
+                       1e3 * shape.std_m.x(), 1e3 * shape.std_m.y());
+  }
+  const auto parameters = result.camera.parameters();
+  return fmt::format(
+      "Board    bent (F {:.3g}): its middle lies {} mm behind its left and right ends and {} mm behind its "
+      "upper and lower ends;\n         held flat, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
+      "px\n",
+      shape.f, millimetres(shape.shape.bend_x_m, shape.std_m.x()),
+      millimetres(shape.shape.bend_y_m, shape.std_m.y()), shape.flat_rms_px, shape.flat_params[0],
+      parameters[0]);
+}
+
 std::string domainText(const CalibrationResult& result) {
   const CertifiedCone& cone = result.domain.cone;
   return fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis{}; {}\n",
@@ -95,6 +120,7 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
   record.termination = std::string(terminationName(result.solver.termination)) + ": " + result.solver.reason;
   record.board = specText(input.board);
   record.settings = std::move(settings);
+  if (result.shape.is_estimated) record.warp = WarpRecord{result.shape.shape, result.shape.std_m};
   if (result.covariance) {
     for (Eigen::Index i = 0; i < result.covariance->rows(); ++i) {
       record.parameter_std.push_back(result.parameterStd(static_cast<int>(i)));
@@ -126,6 +152,7 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
     text += fmt::format("Noise    {:.3g} px an axis beyond what detection states of its corners\n",
                         result.unexplained_sigma_px);
   }
+  text += shapeText(result);
   text += parameterTable(result);
   text += domainText(result);
   text += "Worst views\n";
@@ -158,6 +185,7 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
 
 std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input) {
   using nlohmann::json;
+  const auto orNull = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
   json parameters = json::object();
   json sigmas = json::object();
   const auto names = result.camera.parameterNames();
@@ -165,7 +193,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
     const std::string name(names[i]);
     parameters[name] = result.camera.parameters()[i];
     const double std = result.parameterStd(static_cast<int>(i));
-    sigmas[name] = std::isfinite(std) ? json(std) : json(nullptr);
+    sigmas[name] = orNull(std);
   }
   json views = json::array();
   for (const ViewResult& view : result.views) {
@@ -205,16 +233,25 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"rms_px", result.rms_px},
       {"num_corners", result.num_corners},
       {"coordinate_sigma_px", result.coordinate_sigma_px},
-      {"local_sigma_px", std::isfinite(result.local_sigma_px) ? json(result.local_sigma_px) : json(nullptr)},
+      {"local_sigma_px", orNull(result.local_sigma_px)},
       {"weighted_rms_px", result.weighted_rms_px},
-      {"unexplained_sigma_px",
-       std::isfinite(result.unexplained_sigma_px) ? json(result.unexplained_sigma_px) : json(nullptr)},
+      {"unexplained_sigma_px", orNull(result.unexplained_sigma_px)},
       {"parameters", parameters},
       {"parameter_std", sigmas},
       {"domain",
        {{"max_angle_rad", result.domain.cone.max_angle_rad},
         {"full_image", result.domain.full_image},
         {"min_relative_det", result.domain.min_relative_det}}},
+      {"board_shape",
+       {{"estimated", result.shape.is_estimated},
+        {"determined", result.shape.is_determined},
+        {"f", orNull(result.shape.f)},
+        {"bend_x_m", result.shape.shape.bend_x_m},
+        {"bend_y_m", result.shape.shape.bend_y_m},
+        {"bend_x_std_m", orNull(result.shape.std_m.x())},
+        {"bend_y_std_m", orNull(result.shape.std_m.y())},
+        {"flat_rms_px", orNull(result.shape.flat_rms_px)},
+        {"flat_parameters", result.shape.flat_params}}},
       {"start",
        {{"num_tried", result.start.num_tried},
         {"num_solved", result.start.num_solved},

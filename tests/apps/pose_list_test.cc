@@ -141,7 +141,7 @@ TEST(Poses, NamesWhatIsWrong) {
        "poses:1: found both a quaternion and a rotation",
        "one rotation"},
       {{"tx_mm,ty,tz,rx,ry,rz\n", forward}, "poses:1: found the column 'tx_mm'", "metres"},
-      {{"tx,ty,tz,rx_deg,ry_deg,rz_deg\n", forward}, "poses:1: found no column qx", "radians"},
+      {{"tx,ty,tz,rx_deg,ry_deg,rz_deg\n", forward}, "poses:1: found the column 'rx_deg'", "radians"},
       {{"tx,ty,tz,rx,ry,rz\n0,0,0,0,0,0\n0,0,zero,0,0,0\n", forward},
        "poses:3: found 'zero' as tz",
        "a number"},

@@ -177,7 +177,9 @@ TEST(Project, NamesTheLineThatIsWrong) {
       {"x,y,z\n0,0,\"1\n", ":2", "an open quote", "quote at the field's end"},
       {"0 0 1\n0 0,1\n", ":2", "2 fields", "3 as in the rows before"},
       {"0,0,1e999\n", ":1", "'1e999' as z", "a number"},
-      {"0,0,+-1\n0,0,1 2\n", ":2", "'1 2' as z", "a number"},
+      {"0,0,+1\n0,0,1 2\n", ":2", "'1 2' as z", "a number"},
+      {"0,0,+-1\n", ":1", "'+-1' as z", "a number"},
+      {std::string("0,0,1\n0,0\0,1\n", 13), ":2", "'0\\0' as y", "a number"},
       {"\xff\xfex\n", ":1", "UTF-16 text", "CSV (UTF-8)"},
       {std::string(70'000, '1'), ":1", "a line of more than 64 KiB", "rows of numbers"},
   };
@@ -189,7 +191,7 @@ TEST(Project, NamesTheLineThatIsWrong) {
                                   HasSubstr(c.expected)));
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 20u);
+  EXPECT_EQ(num_refused, 22u);
   const ScratchFolder scratch;
   scratch.write("points.csv", "0,0,one\n");
   EXPECT_THAT(runAlidade({"project", dataPath("camera.yaml"), scratch.path("points.csv")}).err,

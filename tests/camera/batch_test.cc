@@ -243,6 +243,35 @@ TYPED_TEST(Batch, UnprojectsLikeOneByOne) {
 }
 
 // The rays of pixels a little to each side give the same derivative.
+TYPED_TEST(Batch, MayAnswerInTheArraysOfTheQuestion) {
+  using M = TypeParam;
+  for (const auto& params : ModelFixture<M>::paramSets()) {
+    const Camera<M> camera(params);
+    const AnyCamera any(camera);
+    const Points points = pointsAround(camera, 4);
+    Variants().forEach([&] {
+      Pixels pixels(kNumPoints);
+      projectBatch(any, points.columns(), pixels.results());
+      Points in_place = points;
+      std::vector<ProjectStatus> status(kNumPoints);
+      projectBatch(any, in_place.columns(), {in_place.x, in_place.y, status});
+      Points rays(kNumPoints);
+      unprojectBatch(any, {pixels.u, pixels.v}, {rays.x, rays.y, rays.z, pixels.status});
+      Points rays_in_place = in_place;
+      unprojectBatch(any, {rays_in_place.x, rays_in_place.y},
+                     {rays_in_place.x, rays_in_place.y, rays_in_place.z, status});
+      const auto is_same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+      for (std::size_t i = 0; i < kNumPoints; ++i) {
+        ASSERT_TRUE(is_same(in_place.x[i], pixels.u[i]) && is_same(in_place.y[i], pixels.v[i])) << i;
+        ASSERT_EQ(status[i], pixels.status[i]) << i;
+        ASSERT_TRUE(is_same(rays_in_place.x[i], rays.x[i]) && is_same(rays_in_place.y[i], rays.y[i]) &&
+                    is_same(rays_in_place.z[i], rays.z[i]))
+            << i;
+      }
+    });
+  }
+}
+
 TYPED_TEST(Batch, RaysMoveAsTheJacobianSays) {
   using M = TypeParam;
   constexpr double kStep = 1e-3;  // px

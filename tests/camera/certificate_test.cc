@@ -128,6 +128,42 @@ TEST(Certificate, FindsTheFoldOfASingleCoefficientExactly) {
   EXPECT_EQ(num_checked, 5);
 }
 
+TEST(Certificate, SeesFoldsThatTurnBackWithinATinyAngle) {
+  // 1 - s^n / ((2 n + 1) t^n) of s = r^2 folds at s = t. Soon after it is negative and mirrors the image,
+  // which is no fold any more: near 90 degrees all of this happens within a thousandth of a radian.
+  int num_cameras = 0;
+  for (double rho = 3; rho < 900; rho *= 1.03) {
+    for (int n = 1; n <= 3; ++n) {
+      const double k = -1 / ((2 * n + 1) * std::pow(rho, 2 * n));
+      for (const double p1 : {0.0, 1e-9}) {  // without and with other azimuths
+        const Camera<Radtan> camera(
+            {1000, 1000, 960, 600, n == 1 ? k : 0, n == 2 ? k : 0, p1 / rho, 0, n == 3 ? k : 0});
+        EXPECT_LE(camera.cone().max_angle_rad, std::atan(rho)) << "n " << n << " rho " << rho << " p1 " << p1;
+        EXPECT_GE(camera.cone().max_angle_rad, std::atan(rho) - 1e-3 / rho - 2 * kFoldMargin);
+        ++num_cameras;
+      }
+    }
+  }
+  // (1 - (2.5 + e) s) / (1 - 2.5 s) is 1 but for a pole at s = 0.4, before which it falls to minus infinity.
+  for (double e = 1e-3; e > 1e-7; e /= 1.1) {
+    double low = 0;
+    double high = std::sqrt(0.4) * (1 - 1e-9);
+    for (int i = 0; i < 100; ++i) {
+      const double r = 0.5 * (low + high);
+      const double below = 1 - 2.5 * r * r;
+      // The slope of r - e r^3 / below.
+      (1 - e * r * r * (3 * below + 5 * r * r) / (below * below) > 0 ? low : high) = r;
+    }
+    for (const double p1 : {0.0, 1e-12}) {
+      const Camera<Rational> camera({1000, 1000, 960, 600, -2.5 - e, 0, p1, 0, 0, -2.5, 0, 0});
+      EXPECT_LE(camera.cone().max_angle_rad, std::atan(low)) << "e " << e << " p1 " << p1;
+      EXPECT_GE(camera.cone().max_angle_rad, std::atan(low) - 2 * kFoldMargin) << "e " << e << " p1 " << p1;
+      ++num_cameras;
+    }
+  }
+  EXPECT_GT(num_cameras, 1000);
+}
+
 TEST(Certificate, SeesANarrowDipBetweenSamples) {
   // g(r) = r (1 + k1 r^2 + k2 r^4) has g' = 1 + 3 k1 s + 5 k2 s^2 with s = r^2. Choosing the two roots in s
   // to lie 1e-4 apart gives a fold that reopens at once.

@@ -13,7 +13,7 @@ TEST(ParseDouble, ReadsWholeNumbersOnly) {
   EXPECT_EQ(parseDouble("1.5e-3"), 1.5e-3);
   EXPECT_EQ(parseDouble("+2"), 2.0);
   EXPECT_EQ(parseDouble("-.5"), -0.5);
-  for (const char* bad : {"", " 1", "1 ", "1,5", "1.5x", "0x10", "--1", "+"}) {
+  for (const char* bad : {"", " 1", "1 ", "1,5", "1.5x", "0x10", "--1", "+", "+-1", "++1"}) {
     EXPECT_FALSE(parseDouble(bad)) << '"' << bad << '"';
   }
 }

@@ -15,6 +15,7 @@
 #include "alidade/calibrate/view_scores.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/target/board_shape.h"
 
 namespace alidade {
 
@@ -58,6 +59,23 @@ struct BetterModel {
   double lean_rms_px = 0;  ///< that of the model in use
 };
 
+/// What the views say of the board's shape.
+struct ShapeReport {
+  BoardShape shape;           ///< flat unless it was estimated
+  bool is_estimated = false;  ///< with the camera; false: the board was held flat
+  bool is_requested = false;  ///< whether or not a test sees a bend
+  bool is_determined = true;  ///< false: these views and this board cannot tell a bend
+  /// F statistic of the bend against a flat board, about 1 for a flat one; NaN if nobody asked.
+  double f = std::numeric_limits<double>::quiet_NaN();
+  /// One sigma of bend_x and bend_y, or with the board held flat what it would be; NaN if unknown.
+  Eigen::Vector2d std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  double bend_share = 0;  ///< the larger bend as a share of the board's extent along it
+  /// Where it was estimated: the camera that the same corners give under the same loss with the board held
+  /// flat.
+  std::vector<double> flat_params;
+  double flat_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< and its weighted RMS
+};
+
 struct CalibrationResult {
   explicit CalibrationResult(AnyCamera estimated) : camera(std::move(estimated)) {}
 
@@ -91,6 +109,7 @@ struct CalibrationResult {
   BundleSummary solver;
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed
+  ShapeReport shape;
   std::optional<BetterModel> better_model;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;

@@ -9,6 +9,7 @@
 #include "alidade/calibrate/outlier_rounds.h"
 #include "alidade/calibrate/result_of.h"
 #include "alidade/calibrate/robust_weighting.h"
+#include "alidade/calibrate/shape_step.h"
 #include "alidade/calibrate/view_preparation.h"
 #include "alidade/calibrate/view_reason.h"
 #include "alidade/camera/model_list.h"
@@ -24,7 +25,9 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
   startEstimation(estimation);
   solveRobustly(estimation);
   compareRivals(estimation);
+  estimateShape(estimation);
   leaveOutOutliers(estimation);
+  if (!refineShape(estimation)) leaveOutOutliers(estimation);
   nameReasons(estimation);
   CalibrationResult result = resultOf(estimation);
   result.better_model = betterModel(estimation);

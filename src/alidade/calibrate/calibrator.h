@@ -19,6 +19,13 @@ struct InitialCamera {
   ImageSize size;
 };
 
+/// Whether the board's bend (BoardShape) is estimated.
+enum class BoardShapeMode {
+  kFlat,  ///< the board is taken as flat
+  kWarp,  ///< the bend is estimated
+  kAuto,  ///< the bend is estimated if a test says that there is one
+};
+
 struct CalibratorOptions {
   std::string model = "radtan";                         ///< an id of the model list
   std::optional<InitialCamera> initial = std::nullopt;  ///< nothing: a start is searched for
@@ -26,6 +33,7 @@ struct CalibratorOptions {
   /// cy and 0 for the lens.
   std::vector<std::string> held = {};
   bool same_focal = false;  ///< fx = fy in pixels
+  BoardShapeMode board_shape = BoardShapeMode::kAuto;
   const CancelFlag* cancel = nullptr;
 };
 

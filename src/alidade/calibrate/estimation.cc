@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "alidade/calibrate/held_params.h"
+#include "alidade/calibrate/start.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 
@@ -30,6 +31,14 @@ void solve(Estimation& estimation, double function_tolerance) {
                                                    estimation.state.camera_from_board[v],
                                                    estimation.observations[v]));
   }
+}
+
+Observations allObservations(const Estimation& estimation) {
+  Observations all = observationsOf(estimation.board, estimation.views);
+  for (auto& view : all) {
+    for (Observation& o : view) o.p_board = onBentBoard(estimation.board, estimation.shape.shape, o.p_board);
+  }
+  return all;
 }
 
 double weigh(const CornerNoise& noise, Observations& views) {

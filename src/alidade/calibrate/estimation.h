@@ -33,6 +33,7 @@ struct Estimation {
   HuberLoss loss{.threshold_px = 0};
   BundleSummary summary;
   StartReport start_report;
+  ShapeReport shape;
   bool is_settled = false;
   std::vector<Outlier> outliers;
   std::vector<View> misfits;           ///< out of use because they do not fit, in order of image name
@@ -41,6 +42,9 @@ struct Estimation {
 
 /// Solves for intrinsics and poses from where they are and takes the errors.
 void solve(Estimation& estimation, double function_tolerance = BundleOptions().function_tolerance);
+
+/// The views as the solver takes them, with the board's present shape and all corners with weight 1.
+[[nodiscard]] Observations allObservations(const Estimation& estimation);
 
 /// Gives each corner its weight; the largest relative change of one.
 double weigh(const CornerNoise& noise, Observations& views);

@@ -30,6 +30,8 @@ constexpr double kMisfitWarn = 0.0005;
 constexpr double kSmoothWarn = 1.5;
 constexpr double kSmallRmsPx = 0.02;  // below this, smooth or not, nobody is hurt
 constexpr int kFewViews = 8;
+// A board bent by this share of its size is no longer the paraboloid that two numbers describe.
+constexpr double kBentShare = 0.005;
 
 double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
@@ -176,6 +178,23 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
              "stated sigmas are too small",
          .next_step =
              "check that the board is flat and the images are sharp; a richer model may suit the lens"});
+  }
+  if (result.shape.bend_share > kBentShare) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "bent_board",
+                        .message = "the board's middle stands out by " +
+                                   numberText("%.2g", 100 * result.shape.bend_share) +
+                                   " % of its size; so bent a board is no paraboloid, which is what is "
+                                   "allowed for",
+                        .next_step = "mount the board on something flat and rigid, and photograph it again"});
+  }
+  if (!result.shape.is_determined && result.shape.is_requested) {
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "bend_unknown",
+         .message = "these views do not tell whether the board is bent, so it was taken as flat",
+         .next_step = "take more views, tilted both ways, of a board with three or more "
+                      "corners a side"});
   }
   if (result.num_corners_outside > 0) {
     findings.push_back({.severity = Severity::kFailure,

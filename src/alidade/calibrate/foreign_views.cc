@@ -33,7 +33,6 @@ Misfits misfitsInUse(const Estimation& e) {
 }  // namespace
 
 void setAsideForeignViews(Estimation& e) {
-  bool is_changed = false;
   while (e.misfits.size() < e.views.size()) {
     const Misfits misfits = misfitsInUse(e);
     std::size_t worst = e.views.size();
@@ -45,9 +44,7 @@ void setAsideForeignViews(Estimation& e) {
     setAside(e, worst);
     requireViews(e);
     settle(e);
-    is_changed = true;
   }
-  if (is_changed) solve(e);
 }
 
 bool readmitViews(Estimation& e) {
@@ -73,7 +70,6 @@ bool readmitViews(Estimation& e) {
   e.misfits = std::move(still_out);
   if (!is_changed) return false;
   settle(e);
-  solve(e);
   return true;
 }
 
@@ -89,7 +85,6 @@ bool setAsideMisnumberedViews(Estimation& e) {
   if (!is_changed) return false;
   requireViews(e);
   settle(e);
-  solve(e);
   return true;
 }
 

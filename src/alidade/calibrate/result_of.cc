@@ -7,6 +7,7 @@
 
 #include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/local_sigma.h"
+#include "alidade/calibrate/shape_information.h"
 #include "alidade/core/text.h"
 
 namespace alidade {
@@ -59,7 +60,9 @@ CalibrationResult resultOf(const Estimation& e) {
   result.outliers = e.outliers;
 
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(e.state.params.size()), e.constraint);
-  const int num_free = static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(e.views.size()));
+  const int num_bends = e.shape.is_estimated ? 2 : 0;
+  const int num_free =
+      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(e.views.size())) + num_bends;
   result.held = e.constraint.held;
   const double variance = coordinateVariance(weighted_errors, e.loss, num_free);
   result.coordinate_sigma_px = std::sqrt(variance);
@@ -68,6 +71,16 @@ CalibrationResult resultOf(const Estimation& e) {
       intrinsicsInformation(e.options.model, e.observations, e.state, e.constraint);
   result.scaled_condition = information.scaled_condition;
   if (information.inverse) result.covariance = variance * *information.inverse;
+  result.shape = e.shape;
+  if (e.shape.is_estimated) {
+    const BoardShape& shape = e.shape.shape;
+    result.shape.bend_share = std::max(std::abs(shape.bend_x_m) / (e.board.square_m * (e.board.columns - 1)),
+                                       std::abs(shape.bend_y_m) / (e.board.square_m * (e.board.rows - 1)));
+    const auto bent =
+        shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint);
+    if (bent && result.covariance) result.covariance = variance * bent->params_inverse;
+    if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
+  }
 
   const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
   result.board_stretch = boardStretch(scores, directions, variance);

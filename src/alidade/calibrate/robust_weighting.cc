@@ -11,6 +11,7 @@ namespace {
 
 // Weights that have not come to rest by then are kept: any weights give an unbiased estimate.
 constexpr int kMaxWeightRounds = 6;
+constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
 
 // A view may have been posed from a camera that was still poor.
 bool rightPoses(Estimation& e) {
@@ -44,16 +45,17 @@ double robustSigma(const Estimation& e) {
   return std::max(kMinSigmaPx, *middle / std::sqrt(2 * std::log(2.0)));
 }
 
-// Enough to read the noise off the errors; relative to the cost.
-constexpr double kLoose = 1e-6;
-
 }  // namespace
 
 void settle(Estimation& e) {
-  // A change of the threshold or of a weight by 2 % moves no parameter visibly.
-  constexpr double kSteady = 0.02;
   solve(e, kLoose);
   if (rightPoses(e)) solve(e, kLoose);
+  settleWeights(e);
+}
+
+void settleWeights(Estimation& e) {
+  // A change of the threshold or of a weight by 2 % moves no parameter visibly.
+  constexpr double kSteady = 0.02;
   e.is_settled = false;
   for (int round = 0; round < kMaxRounds; ++round) {
     const double weight_change = round < kMaxWeightRounds ? updateWeights(e) : 0.0;
@@ -63,13 +65,13 @@ void settle(Estimation& e) {
     e.loss.threshold_px = threshold;
     solve(e, kLoose);
   }
+  solve(e);
 }
 
 void solveRobustly(Estimation& e) {
   e.loss = startLoss(e.views.front().size);
   e.noise = CornerNoise(e.observations);
   settle(e);
-  solve(e);
 }
 
 }  // namespace alidade

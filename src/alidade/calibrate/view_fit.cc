@@ -16,6 +16,7 @@ namespace {
 
 std::vector<Observation> weightedObservations(const Estimation& e, const View& view) {
   Observations one = observationsOf(e.board, std::span(&view, 1));
+  for (Observation& o : one.front()) o.p_board = onBentBoard(e.board, e.shape.shape, o.p_board);
   weigh(e.noise, one);
   return std::move(one.front());
 }

@@ -10,6 +10,7 @@
 namespace alidade {
 
 /// Many points, rays or pixels as one array a coordinate. All arrays of one call have the same length.
+/// Results may be written to the very arrays that hold the points or pixels; no arrays overlap otherwise.
 struct PointColumns {
   std::span<const double> x, y, z;
 };

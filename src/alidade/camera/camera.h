@@ -61,7 +61,7 @@ class Camera {
   [[nodiscard]] const Params& params() const { return params_; }
   [[nodiscard]] const CertifiedCone& cone() const { return cone_; }
   /// For M::quickUnlens().
-  [[nodiscard]] const M::Start& start() const { return start_; }
+  [[nodiscard]] const typename M::Start& start() const { return start_; }
 
   /// Pixel of a point in the camera frame (any unit of length), or why there is none.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const {
@@ -162,7 +162,7 @@ class Camera {
   CertifiedCone cone_;
   double cos_max_angle_;
   double rim_radius_;
-  M::Start start_;
+  typename M::Start start_;
 };
 
 }  // namespace alidade

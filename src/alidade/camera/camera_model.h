@@ -43,8 +43,7 @@ struct ParamRange {
 ///                    which the lens is one-to-one, or a nanoradian beyond; false without one. A closed form
 ///                    may ignore max_angle: Camera::unproject lets nothing out of the cone
 ///   quickUnlens(k, start, m, max_angle, ray)  the same for Lanes, without safeguards: NaN or a ray outside
-///   of
-///                    the cone where there is none, and also where it takes more trouble to find it
+///                    of the cone where there is none, and also where it takes more trouble to find it
 ///   Start, makeStart(k, max_angle)  what quickUnlens() needs to know of the parameters beforehand
 ///
 /// LensFormula makes lens() and lensJacobian() of the first two.

@@ -15,6 +15,8 @@ constexpr int kNumAngles = 512;            // steps from the axis to the limit
 constexpr int kNumAnglesSymmetric = 4096;  // the same where one azimuth tells all
 constexpr int kNumAzimuths = 64;           // around the axis, for lenses that are not symmetric
 constexpr int kNumRimPoints = 256;
+constexpr double kShareOfRest = 0.1;  // of the way to the limit: a step's length at most
+constexpr double kLastStep = 1e-6;    // rad; the last step may be the whole of it
 constexpr double kSameAngle = 1e-9;
 // Below this firmness, a pixel's own rounding moves its ray by more than 1e-9 rad.
 constexpr double kMinFirmness = 2.2e-7;
@@ -96,18 +98,26 @@ double firstFold(const Firmness& firmness, double limit, double azimuth, int num
     return f(beyond) > 0 ? beyond : bisect(weak, beyond, 0.0);
   };
   const double step = limit / num_angles;
+  double earlier = 0;
+  double previous = 0;
   double before = f(0.0);
   if (!(before > kMinFirmness)) return 0.0;
   double here = before;
-  for (int i = 1; i <= num_angles; ++i) {
-    const double angle = i < num_angles ? i * step : limit * (1 - 1e-12);
+  for (int i = 1; previous < limit * (1 - 2e-12); ++i) {
+    // Next to a pole, on which the limit lies or near which it is, a lens turns within ever smaller angles.
+    const double rest = limit - previous;
+    const double short_step = kShareOfRest * rest;
+    double angle = short_step < step ? previous + short_step : i * step;
+    if (rest <= kLastStep) angle = limit * (1 - 1e-12);
     const double next = f(angle);
-    if (!(next > kMinFirmness)) return foldIn(angle - step, angle);
+    if (!(next > kMinFirmness)) return foldIn(previous, angle);
     // A dip that touches zero between two samples: look at its bottom.
     if (i >= 2 && here <= before && here <= next && here < 0.5) {
-      const double bottom = goldenMinimum(f, angle - 2 * step, angle, 40);
-      if (!(f(bottom) > kMinFirmness)) return foldIn(angle - 2 * step, bottom);
+      const double bottom = goldenMinimum(f, earlier, angle, 40);
+      if (!(f(bottom) > kMinFirmness)) return foldIn(earlier, bottom);
     }
+    earlier = previous;
+    previous = angle;
     before = here;
     here = next;
   }

@@ -117,7 +117,7 @@ class ProjectLoop {
     return is_behind ? ProjectStatus::kBehind : ProjectStatus::kOutside;
   }
 
-  Camera<M>::Params params_;
+  typename Camera<M>::Params params_;
   Pose pose_;
   double signed_cos2_;
 };

@@ -51,7 +51,7 @@ class UnprojectLoop {
     std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
     if (!lane::isAll(is_ok)) {
       for (std::size_t l = 0; l < kNumLanes; ++l)
-        if (!batch::laneOf(is_ok, l)) tryHarder(a, i + l);
+        if (!batch::laneOf(is_ok, l)) tryHarder({u[l], v[l]}, a, i + l);
     }
     if (a.J_ray_pixel != nullptr) {
       const Lanes found[3] = {lane::load(a.x + i), lane::load(a.y + i), lane::load(a.z + i)};
@@ -63,8 +63,8 @@ class UnprojectLoop {
 
  private:
   // The rim, what Newton's method does not come by at once, and pixels without a ray.
-  void tryHarder(const UnprojectArrays& a, std::size_t i) const {
-    const auto ray = camera_.unproject({a.u[i], a.v[i]});
+  void tryHarder(const Eigen::Vector2d& pixel, const UnprojectArrays& a, std::size_t i) const {
+    const auto ray = camera_.unproject(pixel);
     a.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutside;
     if (!ray) return;
     a.x[i] = ray->x();
@@ -73,8 +73,8 @@ class UnprojectLoop {
   }
 
   const Camera<M>& camera_;
-  Camera<M>::Params params_;
-  M::Start start_;
+  typename Camera<M>::Params params_;
+  typename M::Start start_;
   double max_angle_;
   double cos_max_angle_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/core/error.h"
 
+#include <cstddef>
+
 namespace alidade {
 namespace {
 
@@ -9,6 +11,8 @@ std::string compose(const ErrorDetail& d) {
   if (!d.found.empty()) text += (text.empty() ? "" : ": ") + d.found;
   if (!d.expected.empty()) text += (text.empty() ? "expected " : "; expected ") + d.expected;
   if (!d.next_step.empty()) text += "\n  next: " + d.next_step;
+  // what() would end at a zero byte from the input.
+  for (std::size_t i = 0; (i = text.find('\0', i)) != std::string::npos;) text.replace(i, 1, "\\0");
   return text;
 }
 

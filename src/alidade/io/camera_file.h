@@ -9,6 +9,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/target/board_shape.h"
 
 namespace alidade {
 
@@ -17,6 +18,12 @@ struct ViewRecord {
   int num_corners = 0;
   double rms_px = 0;
   SE3 camera_from_board;
+};
+
+/// The bend of the board that was estimated with the camera.
+struct WarpRecord {
+  BoardShape shape;
+  Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< one sigma of bend_x and bend_y
 };
 
 /// A flag's name and its values, as the program used them.
@@ -34,6 +41,7 @@ struct CalibrationRecord {
   std::string termination;            ///< why the solver stopped
   bool is_trustworthy = true;         ///< false for a result that was written although the answer was no
   std::string board;                  ///< SPEC
+  std::optional<WarpRecord> warp;     ///< none: the board was taken as flat
   std::vector<std::string> findings;  ///< ids of warnings and failures
   std::vector<ViewRecord> views;
   std::vector<Setting> settings;  ///< effective settings

@@ -73,9 +73,17 @@ Setting readSetting(const YamlNode& node, const std::string& key) {
   return setting;
 }
 
+WarpRecord readWarp(const YamlNode& node) {
+  node.allowKeys({"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"});
+  WarpRecord warp;
+  warp.shape = {.bend_x_m = node.at("bend_x_m").number(), .bend_y_m = node.at("bend_y_m").number()};
+  warp.std_m = {node.at("bend_x_std_m").number(), node.at("bend_y_std_m").number()};
+  return warp;
+}
+
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   node.allowKeys({"rms_px", "num_views", "num_corners", "num_outliers", "parameter_std", "covariance",
-                  "termination", "trustworthy", "board", "findings", "views", "settings"});
+                  "termination", "trustworthy", "board", "board_warp", "findings", "views", "settings"});
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
   record.num_views = readCount(node.at("num_views"));
@@ -92,6 +100,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   if (const auto n = node.find("termination")) record.termination = n->text();
   if (const auto n = node.find("trustworthy")) record.is_trustworthy = n->boolean();
   if (const auto n = node.find("board")) record.board = n->text();
+  if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
   if (const auto n = node.find("findings")) {
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }

@@ -81,6 +81,13 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   }
   if (!record.termination.empty()) out << YAML::Key << "termination" << YAML::Value << record.termination;
   if (!record.board.empty()) out << YAML::Key << "board" << YAML::Value << record.board;
+  if (record.warp) {
+    out << YAML::Key << "board_warp" << YAML::Value << YAML::Flow << YAML::BeginMap       //
+        << YAML::Key << "bend_x_m" << YAML::Value << number(record.warp->shape.bend_x_m)  //
+        << YAML::Key << "bend_y_m" << YAML::Value << number(record.warp->shape.bend_y_m)  //
+        << YAML::Key << "bend_x_std_m" << YAML::Value << number(record.warp->std_m.x())   //
+        << YAML::Key << "bend_y_std_m" << YAML::Value << number(record.warp->std_m.y()) << YAML::EndMap;
+  }
   out << YAML::Key << "findings" << YAML::Value << YAML::Flow << record.findings;
   out << YAML::Key << "views" << YAML::Value;
   writeViews(out, record.views);

@@ -72,7 +72,8 @@ class PoseTable {
 
   void readHeader(const std::vector<std::string>& names) {
     const bool has_quaternion = detail::findColumn(names, {"qw"}).index.has_value();
-    const bool has_vector = detail::findColumn(names, {"rx", "rad"}).index.has_value();
+    const detail::ColumnSearch vector = detail::findColumn(names, {"rx", "rad"});
+    const bool has_vector = vector.index || (!has_quaternion && !vector.complaint.empty());
     if (has_quaternion && has_vector)
       throw lines_.error("both a quaternion and a rotation vector", "one rotation, qx,qy,qz,qw or rx,ry,rz");
     const bool is_plain =

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "alidade/calibrate/estimation.h"
+
+namespace alidade {
+
+/// Estimates the bend of the board together with everything else, from the solution for a flat one, if the
+/// options ask for it and, when they leave it open, a test says that the board is bent (kBendF).
+void estimateShape(Estimation& estimation);
+
+/// Solves again with the bend that suits the corners now in use, if it is estimated at all, and compares with
+/// a flat board on the same corners.
+/// @returns false if those corners speak of a bend no more: the board is then taken as flat, and what is an
+/// outlier is to be judged anew
+bool refineShape(Estimation& estimation);
+
+/// F statistic from which a board counts as bent. A flat one exceeds it once in a thousand times.
+inline constexpr double kBendF = 6.9;
+
+}  // namespace alidade
