@@ -166,8 +166,9 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
       lines.push_back(fmt::format("{} corner {}: off by ({:.2f}, {:.2f}) px", o.image, o.corner_id,
                                   o.error_px.x(), o.error_px.y()));
     }
-    text += fmt::format("Left out {} corners of {}\n", result.outliers.size(),
-                        result.outliers.size() + static_cast<std::size_t>(result.num_corners));
+    text += fmt::format("Left out {} corners of {} ({:.2g} %)\n", result.outliers.size(),
+                        result.outliers.size() + static_cast<std::size_t>(result.num_corners),
+                        100 * result.outlierShare());
     text += listed(lines, "  ");
   }
   text += startText(result.start);
@@ -200,8 +201,14 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
                      {"num_corners", view.num_corners},
                      {"num_outliers", view.num_outliers},
                      {"rms_px", view.rms_px},
-                     {"max_error_px", view.max_error_px}});
+                     {"max_error_px", view.max_error_px},
+                     {"influence",
+                      {{"move_sigmas", view.influence.move_sigmas},
+                       {"surprise_sigmas", view.influence.surprise_sigmas}}}});
   }
+  json excluded_views = json::array();
+  for (const ExcludedView& view : result.excluded_views)
+    excluded_views.push_back({{"image", view.image}, {"reason", view.reason}});
   json findings = json::array();
   for (const Finding& finding : result.findings) {
     findings.push_back({{"id", finding.id},
@@ -257,6 +264,11 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"trustworthy", result.isTrustworthy()},
       {"findings", findings},
       {"outliers", outliers},
+      {"outlier_share", result.outlierShare()},
+      {"excluded_views", excluded_views},
+      {"board_stretch", result.board_stretch ? json({{"stretch", result.board_stretch->stretch},
+                                                     {"sigma", result.board_stretch->sigma}})
+                                             : json(nullptr)},
       {"views", views},
       {"notes", input.notes},
   };

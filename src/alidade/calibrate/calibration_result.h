@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "alidade/calibrate/bundle_adjustment.h"
 #include "alidade/calibrate/start.h"
+#include "alidade/calibrate/view_scores.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board_shape.h"
@@ -25,6 +27,7 @@ struct ViewResult {
   int num_outliers = 0;
   double rms_px = 0;  ///< sqrt(mean over used corners of dx^2 + dy^2)
   double max_error_px = 0;
+  ViewInfluence influence;  ///< on the parameters
 };
 
 /// A view that was given but not used.
@@ -80,6 +83,7 @@ struct CalibrationResult {
   ImageSize image_size;
   std::vector<ViewResult> views;  ///< in order of image name
   std::vector<ExcludedView> excluded_views;
+  std::size_t num_misfits = 0;  ///< of the excluded views, those that do not fit the camera of the others
   std::vector<Outlier> outliers;
   int num_corners = 0;  ///< used
   double rms_px = 0;    ///< sqrt(mean over used corners of dx^2 + dy^2)
@@ -110,10 +114,17 @@ struct CalibrationResult {
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   ShapeReport shape;
   std::optional<BetterModel> better_model;
+  /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
+  std::optional<BoardStretch> board_stretch;
   std::vector<Finding> findings;
 
   /// One standard deviation of parameter i; NaN without a covariance.
   [[nodiscard]] double parameterStd(int i) const;
+  /// Of the corners of the views in use, how many were left out.
+  [[nodiscard]] double outlierShare() const;
+  /// Errors over what neighbouring corners differ by: 1 for noise alone, more where they vary smoothly. NaN
+  /// without neighbours.
+  [[nodiscard]] double smoothness() const;
   /// False if any finding is a failure: the parameters are then not to be used.
   [[nodiscard]] bool isTrustworthy() const;
 };

@@ -11,6 +11,7 @@
 #include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/shape_step.h"
 #include "alidade/calibrate/view_preparation.h"
+#include "alidade/calibrate/view_reason.h"
 #include "alidade/camera/model_list.h"
 
 namespace alidade {
@@ -27,6 +28,7 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
   estimateShape(estimation);
   leaveOutOutliers(estimation);
   if (!refineShape(estimation)) leaveOutOutliers(estimation);
+  nameReasons(estimation);
   CalibrationResult result = resultOf(estimation);
   result.better_model = betterModel(estimation);
   result.findings = judge(result);

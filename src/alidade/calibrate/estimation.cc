@@ -65,20 +65,39 @@ double meanWeightedSquare(const Estimation& estimation) {
   return sum / count;
 }
 
-void exclude(Estimation& estimation, std::size_t view, std::string reason) {
-  estimation.excluded.push_back({estimation.views[view].image, std::move(reason)});
+namespace {
+
+void removeView(Estimation& estimation, std::size_t view) {
   const auto erase = [view](auto& list) {
     if (view < list.size()) list.erase(list.begin() + static_cast<std::ptrdiff_t>(view));
   };
   erase(estimation.views);
   erase(estimation.observations);
+  erase(estimation.errors);
   erase(estimation.state.camera_from_board);
+}
+
+}  // namespace
+
+void setAside(Estimation& estimation, std::size_t view) {
+  const auto at =
+      std::upper_bound(estimation.misfits.begin(), estimation.misfits.end(), estimation.views[view],
+                       [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+  estimation.misfits.insert(at, estimation.views[view]);
+  removeView(estimation, view);
+}
+
+void exclude(Estimation& estimation, std::size_t view, std::string reason) {
+  estimation.excluded.push_back({estimation.views[view].image, std::move(reason)});
+  removeView(estimation, view);
 }
 
 void requireViews(const Estimation& estimation) {
   if (estimation.views.size() >= kMinViews) return;
   std::vector<std::string> reasons;
   for (const ExcludedView& view : estimation.excluded) reasons.push_back(view.image + ": " + view.reason);
+  for (const View& view : estimation.misfits)
+    reasons.push_back(view.image + ": does not fit the other views");
   throw inputError(
       {.where = "calibration",
        .found = std::to_string(estimation.views.size()) + " usable views (" + join(reasons, "; ") + ")",

@@ -36,7 +36,8 @@ struct Estimation {
   ShapeReport shape;
   bool is_settled = false;
   std::vector<Outlier> outliers;
-  std::vector<ExcludedView> excluded;
+  std::vector<View> misfits;           ///< out of use because they do not fit, in order of image name
+  std::vector<ExcludedView> excluded;  ///< out of use for other reasons, and misfits once these have one
 };
 
 /// Solves for intrinsics and poses from where they are and takes the errors.
@@ -51,7 +52,10 @@ double weigh(const CornerNoise& noise, Observations& views);
 /// Mean over the corners in use of weight (dx^2 + dy^2), px^2.
 [[nodiscard]] double meanWeightedSquare(const Estimation& estimation);
 
-/// Takes a view out of use.
+/// Puts a view that does not fit aside.
+void setAside(Estimation& estimation, std::size_t view);
+
+/// Takes a view out of use for good.
 void exclude(Estimation& estimation, std::size_t view, std::string reason);
 
 /// @throws Error (kInput) with the reasons of the views left out if fewer than kMinViews are in use

@@ -43,18 +43,15 @@ void startEstimation(Estimation& e) {
   for (PosedCamera& rival : found->rivals) constrain(e, rival);
   e.start_report = found->report;
   const auto& poses = found->camera.poses;
+  for (std::size_t v = e.views.size(); v-- > 0;) {
+    if (!poses[v]) setAside(e, v);
+  }
   e.state = bundleState(found->camera, poses);
   for (const PosedCamera& rival : found->rivals) e.rivals.push_back(bundleState(rival, poses));
-  for (std::size_t v = e.views.size(); v-- > 0;) {
-    if (poses[v]) continue;
-    e.excluded.push_back({e.views[v].image, "no pose of the board explains its corners"});
-    e.views.erase(e.views.begin() + static_cast<std::ptrdiff_t>(v));
-  }
   requireViews(e);
   e.observations = observationsOf(e.board, e.views);
 }
 
-// Other optima that were about as good on the views of the start: on all views the lowest cost decides.
 void compareRivals(Estimation& e) {
   constexpr double kTolerance = 1e-9;  // of the cost
   for (BundleState& rival : e.rivals) {

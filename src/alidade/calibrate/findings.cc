@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <vector>
 
 #include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/data_findings.h"
+#include "alidade/calibrate/number_text.h"
 
 namespace alidade {
 namespace {
@@ -31,12 +32,6 @@ constexpr double kSmallRmsPx = 0.02;  // below this, smooth or not, nobody is hu
 constexpr int kFewViews = 8;
 // A board bent by this share of its size is no longer the paraboloid that two numbers describe.
 constexpr double kBentShare = 0.005;
-
-std::string number(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
@@ -76,7 +71,7 @@ void judgeObservability(const CalibrationResult& result, std::vector<Finding>& f
         {.severity = Severity::kFailure,
          .id = "fronto_parallel",
          .message = "the board is nearly parallel to the image in most views (median tilt " +
-                    number("%.1f", tilt) + " degrees): focal length and distance cannot be told apart",
+                    numberText("%.1f", tilt) + " degrees): focal length and distance cannot be told apart",
          .next_step = "add views with the board tilted by 20 to 50 degrees, about both of its axes"});
   } else if (!result.covariance) {
     findings.push_back(
@@ -89,7 +84,7 @@ void judgeObservability(const CalibrationResult& result, std::vector<Finding>& f
     findings.push_back(
         {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
          .id = "focal_uncertain",
-         .message = "the focal length is known to " + number("%.2g", 100 * focal_std) +
+         .message = "the focal length is known to " + numberText("%.2g", 100 * focal_std) +
                     " % only (one sigma, corners taken as no better than 0.05 px)",
          .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image"});
   }
@@ -105,14 +100,15 @@ void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings
   if (result.domain.full_image) return;
   std::string where;
   if (const auto& pixel = result.domain.pixel_without_ray) {
-    where = ": pixel (" + number("%.1f", pixel->x()) + ", " + number("%.1f", pixel->y()) + ") has no ray";
+    where =
+        ": pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
   }
   if (!result.domain.cone.is_limited_by_fold) {
     // A wide lens leaves the image's corners dark: no ray of its ends there.
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "pixels_without_ray",
-         .message = "the model ends " + number("%.0f", degrees(result.domain.cone.max_angle_rad)) +
+         .message = "the model ends " + numberText("%.0f", degrees(result.domain.cone.max_angle_rad)) +
                     " degrees from the axis, inside the image" + where,
          .next_step = "look whether the lens leaves these pixels dark; if it does not, use another model"});
     return;
@@ -136,7 +132,7 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                         .id = "parameter_at_limit",
                         .message = std::string(result.camera.parameterNames()[static_cast<std::size_t>(i)]) +
                                    " has come to the end of its range, " +
-                                   number("%g", result.camera.parameters()[static_cast<std::size_t>(i)]) +
+                                   numberText("%g", result.camera.parameters()[static_cast<std::size_t>(i)]) +
                                    ": the model would have to bend farther than it can",
                         .next_step = "use a model that suits the lens"});
   }
@@ -155,7 +151,7 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back(
         {.severity = share <= kMisfitNo ? Severity::kWarning : Severity::kFailure,
          .id = "misfit",
-         .message = "an RMS of " + number("%.3g", result.weighted_rms_px) +
+         .message = "an RMS of " + numberText("%.3g", result.weighted_rms_px) +
                     " px is more than corners' noise: the lens does not follow the model, the board is not "
                     "flat, or images are blurred",
          .next_step = "try another model; check that the board is flat and rigid; look at the worst views"});
@@ -165,19 +161,19 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
         {.severity = Severity::kFailure,
          .id = "model_too_lean",
          .message = result.better_model->id + " explains the same corners with an RMS of " +
-                    number("%.3g", result.better_model->rms_px) + " px instead of " +
-                    number("%.3g", result.better_model->lean_rms_px) +
+                    numberText("%.3g", result.better_model->rms_px) + " px instead of " +
+                    numberText("%.3g", result.better_model->lean_rms_px) +
                     " px: the lens has distortion that this model lacks, and its other parameters "
                     "are bent to make up for it",
          .next_step = "use --model " + result.better_model->id});
   }
-  const double smoothness = result.weighted_rms_px / std::sqrt(2.0) / result.local_sigma_px;
+  const double smoothness = result.smoothness();
   if (smoothness > kSmoothWarn && result.weighted_rms_px > kSmallRmsPx) {
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "systematic_errors",
          .message =
-             "the errors are " + number("%.1f", smoothness) +
+             "the errors are " + numberText("%.1f", smoothness) +
              " times what neighbouring corners differ by, so they vary smoothly and are not noise alone: the "
              "stated sigmas are too small",
          .next_step =
@@ -187,7 +183,7 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back({.severity = Severity::kWarning,
                         .id = "bent_board",
                         .message = "the board's middle stands out by " +
-                                   number("%.2g", 100 * result.shape.bend_share) +
+                                   numberText("%.2g", 100 * result.shape.bend_share) +
                                    " % of its size; so bent a board is no paraboloid, which is what is "
                                    "allowed for",
                         .next_step = "mount the board on something flat and rigid, and photograph it again"});
@@ -214,8 +210,8 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back(
         {.severity = Severity::kFailure,
          .id = "principal_point_outside",
-         .message = "the principal point (" + number("%.0f", params[2]) + ", " + number("%.0f", params[3]) +
-                    ") lies outside the image",
+         .message = "the principal point (" + numberText("%.0f", params[2]) + ", " +
+                    numberText("%.0f", params[3]) + ") lies outside the image",
          .next_step = "check that the images are neither cropped nor mixed from several cameras"});
   }
   const double aspect = params[0] / params[1];
@@ -224,25 +220,8 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "odd_aspect",
-         .message = "fx / fy is " + number("%.3f", aspect) + "; pixels of almost all sensors are square",
+         .message = "fx / fy is " + numberText("%.3f", aspect) + "; pixels of almost all sensors are square",
          .next_step = "check whether the images were stretched and whether the board's squares are square"});
-  }
-}
-
-void judgeData(const CalibrationResult& result, std::vector<Finding>& findings) {
-  if (!result.outliers.empty()) {
-    findings.push_back({.severity = Severity::kWarning,
-                        .id = "outliers",
-                        .message = std::to_string(result.outliers.size()) +
-                                   " corners lie far from where the camera puts "
-                                   "them and were left out",
-                        .next_step = "look at the images named in the summary"});
-  }
-  for (const ExcludedView& view : result.excluded_views) {
-    findings.push_back({.severity = Severity::kWarning,
-                        .id = "view_left_out",
-                        .message = view.image + ": " + view.reason,
-                        .next_step = "look at the image; remove it if it shows another board"});
   }
 }
 
@@ -251,6 +230,15 @@ void judgeData(const CalibrationResult& result, std::vector<Finding>& findings) 
 double CalibrationResult::parameterStd(int i) const {
   if (!covariance) return std::numeric_limits<double>::quiet_NaN();
   return std::sqrt((*covariance)(i, i));
+}
+
+double CalibrationResult::outlierShare() const {
+  const auto num_out = static_cast<double>(outliers.size());
+  return num_out / (num_out + num_corners);
+}
+
+double CalibrationResult::smoothness() const {
+  return weighted_rms_px / std::sqrt(2.0) / local_sigma_px;
 }
 
 bool CalibrationResult::isTrustworthy() const {

@@ -56,12 +56,13 @@ CalibrationResult resultOf(const Estimation& e) {
   result.excluded_views = e.excluded;
   std::sort(result.excluded_views.begin(), result.excluded_views.end(),
             [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
+  result.num_misfits = e.misfits.size();
   result.outliers = e.outliers;
 
-  const auto num_params = freeDirections(static_cast<int>(e.state.params.size()), e.constraint).cols();
+  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(e.state.params.size()), e.constraint);
   const int num_bends = e.shape.is_estimated ? 2 : 0;
   const int num_free =
-      static_cast<int>(num_params + 6 * static_cast<Eigen::Index>(e.views.size())) + num_bends;
+      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(e.views.size())) + num_bends;
   result.held = e.constraint.held;
   const double variance = coordinateVariance(weighted_errors, e.loss, num_free);
   result.coordinate_sigma_px = std::sqrt(variance);
@@ -82,6 +83,11 @@ CalibrationResult resultOf(const Estimation& e) {
   }
   result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,
                                                        meanSlope(weighted_errors, e.loss), e.constraint);
+
+  const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
+  result.board_stretch = boardStretch(scores, directions, variance);
+  const auto influences = viewInfluences(scores, directions, variance);
+  for (std::size_t v = 0; v < influences.size(); ++v) result.views[v].influence = influences[v];
 
   result.domain = certifyDomain(result.camera, result.image_size);
   for (std::size_t v = 0; v < e.views.size(); ++v) {

@@ -47,11 +47,7 @@ double robustSigma(const Estimation& e) {
 
 }  // namespace
 
-// The weights and the loss need the noise and the noise needs a fit: all settle together, and only then is
-// the fit made exact.
-void solveRobustly(Estimation& e) {
-  e.loss = startLoss(e.views.front().size);
-  e.noise = CornerNoise(e.observations);
+void settle(Estimation& e) {
   solve(e, kLoose);
   if (rightPoses(e)) solve(e, kLoose);
   settleWeights(e);
@@ -70,6 +66,12 @@ void settleWeights(Estimation& e) {
     solve(e, kLoose);
   }
   solve(e);
+}
+
+void solveRobustly(Estimation& e) {
+  e.loss = startLoss(e.views.front().size);
+  e.noise = CornerNoise(e.observations);
+  settle(e);
 }
 
 }  // namespace alidade

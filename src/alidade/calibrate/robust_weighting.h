@@ -10,8 +10,11 @@ inline constexpr double kLossSigmas = 3.0;
 /// Rounds after which a fit that changes what it is made from has not settled.
 inline constexpr int kMaxRounds = 10;
 
-/// Solves for camera, corners' weights and the threshold of the loss together. The weights and the loss need
-/// the noise and the noise needs a fit: all settle in turn, and only then is the fit made exact.
+/// Solves for camera, corners' weights and the threshold of the loss together, from where they are.
+/// The weights and the loss need the noise and the noise needs a fit: all settle in turn.
+void settle(Estimation& estimation);
+
+/// Settles from the loss of a start on, and makes the fit exact.
 void solveRobustly(Estimation& estimation);
 
 /// The same from the solution, weights and loss so far.

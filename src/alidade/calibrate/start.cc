@@ -45,21 +45,6 @@ Eigen::Vector3d meanPoint(std::span<const Observation> view) {
   return sum / static_cast<double>(view.size());
 }
 
-// The pose nearby with the least cost, the camera as it is.
-std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<double>& params, const SE3& pose,
-                               const std::vector<Observation>& view, HuberLoss loss) {
-  BundleState state{.params = params, .camera_from_board = {pose}};
-  std::vector<int> all(params.size());
-  std::iota(all.begin(), all.end(), 0);
-  const BundleSummary summary = solveBundle(model_id, std::span(&view, 1), state,
-                                            {.loss = loss,
-                                             .max_iterations = kMaxIterations,
-                                             .function_tolerance = kCoarse,
-                                             .constraint = {.held = std::move(all)}});
-  if (summary.termination == Termination::kFailed) return std::nullopt;
-  return state.camera_from_board.front();
-}
-
 // To what solves of this tolerance reach. Optima of two shapes may have all but the same projections.
 bool isSameLens(std::span<const double> a, std::span<const double> b) {
   constexpr double kRelative = 1e-2;
@@ -332,6 +317,22 @@ std::vector<std::vector<Observation>> observationsOf(const Checkerboard& board, 
 
 HuberLoss startLoss(ImageSize size) {
   return {.threshold_px = 0.005 * std::hypot(size.width, size.height)};
+}
+
+std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<double>& params, const SE3& pose,
+                               const std::vector<Observation>& view, HuberLoss loss) {
+  // A start that does not project is a view that cannot be posed, and not the solver's business.
+  if (!std::isfinite(viewCost(model_id, params, pose, view, loss))) return std::nullopt;
+  BundleState state{.params = params, .camera_from_board = {pose}};
+  std::vector<int> all(params.size());
+  std::iota(all.begin(), all.end(), 0);
+  const BundleSummary summary = solveBundle(model_id, std::span(&view, 1), state,
+                                            {.loss = loss,
+                                             .max_iterations = kMaxIterations,
+                                             .function_tolerance = kCoarse,
+                                             .constraint = {.held = std::move(all)}});
+  if (summary.termination == Termination::kFailed) return std::nullopt;
+  return state.camera_from_board.front();
 }
 
 bool improvePoses(std::string_view model_id, const Checkerboard& board, std::span<const View> views,

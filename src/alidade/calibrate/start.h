@@ -27,6 +27,11 @@ struct PosedCamera {
 /// counts less.
 [[nodiscard]] HuberLoss startLoss(ImageSize size);
 
+/// The pose nearby with the least cost, the camera as it is. Nothing where a corner does not project.
+[[nodiscard]] std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<double>& params,
+                                             const SE3& pose, const std::vector<Observation>& view,
+                                             HuberLoss loss);
+
 /// Puts the pose by the corners' rays through the camera in place of each pose that costs more or is missing.
 /// From a poor camera, a view may have come to the wrong one of the two tilts that look alike from afar; from
 /// there no small step leads back. False if all was well.

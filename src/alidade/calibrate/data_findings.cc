@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/data_findings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+#include "alidade/calibrate/number_text.h"
+
+namespace alidade {
+namespace {
+
+using Severity = Finding::Severity;
+
+std::string percent(double share) {
+  return numberText("%.2g", 100 * share) + " %";
+}
+
+void judgeLeftOut(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (!result.outliers.empty()) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "outliers",
+                        .message = std::to_string(result.outliers.size()) + " corners (" +
+                                   percent(result.outlierShare()) +
+                                   ") lie far from where the camera puts them and were left out",
+                        .next_step = "look at the images named in the summary"});
+  }
+  for (const ExcludedView& view : result.excluded_views) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "view_left_out",
+                        .message = view.image + ": " + view.reason,
+                        .next_step = "look at the image; remove it, or correct its corners"});
+  }
+  const std::size_t num_given = result.views.size() + result.excluded_views.size();
+  if (2 * result.num_misfits >= num_given && result.num_misfits > 0) {
+    findings.push_back({.severity = Severity::kFailure,
+                        .id = "views_disagree",
+                        .message = std::to_string(result.num_misfits) + " of " + std::to_string(num_given) +
+                                   " views do not fit the camera of the others: which of them are right "
+                                   "cannot be told",
+                        .next_step = "check the board's size, and that all images are of one camera at one "
+                                     "zoom and focus"});
+  }
+}
+
+// A view that fits, more or less, but only because the camera was bent to it. Without noise there is nothing
+// to compare with.
+void judgeInfluence(const CalibrationResult& result, std::vector<Finding>& findings) {
+  constexpr double kSurprise = 5;  // sigmas; of 400 clean sets no view exceeded 4
+  constexpr double kMove = 1;      // sigmas; less is no harm
+  for (const ViewResult& view : result.views) {
+    if (!(view.influence.surprise_sigmas > kSurprise) || !(view.influence.move_sigmas > kMove)) continue;
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "influential_view",
+         .message = view.image + ": this view disagrees with the others about the camera, by " +
+                    numberText("%.0f", view.influence.surprise_sigmas) +
+                    " sigma; without it the result would move by up to " +
+                    numberText("%.1f", view.influence.move_sigmas) + " of its sigma",
+         .next_step = "look whether the board is bent, moving or blurred there; calibrate without the image "
+                      "to see what changes"});
+  }
+}
+
+// From behind, a flat board looks like a mirrored one, and nothing else does.
+void judgeMirrored(const CalibrationResult& result, std::vector<Finding>& findings) {
+  std::vector<std::string> mirrored;
+  for (const ViewResult& view : result.views) {
+    const SE3& pose = view.camera_from_board;
+    if (pose.rotation.matrix().col(2).dot(pose.translation) < 0) mirrored.push_back(view.image);
+  }
+  const auto add = [&](const std::string& which) {
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "mirrored_view",
+         .message = which + ": the corners are numbered as a mirror shows the board; the pose makes up for "
+                            "it, as if the board were seen from behind",
+         .next_step = "check whether images were flipped, and in which order corners are numbered; the "
+                      "camera's parameters do not suffer, its poses do"});
+  };
+  if (mirrored.size() == result.views.size()) {
+    add("all views");
+  } else {
+    for (const std::string& image : mirrored) add(image);
+  }
+}
+
+void judgeBoard(const CalibrationResult& result, std::vector<Finding>& findings) {
+  constexpr double kSignificant = 4;  // sigmas
+  constexpr double kHarmless = 1e-3;  // what paper stretches by in damp air
+  if (!result.board_stretch) return;
+  const auto [stretch, noise_sigma] = *result.board_stretch;
+  // A lens that does not follow its model errs in the same way in all views, so that they agree on it.
+  const double sigma = noise_sigma * std::max(1.0, result.smoothness());
+  if (!(std::abs(stretch) > kSignificant * sigma) || std::abs(stretch) < kHarmless) return;
+  findings.push_back({.severity = Severity::kWarning,
+                      .id = "board_not_square",
+                      .message = "the board's squares seem to be " + numberText("%.4f", 1 + stretch) +
+                                 " (+- " + numberText("%.4f", sigma) +
+                                 ") times as wide (from column to column) as high (from row to row)",
+                      .next_step = "measure the board along both directions over many squares; printers "
+                                   "stretch one of them. Print it again, and calibrate with that"});
+}
+
+}  // namespace
+
+void judgeData(const CalibrationResult& result, std::vector<Finding>& findings) {
+  judgeLeftOut(result, findings);
+  judgeInfluence(result, findings);
+  judgeMirrored(result, findings);
+  judgeBoard(result, findings);
+}
+
+}  // namespace alidade
