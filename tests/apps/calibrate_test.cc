@@ -130,124 +130,124 @@ TEST(Calibrate, NamesTheCornersAndViewsThatItLeavesOut) {
                     HasSubstr("Left out 1 corners of 594 (0.17 %)"),
                     HasSubstr("view_005.png: its corners are numbered otherwise"),
                     HasSubstr("along the columns first"), HasSubstr("11 used")));
-  TEST(Calibrate, EstimatesTheBoardsShapeIfAsked) {
-    const ScratchFolder scratch;
-    const std::string output = scratch.path("camera.yaml");
-    const auto run = [&](const char* shape) {
-      const RunResult result = runAlidade({"calibrate", dataPath("images"), "--board", kBoard,
-                                           "--board-shape", shape, "-o", output, "--json"});
-      EXPECT_THAT(result, EndsWith(0));
-      return nlohmann::json::parse(result.out).at("board_shape");
-    };
-    const auto warp = run("warp");
-    EXPECT_TRUE(warp.at("estimated"));
-    const CameraFile file = parseCameraFile(scratch.read("camera.yaml"), "camera.yaml");
-    ASSERT_TRUE(file.calibration && file.calibration->warp);
-    EXPECT_EQ(file.calibration->warp->shape.bend_x_m, warp.at("bend_x_m"));
-    EXPECT_EQ(file.calibration->warp->shape.bend_y_m, warp.at("bend_y_m"));
-    EXPECT_EQ(file.calibration->warp->std_m.x(), warp.at("bend_x_std_m"));
-    EXPECT_EQ(file.calibration->warp->std_m.y(), warp.at("bend_y_std_m"));
-    // The rendered board is flat.
-    EXPECT_LT(std::abs(file.calibration->warp->shape.bend_x_m), 4 * file.calibration->warp->std_m.x());
-    EXPECT_LT(std::abs(file.calibration->warp->shape.bend_y_m), 4 * file.calibration->warp->std_m.y());
-    EXPECT_THAT(runAlidade({"validate", output}), EndsWith(0));
+}
 
-    const auto by_default = run("auto");
-    EXPECT_FALSE(by_default.at("estimated"));
-    EXPECT_LT(by_default.at("f"), 6.9);
-    const auto flat = run("flat");
-    EXPECT_FALSE(flat.at("estimated"));
-    EXPECT_TRUE(flat.at("f").is_null());
-    EXPECT_THAT(scratch.read("camera.yaml"), Not(HasSubstr("board_warp")));
+TEST(Calibrate, EstimatesTheBoardsShapeIfAsked) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.path("camera.yaml");
+  const auto run = [&](const char* shape) {
+    const RunResult result = runAlidade(
+        {"calibrate", dataPath("images"), "--board", kBoard, "--board-shape", shape, "-o", output, "--json"});
+    EXPECT_THAT(result, EndsWith(0));
+    return nlohmann::json::parse(result.out).at("board_shape");
+  };
+  const auto warp = run("warp");
+  EXPECT_TRUE(warp.at("estimated"));
+  const CameraFile file = parseCameraFile(scratch.read("camera.yaml"), "camera.yaml");
+  ASSERT_TRUE(file.calibration && file.calibration->warp);
+  EXPECT_EQ(file.calibration->warp->shape.bend_x_m, warp.at("bend_x_m"));
+  EXPECT_EQ(file.calibration->warp->shape.bend_y_m, warp.at("bend_y_m"));
+  EXPECT_EQ(file.calibration->warp->std_m.x(), warp.at("bend_x_std_m"));
+  EXPECT_EQ(file.calibration->warp->std_m.y(), warp.at("bend_y_std_m"));
+  // The rendered board is flat.
+  EXPECT_LT(std::abs(file.calibration->warp->shape.bend_x_m), 4 * file.calibration->warp->std_m.x());
+  EXPECT_LT(std::abs(file.calibration->warp->shape.bend_y_m), 4 * file.calibration->warp->std_m.y());
+  EXPECT_THAT(runAlidade({"validate", output}), EndsWith(0));
+
+  const auto by_default = run("auto");
+  EXPECT_FALSE(by_default.at("estimated"));
+  EXPECT_LT(by_default.at("f"), 6.9);
+  const auto flat = run("flat");
+  EXPECT_FALSE(flat.at("estimated"));
+  EXPECT_TRUE(flat.at("f").is_null());
+  EXPECT_THAT(scratch.read("camera.yaml"), Not(HasSubstr("board_warp")));
+}
+
+TEST(Calibrate, TellsWhatTheStatedSigmasLeaveUnexplained) {
+  const ScratchFolder scratch;
+  const RunResult unknown = runAlidade({"calibrate", dataPath("corners.csv"), "--json"});
+  EXPECT_TRUE(nlohmann::json::parse(unknown.out).at("unexplained_sigma_px").is_null());
+  std::string text = readFile(dataPath("corners.csv"));
+  bool is_poor = false;
+  for (std::size_t at = 0; (at = text.find(",\n", at)) != std::string::npos; is_poor = !is_poor) {
+    text.insert(at + 1, is_poor ? "0.5" : "0.05");
   }
+  const std::string corners = scratch.write("corners.csv", text);
+  const auto document = nlohmann::json::parse(runAlidade({"calibrate", corners, "--json"}).out);
+  EXPECT_EQ(document.at("unexplained_sigma_px"), 0.0);
+  EXPECT_LT(document.at("weighted_rms_px"), 1e-6);
+  EXPECT_THAT(runAlidade({"calibrate", corners}).out,
+              HasSubstr("0 px an axis beyond what detection states of its corners"));
+}
 
-  TEST(Calibrate, TellsWhatTheStatedSigmasLeaveUnexplained) {
-    const ScratchFolder scratch;
-    const RunResult unknown = runAlidade({"calibrate", dataPath("corners.csv"), "--json"});
-    EXPECT_TRUE(nlohmann::json::parse(unknown.out).at("unexplained_sigma_px").is_null());
-    std::string text = readFile(dataPath("corners.csv"));
-    bool is_poor = false;
-    for (std::size_t at = 0; (at = text.find(",\n", at)) != std::string::npos; is_poor = !is_poor) {
-      text.insert(at + 1, is_poor ? "0.5" : "0.05");
+TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
+  const ScratchFolder scratch;
+  const std::string config = scratch.write("settings.yaml", "model: pinhole\nboard: checkerboard:9x6:25mm\n");
+  const auto modelOf = [](const std::vector<std::string>& more) {
+    std::vector<std::string> args = {"calibrate", dataPath("corners.csv"), "-o", "-", "--keep-untrustworthy"};
+    args.insert(args.end(), more.begin(), more.end());
+    const std::string text = runAlidade(args).out;
+    const CameraFile file = parseCameraFile(text, "camera");
+    EXPECT_TRUE(file.calibration);
+    std::string settings;
+    for (const auto& [key, values] : file.calibration->settings)
+      settings += fmt::format(" {}={}", key, fmt::join(values, ","));
+    return std::string(file.camera.modelId()) + ":" + settings;
+  };
+  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=radtan");
+  EXPECT_EQ(modelOf({"--config", config}),
+            "pinhole: board=checkerboard:9x6:25mm board-shape=auto model=pinhole");
+  EXPECT_EQ(modelOf({"--config", config, "--model", "radtan"}),
+            "radtan: board=checkerboard:9x6:25mm board-shape=auto model=radtan");
+}
+
+// Boards that are all parallel to the image, at several distances.
+std::string frontoParallelScene(double noise_px) {
+  std::string poses;
+  for (int i = 0; i < 6; ++i) {
+    poses += fmt::format("    - {{rotation_vector_rad: [0, 0, {}], translation_m: [{}, {}, {}]}}\n", 0.1 * i,
+                         -0.1 + 0.01 * i, -0.07 + 0.005 * i, 0.4 + 0.05 * i);
+  }
+  return fmt::format(
+      "alidade_scene: 1\n"
+      "camera: {{model: pinhole, image_size: {{width: 640, height: 480}},\n"
+      "         parameters: {{fx: 500, fy: 500, cx: 320, cy: 240}}}}\n"
+      "board: checkerboard:9x6:25mm\nviews:\n  poses:\n{}corner_noise_px: {}\n",
+      poses, noise_px);
+}
+
+TEST(Calibrate, SaysNoWhereTheFocalLengthCannotBeSeen) {
+  const ScratchFolder scratch;
+  int num_refused = 0;
+  for (const double noise_px : {0.0, 0.1}) {
+    const std::string name = fmt::format("noise_{}", noise_px);
+    const std::string scene = scratch.write(name + ".yaml", frontoParallelScene(noise_px));
+    ASSERT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path(name)}), EndsWith(0));
+    const std::string corners = scratch.path(name + "/corners.csv");
+    const std::string output = scratch.path(name + "/out.yaml");
+    for (const char* model : {"pinhole", "radtan"}) {
+      const RunResult result = runAlidade({"calibrate", corners, "--model", model, "-o", output});
+      EXPECT_THAT(result, EndsWith(3)) << model;
+      EXPECT_THAT(result.out, AllOf(HasSubstr("FAILED"), HasSubstr("[fronto_parallel]"),
+                                    HasSubstr("next: add views with the board tilted")));
+      EXPECT_THAT(result.err,
+                  AllOf(HasSubstr("not to be trusted"), HasSubstr("--keep-untrustworthy writes it")));
+      EXPECT_FALSE(scratch.has(name + "/out.yaml"));
+      ++num_refused;
     }
-    const std::string corners = scratch.write("corners.csv", text);
-    const auto document = nlohmann::json::parse(runAlidade({"calibrate", corners, "--json"}).out);
-    EXPECT_EQ(document.at("unexplained_sigma_px"), 0.0);
-    EXPECT_LT(document.at("weighted_rms_px"), 1e-6);
-    EXPECT_THAT(runAlidade({"calibrate", corners}).out,
-                HasSubstr("0 px an axis beyond what detection states of its corners"));
+    const RunResult to_stdout = runAlidade({"calibrate", corners, "-o", "-"});
+    EXPECT_THAT(to_stdout, EndsWith(3));
+    EXPECT_EQ(to_stdout.out, "");
+    const RunResult json = runAlidade({"calibrate", corners, "--json"});
+    EXPECT_THAT(json, EndsWith(3));
+    EXPECT_EQ(nlohmann::json::parse(json.out).at("trustworthy"), false);
+    const RunResult kept =
+        runAlidade({"calibrate", corners, "--model", "pinhole", "-o", output, "--keep-untrustworthy"});
+    EXPECT_THAT(kept, EndsWith(3));
+    EXPECT_THAT(readFile(output), HasSubstr("findings: [fronto_parallel"));
   }
-
-  TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
-    const ScratchFolder scratch;
-    const std::string config =
-        scratch.write("settings.yaml", "model: pinhole\nboard: checkerboard:9x6:25mm\n");
-    const auto modelOf = [](const std::vector<std::string>& more) {
-      std::vector<std::string> args = {"calibrate", dataPath("corners.csv"), "-o", "-",
-                                       "--keep-untrustworthy"};
-      args.insert(args.end(), more.begin(), more.end());
-      const std::string text = runAlidade(args).out;
-      const CameraFile file = parseCameraFile(text, "camera");
-      EXPECT_TRUE(file.calibration);
-      std::string settings;
-      for (const auto& [key, values] : file.calibration->settings)
-        settings += fmt::format(" {}={}", key, fmt::join(values, ","));
-      return std::string(file.camera.modelId()) + ":" + settings;
-    };
-    EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=radtan");
-    EXPECT_EQ(modelOf({"--config", config}),
-              "pinhole: board=checkerboard:9x6:25mm board-shape=auto model=pinhole");
-    EXPECT_EQ(modelOf({"--config", config, "--model", "radtan"}),
-              "radtan: board=checkerboard:9x6:25mm board-shape=auto model=radtan");
-  }
-
-  // Boards that are all parallel to the image, at several distances.
-  std::string frontoParallelScene(double noise_px) {
-    std::string poses;
-    for (int i = 0; i < 6; ++i) {
-      poses += fmt::format("    - {{rotation_vector_rad: [0, 0, {}], translation_m: [{}, {}, {}]}}\n",
-                           0.1 * i, -0.1 + 0.01 * i, -0.07 + 0.005 * i, 0.4 + 0.05 * i);
-    }
-    return fmt::format(
-        "alidade_scene: 1\n"
-        "camera: {{model: pinhole, image_size: {{width: 640, height: 480}},\n"
-        "         parameters: {{fx: 500, fy: 500, cx: 320, cy: 240}}}}\n"
-        "board: checkerboard:9x6:25mm\nviews:\n  poses:\n{}corner_noise_px: {}\n",
-        poses, noise_px);
-  }
-
-  TEST(Calibrate, SaysNoWhereTheFocalLengthCannotBeSeen) {
-    const ScratchFolder scratch;
-    int num_refused = 0;
-    for (const double noise_px : {0.0, 0.1}) {
-      const std::string name = fmt::format("noise_{}", noise_px);
-      const std::string scene = scratch.write(name + ".yaml", frontoParallelScene(noise_px));
-      ASSERT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path(name)}), EndsWith(0));
-      const std::string corners = scratch.path(name + "/corners.csv");
-      const std::string output = scratch.path(name + "/out.yaml");
-      for (const char* model : {"pinhole", "radtan"}) {
-        const RunResult result = runAlidade({"calibrate", corners, "--model", model, "-o", output});
-        EXPECT_THAT(result, EndsWith(3)) << model;
-        EXPECT_THAT(result.out, AllOf(HasSubstr("FAILED"), HasSubstr("[fronto_parallel]"),
-                                      HasSubstr("next: add views with the board tilted")));
-        EXPECT_THAT(result.err,
-                    AllOf(HasSubstr("not to be trusted"), HasSubstr("--keep-untrustworthy writes it")));
-        EXPECT_FALSE(scratch.has(name + "/out.yaml"));
-        ++num_refused;
-      }
-      const RunResult to_stdout = runAlidade({"calibrate", corners, "-o", "-"});
-      EXPECT_THAT(to_stdout, EndsWith(3));
-      EXPECT_EQ(to_stdout.out, "");
-      const RunResult json = runAlidade({"calibrate", corners, "--json"});
-      EXPECT_THAT(json, EndsWith(3));
-      EXPECT_EQ(nlohmann::json::parse(json.out).at("trustworthy"), false);
-      const RunResult kept =
-          runAlidade({"calibrate", corners, "--model", "pinhole", "-o", output, "--keep-untrustworthy"});
-      EXPECT_THAT(kept, EndsWith(3));
-      EXPECT_THAT(readFile(output), HasSubstr("findings: [fronto_parallel"));
-    }
-    EXPECT_EQ(num_refused, 4);
-  }
+  EXPECT_EQ(num_refused, 4);
+}
 
 }  // namespace
 }  // namespace alidade
