@@ -77,7 +77,7 @@ std::optional<BetterModel> betterModel(const Estimation& e) {
   // Held parameters are the user's will; a larger model would be compared with something else.
   if (!id || !e.constraint.isNone() || e.summary.termination == Termination::kFailed) return std::nullopt;
   BundleState larger = e.state;
-  larger.params = parametersByName(AnyCamera::make(e.options.model, e.state.params), *id);
+  larger.params = parametersByName(e.options.model, e.state.params, *id);
   // A few steps tell whether there is anything to gain; most often there is not.
   constexpr int kGlance = 5;
   const BundleSummary glance = solveLarger(e, *id, larger, kGlance);

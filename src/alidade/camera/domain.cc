@@ -33,11 +33,12 @@ class Firmness {
     if (lens_(axis, m.data(), J.data())) axis_scale_ = std::sqrt(std::abs(sphereDeterminant(J.data(), axis)));
   }
 
-  double operator()(double angle, double azimuth) const {
+  // `azimuth` as a unit vector, which many angles share.
+  double operator()(double angle, const Eigen::Vector2d& azimuth) const {
     const double c = std::cos(angle);
     const double s = std::sin(angle);
-    const double ca = std::cos(azimuth);
-    const double sa = std::sin(azimuth);
+    const double ca = azimuth.x();
+    const double sa = azimuth.y();
     std::array<double, 2> m{};
     std::array<double, 6> J{};
     if (!lens_({s * ca, s * sa, c}, m.data(), J.data())) return -1.0;
@@ -46,7 +47,7 @@ class Firmness {
     const Eigen::Vector2d across = J_m_ray * Eigen::Vector3d(-sa, ca, 0.0);
     const double det = along.x() * across.y() - along.y() * across.x();
     const double size = std::sqrt(along.squaredNorm() + across.squaredNorm());
-    const double value = det / size / (axis_scale_ + std::hypot(m[0], m[1]));
+    const double value = det / size / (axis_scale_ + std::sqrt(m[0] * m[0] + m[1] * m[1]));
     return std::isfinite(value) ? value : -1.0;
   }
 
@@ -84,7 +85,8 @@ double goldenMinimum(const F& f, double a, double b, int num_iterations) {
 // First angle in (0, limit) at which the lens folds along one azimuth, or a value above the limit. A fold
 // that all but happens counts as lying kFoldMargin farther out, so that the margin ends where it begins.
 double firstFold(const Firmness& firmness, double limit, double azimuth, int num_angles) {
-  const auto f = [&](double angle) { return firmness(angle, azimuth); };
+  const Eigen::Vector2d direction(std::cos(azimuth), std::sin(azimuth));
+  const auto f = [&](double angle) { return firmness(angle, direction); };
   const auto bisect = [&](double good, double bad, double level) {
     for (int i = 0; i < 60 && bad - good > 1e-14; ++i) {
       const double middle = 0.5 * (good + bad);

@@ -67,14 +67,15 @@ std::vector<double> otherCharacters(std::string_view model_id, double best) {
 
 }  // namespace
 
-std::vector<double> parametersByName(const AnyCamera& camera, std::string_view model_id) {
-  const auto own = camera.parameterNames();
-  std::vector<double> params;
+std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
+                                     std::string_view model_id) {
+  const auto own = parameterNames(from_id);
+  std::vector<double> named;
   for (const std::string_view name : parameterNames(model_id)) {
     const auto i = indexOf(own, name);
-    params.push_back(i ? camera.parameters()[*i] : 0.0);
+    named.push_back(i ? params[*i] : 0.0);
   }
-  return params;
+  return named;
 }
 
 std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& like,
@@ -83,7 +84,7 @@ std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& li
   for (const Eigen::Vector2d& pixel : pixels) {
     if (const auto ray = like.unproject(pixel)) samples.push_back({pixel, *ray});
   }
-  const std::vector<double> named = parametersByName(like, model_id);
+  const std::vector<double> named = parametersByName(like.modelId(), like.parameters(), model_id);
   const Eigen::Vector2d axis_px(like.parameters()[2], like.parameters()[3]);
   const std::vector<std::vector<double>> starts =
       lensStarts(model_id, axisFocal(like), axis_px, {named.begin() + 4, named.end()});

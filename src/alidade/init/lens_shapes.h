@@ -14,7 +14,8 @@ namespace alidade {
 
 /// The parameters that `model_id` shares with the camera's model, by name; its further ones are zero. The
 /// same camera where the one model contains the other.
-[[nodiscard]] std::vector<double> parametersByName(const AnyCamera& camera, std::string_view model_id);
+[[nodiscard]] std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
+                                                   std::string_view model_id);
 
 /// A camera that looks roughly like another one.
 struct LensShape {
