@@ -68,7 +68,8 @@ TEST(LensShapes, QuotientsOfPolynomialsStartWithAndWithoutADenominator) {
 
 TEST(ParametersByName, KeepsWhatBothModelsHave) {
   const AnyCamera plain = AnyCamera::make("pinhole", std::vector<double>{500, 501, 320, 240});
-  EXPECT_EQ(parametersByName(plain, "ucm"), (std::vector<double>{500, 501, 320, 240, 0}));
+  EXPECT_EQ(parametersByName(plain.modelId(), plain.parameters(), "ucm"),
+            (std::vector<double>{500, 501, 320, 240, 0}));
 }
 
 }  // namespace
