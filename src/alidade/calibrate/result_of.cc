@@ -78,7 +78,9 @@ CalibrationResult resultOf(const Estimation& e) {
                                        std::abs(shape.bend_y_m) / (e.board.square_m * (e.board.rows - 1)));
     const auto bent =
         shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint);
-    if (bent && result.covariance) result.covariance = variance * bent->params_inverse;
+    // Without the bend's share the covariance would be too small, so there is none then.
+    result.covariance.reset();
+    if (bent) result.covariance = variance * bent->params_inverse;
     if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
   }
   result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,

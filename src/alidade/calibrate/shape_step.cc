@@ -66,22 +66,23 @@ double weightedRms(std::string_view model, const Observations& views, const Bund
 }
 
 // Steps until the cost has nothing left to gain. The cost is a parabola of the bend but for the poses, which
-// follow: two or three steps do.
-void stepToRest(Estimation& e) {
+// follow: two or three steps do. False where the views do not determine the bend after all.
+bool stepToRest(Estimation& e) {
   constexpr double kAtRest = 1e-12;  // of twice the cost
   for (int round = 0; round < kMaxRounds; ++round) {
     const auto info = information(e);
     if (!info) {
       e.shape.is_determined = false;
-      return;
+      return false;
     }
     const double variance = varianceLeft(e, info->drop);
     e.shape.std_m = (variance * info->bend_inverse.diagonal()).cwiseSqrt();
-    if (info->drop <= kAtRest * 2 * e.summary.cost) return;
+    if (info->drop <= kAtRest * 2 * e.summary.cost) return true;
     bend(e, info->step_m);
     solve(e);
   }
   e.is_settled = false;
+  return true;
 }
 
 }  // namespace
@@ -106,9 +107,9 @@ void estimateShape(Estimation& e) {
   solve(e);
   // What looked like noise was the bend: weights and loss are settled anew.
   settleWeights(e);
-  stepToRest(e);
+  const bool is_determined = stepToRest(e);
   // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
-  if (larger && larger->rms_px < std::sqrt(meanWeightedSquare(e))) {
+  if (!is_determined || (larger && larger->rms_px < std::sqrt(meanWeightedSquare(e)))) {
     takeAsFlat(e, flat);
     solve(e);
     settleWeights(e);
@@ -117,7 +118,7 @@ void estimateShape(Estimation& e) {
 
 bool refineShape(Estimation& e) {
   if (!e.shape.is_estimated) return true;
-  stepToRest(e);
+  const bool is_determined = stepToRest(e);
   BundleState flat = e.state;
   flat.params = e.shape.flat_params;
   Observations views = e.observations;
@@ -131,7 +132,8 @@ bool refineShape(Estimation& e) {
   e.shape.f = drop / kNumBends / varianceLeft(e, 0);
   e.shape.flat_params = flat.params;
   e.shape.flat_rms_px = weightedRms(e.options.model, views, flat);
-  if (e.options.board_shape == BoardShapeMode::kWarp || e.shape.f > kBendF) return true;
+  const bool is_bent = e.options.board_shape == BoardShapeMode::kWarp || e.shape.f > kBendF;
+  if (is_determined && is_bent) return true;
   // What looked like a bend was outliers.
   takeAsFlat(e, std::move(flat));
   solve(e);
