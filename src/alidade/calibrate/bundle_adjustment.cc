@@ -95,12 +95,17 @@ class Bundle {
   BundleSummary solve(const ParamConstraint& constraint) {
     constexpr double kInitialRadius = 1e4;
     constexpr double kMinRadius = 1e-32;
+    BundleSummary result;
     bundle_.constrain(constraint);
-    bundle_.begin();
+    const bool is_evaluable = bundle_.begin();
+    result.cost = bundle_.cost();
+    if (!is_evaluable) {
+      result.reason = "A corner cannot be projected at the start.";
+      return result;
+    }
     const int num_steps_before = watch_.numSteps();
     double radius = kInitialRadius;
     double shrink = 2;
-    BundleSummary result;
     while (radius > kMinRadius) {
       const int num_steps = watch_.numSteps();
       ceres::Solver::Summary summary = run(radius, options_.max_iterations - (num_steps - num_steps_before));
@@ -129,7 +134,10 @@ class Bundle {
   }
 
   // Of the cost, by each parameter; nothing where a corner does not project.
-  std::optional<Eigen::VectorXd> gradient() { return bundle_.gradient(); }
+  std::optional<Eigen::VectorXd> gradient() {
+    if (!bundle_.begin()) return std::nullopt;
+    return bundle_.gradient();
+  }
 
   void takePoses() { state_.camera_from_board = bundle_.poses(); }
 

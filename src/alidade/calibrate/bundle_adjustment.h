@@ -45,7 +45,8 @@ struct BundleSummary {
   std::string reason;         ///< the solver's own words
   int num_iterations = 0;     ///< steps tried
   std::vector<int> at_limit;  ///< parameters that the optimum pushes against the end of their range
-  double cost = 0;            ///< half the sum of rho over all corners, px^2 of a corner of weight 1
+  /// Half the sum of rho over all corners, px^2 of a corner of weight 1; NaN where the start has none.
+  double cost = 0;
 };
 
 /// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres, which sees the

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <ceres/cost_function.h>
@@ -68,6 +69,11 @@ BundleProblem::Point::Point(std::span<const double> at, std::span<const SE3> fro
       pose_rows(from.size() * PoseRowLayout::size(static_cast<int>(at.size()))),
       shared(at.size() + 1, at.size() + 1) {}
 
+double BundleProblem::Point::cost() const {
+  if (!is_evaluable) return std::numeric_limits<double>::quiet_NaN();
+  return 0.5 * shared(shared.rows() - 1, shared.rows() - 1);
+}
+
 BundleProblem::BundleProblem(std::string_view model_id, std::span<const std::vector<Observation>> views,
                              HuberLoss loss, std::vector<double>& params, std::span<const SE3> poses)
     : kernel_(viewKernel(model_id)),
@@ -79,11 +85,11 @@ BundleProblem::BundleProblem(std::string_view model_id, std::span<const std::vec
       trial_(params, poses),
       factors_(base_.pose_rows.size()),
       shared_rows_(SharedRows::Zero(kernel_.numParams() + 1, kernel_.numParams() + 1)),
+      directions_(freeDirections(kernel_.numParams(), {})),
       problem_(optionsWith(this)) {
   expect(views.size() == poses.size(), "one pose a view");
   expect(params.size() == static_cast<std::size_t>(kernel_.numParams()), "the model's parameters");
   problem_.AddResidualBlock(new Cost(*this), nullptr, params_.data(), &path_);
-  constrain({});
 }
 
 BundleProblem::~BundleProblem() = default;
@@ -101,17 +107,15 @@ void BundleProblem::constrain(const ParamConstraint& constraint) {
   problem_.SetManifold(params_.data(), params_manifold_.get());
 }
 
-void BundleProblem::begin() {
+bool BundleProblem::begin() {
   base_.params = params_;
   base_.path = path_;
-  base_.is_summed = false;
   is_eliminated_ = false;
+  sum(base_);
+  return base_.is_evaluable;
 }
 
-std::optional<Eigen::VectorXd> BundleProblem::gradient() {
-  begin();
-  sum(base_);
-  if (!base_.is_evaluable) return std::nullopt;
+Eigen::VectorXd BundleProblem::gradient() const {
   const auto num_params = static_cast<Eigen::Index>(numParams());
   const auto num_poses = static_cast<Eigen::Index>(base_.poses.size());
   Eigen::VectorXd gradient(num_params + 6 * num_poses);
@@ -140,7 +144,6 @@ double BundleProblem::predictedDrop() const {
 
 void BundleProblem::sum(Point& point) const {
   const std::size_t size = PoseRowLayout::size(kernel_.numParams());
-  point.is_summed = true;
   point.is_evaluable = true;
   point.shared.setZero();
   for (std::size_t v = 0; v < point.poses.size() && point.is_evaluable; ++v) {
@@ -197,8 +200,6 @@ void BundleProblem::PrepareForEvaluation(bool evaluate_jacobians, bool new_evalu
     if (!is_at_base_) {
       moveTrial();
       sum(trial_);
-    } else if (!base_.is_summed) {
-      sum(base_);
     }
   }
   if (!evaluate_jacobians) return;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -50,21 +49,21 @@ class BundleProblem final : public ceres::EvaluationCallback {
   [[nodiscard]] double* path() { return &path_; }
   /// Lets the parameters move only as the constraint says; none of them may be left.
   void constrain(const ParamConstraint& constraint);
-  /// Starts at the parameters as they are now and the poses as they have become.
-  void begin();
+  /// Starts at the parameters as they are now and the poses as they have become. False if a corner does not
+  /// project there; then there is nothing to solve.
+  [[nodiscard]] bool begin();
   /// Of the trust region, for the next evaluation of a Jacobian.
   void setRadius(double radius) { radius_ = radius; }
 
   /// What the unknowns have come to, where the last Jacobian was evaluated.
   [[nodiscard]] const std::vector<double>& params() const { return base_.params; }
   [[nodiscard]] const std::vector<SE3>& poses() const { return base_.poses; }
-  [[nodiscard]] double cost() const { return base_.cost(); }
+  [[nodiscard]] double cost() const { return base_.cost(); }  ///< NaN if a corner does not project
   /// By how much the damped model falls until its minimum.
   [[nodiscard]] double predictedDrop() const;
 
-  /// Of the cost by the parameters, then by the tangent of each pose, at begin(); nothing if a corner does
-  /// not project there.
-  [[nodiscard]] std::optional<Eigen::VectorXd> gradient();
+  /// Of the cost by the parameters, then by the tangent of each pose; after begin().
+  [[nodiscard]] Eigen::VectorXd gradient() const;
 
  private:
   class Cost;
@@ -72,11 +71,10 @@ class BundleProblem final : public ceres::EvaluationCallback {
   // Normal equations at some parameters and poses.
   struct Point {
     Point(std::span<const double> at, std::span<const SE3> poses);
-    [[nodiscard]] double cost() const { return 0.5 * shared(shared.rows() - 1, shared.rows() - 1); }
+    [[nodiscard]] double cost() const;
     std::vector<double> params;
     double path = 0;
     std::vector<SE3> poses;
-    bool is_summed = false;
     bool is_evaluable = false;
     std::vector<double> pose_rows;  // of all views
     Eigen::MatrixXd shared;         // columns of parameters and error, lower triangle
