@@ -100,6 +100,12 @@ std::string domainText(const CalibrationResult& result) {
                                               : "NOT every pixel of the image has a ray");
 }
 
+nlohmann::json poseJson(const SE3& pose) {
+  const Eigen::Quaterniond& q = pose.rotation.quaternion();
+  const Eigen::Vector3d& t = pose.translation;
+  return {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
 std::string verdictText(const CalibrationResult& result) {
   std::string text;
   for (const Finding& finding : result.findings) {
@@ -217,6 +223,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
                      {"num_outliers", view.num_outliers},
                      {"rms_px", view.rms_px},
                      {"max_error_px", view.max_error_px},
+                     {"camera_from_board", poseJson(view.camera_from_board)},
                      {"influence",
                       {{"move_sigmas", view.influence.move_sigmas},
                        {"surprise_sigmas", view.influence.surprise_sigmas}}}});
