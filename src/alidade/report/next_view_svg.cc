@@ -33,14 +33,11 @@ std::string colourAt(double share) {
 
 class Drawing {
  public:
-  explicit Drawing(ImageSize size) : size_(size), unit_(std::max(size.width, size.height) / 100.0) {
-    const double margin = 10 * unit_;
-    svg_ = fmt::format(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" viewBox=\"{0:.1f} {0:.1f} {1:.1f} "
-        "{2:.1f}\" font-family=\"sans-serif\" font-size=\"{3:.2f}\">\n<rect x=\"{0:.1f}\" y=\"{0:.1f}\" "
-        "width=\"{1:.1f}\" height=\"{2:.1f}\" fill=\"white\"/>\n",
-        -margin, size.width + 2 * margin, size.height + 2 * margin + 5 * unit_, 2.2 * unit_);
-  }
+  explicit Drawing(ImageSize size)
+      : size_(size),
+        unit_(std::max(size.width, size.height) / 100.0),
+        margin_(10 * unit_),
+        low_(size.height + margin_) {}
 
   // The share of the scale goes with the logarithm: uncertainty grows steeply towards the image's corners.
   void addMap(const UncertaintyGrid& grid, double inflation) {
@@ -98,14 +95,14 @@ class Drawing {
         at.x(), at.y(), colour, anchor, 0.5 * unit_, text);
   }
 
-  // Lines of text under the image, broken where they get too long.
+  // Lines of text under what is drawn so far, broken where they get too long.
   void addCaption(const std::string& text) {
     constexpr std::size_t kLineChars = 88;
-    double y = size_.height + 7.5 * unit_;
     std::string line;
     const auto flush = [&] {
-      if (!line.empty()) addLabel({0, y}, "#111", line, "start");
-      if (!line.empty()) y += 2.6 * unit_;
+      if (line.empty()) return;
+      low_ += 2.6 * unit_;
+      addLabel({0, low_}, "#111", line, "start");
       line.clear();
     };
     std::string word;
@@ -123,12 +120,20 @@ class Drawing {
   }
 
   [[nodiscard]] double unit() const { return unit_; }
-  [[nodiscard]] std::string text() const { return svg_ + "</svg>\n"; }
+  [[nodiscard]] std::string text() const {
+    return fmt::format(
+               "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" viewBox=\"{0:.1f} {0:.1f} {1:.1f} "
+               "{2:.1f}\" font-family=\"sans-serif\" font-size=\"{3:.2f}\">\n<rect x=\"{0:.1f}\" "
+               "y=\"{0:.1f}\" width=\"{1:.1f}\" height=\"{2:.1f}\" fill=\"white\"/>\n",
+               -margin_, size_.width + 2 * margin_, low_ + margin_ + 2 * unit_, 2.2 * unit_) +
+           svg_ + "</svg>\n";
+  }
 
  private:
   void addLegend(double least_px, double worst_px) {
     constexpr int kSteps = 24;
-    const double top = size_.height + 1.5 * unit_;
+    const double top = low_ + unit_;
+    low_ += 3 * unit_;
     const double step = 1.25 * unit_;
     for (int i = 0; i < kSteps; ++i) {
       svg_ +=
@@ -142,7 +147,9 @@ class Drawing {
   }
 
   ImageSize size_;
-  double unit_;  // a hundredth of the longer side
+  double unit_;    // a hundredth of the longer side
+  double margin_;  // around the image, for a board that sticks out of it
+  double low_;     // where the caption goes on
   std::string svg_;
 };
 

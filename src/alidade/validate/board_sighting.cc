@@ -33,8 +33,10 @@ Eigen::Vector2d solidAngleSlope(const AnyCamera& camera, const Eigen::Vector2d& 
   return slope;
 }
 
-// The facing pose, upright in the image: where the lens' own is not known.
+// The facing pose, upright in the image: where the lens' own is not known. A ray that is none has no pose,
+// and any will do.
 SO3 facingPose(const Eigen::Vector3d& ray) {
+  if (!ray.allFinite()) return {};
   return SO3::fromQuaternion(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray));
 }
 
@@ -58,10 +60,11 @@ std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pi
   // as square; nobody finds corners on that.
   constexpr double kMaxTan = 1.7320508075688772;  // 60 degrees between the square pose and the facing one
   const double tan = across.norm();
-  if (!std::isfinite(tan)) return facingPose(*ray);
+  if (!std::isfinite(tan)) return facingPose(*ray);  // at a fold
   if (tan > kMaxTan) across *= kMaxTan / tan;
   const Eigen::Vector3d n = (*ray + across).normalized();
   const Eigen::Vector3d right = J.col(0) - *ray * (n.dot(J.col(0)) / n.dot(*ray));  // along the plane
+  if (!right.allFinite() || right.isZero(0)) return facingPose(*ray);
   Eigen::Matrix3d R;
   R.col(2) = n;
   R.col(0) = right.normalized();

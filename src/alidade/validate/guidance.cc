@@ -80,10 +80,11 @@ std::string nextViewText(const Guidance& guidance, ImageSize size) {
   const NextView& next = *guidance.next;
   const BoardSighting& at = next.sighting;
   std::string text = fmt::format(
-      "the board {} of the image, its middle at pixel ({:.0f}, {:.0f}), {:.2g} m away where it spans "
+      "the board{} {} of the image, its middle at pixel ({:.0f}, {:.0f}), {:.2g} m away where it spans "
       "{:.0f} % of the image{}, {}\n",
-      placeName(regionAt(at.middle_px, size)), at.middle_px.x(), at.middle_px.y(), at.distance_m,
-      100 * next.fill, next.is_whole ? "" : " and sticks out of it", tiltText(at.tilt));
+      next.is_on_end ? ", on end," : "", placeName(regionAt(at.middle_px, size)), at.middle_px.x(),
+      at.middle_px.y(), at.distance_m, 100 * next.fill, next.is_whole ? "" : " and sticks out of it",
+      tiltText(at.tilt));
   text += guidance.is_determined ? fmt::format("worst projection uncertainty from {:.2g} to {:.2g} px\n",
                                                guidance.worst_px, next.worst_px)
                                  : "tells most about what these views leave undetermined\n";

@@ -94,6 +94,7 @@ NextViewSearch::NextViewSearch(const CameraKnowledge& knowledge, const Checkerbo
     : camera_(knowledge.camera),
       size_(knowledge.size),
       board_(board),
+      limits_(limits),
       directions_(knowledge.directions),
       sigma_px_(std::sqrt(knowledge.variance)),
       information_(knowledge.directions.transpose() * knowledge.information * knowledge.directions),
@@ -152,6 +153,8 @@ std::optional<NextView> NextViewSearch::best() const {
                   .sighting = sightBoard(camera_, board_, candidate.camera_from_board),
                   .fill = fillOf(candidate.corners, size_),
                   .is_whole = candidate.is_whole,
+                  .is_on_end = (board_.columns > board_.rows && limits_.is_upright) ||
+                               (board_.columns < board_.rows && !limits_.is_upright),
                   .worst_px = sigma_px_ * std::sqrt(best / penalty),
                   .candidate = *chosen};
 }

@@ -30,6 +30,7 @@ struct NextView {
   BoardSighting sighting;
   double fill = 0;            ///< as ViewCoverage::fill
   bool is_whole = false;      ///< all corners are seen
+  bool is_on_end = false;     ///< the board stands on its short side
   double worst_px = 0;        ///< NextViewSearch::worst() with this view among the others
   std::size_t candidate = 0;  ///< among those of the search
 };
@@ -64,6 +65,7 @@ class NextViewSearch {
   AnyCamera camera_;
   ImageSize size_;
   Checkerboard board_;
+  CandidateLimits limits_;
   Eigen::MatrixXd directions_;
   double sigma_px_ = 1;  // of a corner's coordinate
   bool is_determined_ = true;
