@@ -105,7 +105,7 @@ class CalibrateCommand final : public Command {
     if (!next_view_.empty())
       writeFileAtomically(next_view_, nextViewSvg(result, input.board, views, advice.guidance));
 
-    const bool is_good = result.isTrustworthy();
+    const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
     const CameraFile file = cameraFileOf(result, input, effectiveSettings(app));
     const bool to_stdout = output_ == "-";
