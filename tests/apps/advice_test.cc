@@ -18,8 +18,8 @@ std::string cornersPath() {
   return dataPath("corners.csv");
 }
 
-json jsonOf(std::vector<std::string> args) {
-  args.insert(args.begin(), {"calibrate", cornersPath(), "--json"});
+json jsonOf(std::vector<std::string> args, const std::string& input = cornersPath()) {
+  args.insert(args.begin(), {"calibrate", input, "--json"});
   const RunResult result = runAlidade(args);
   EXPECT_THAT(result, EndsWith(0));
   return json::parse(result.out);
@@ -33,12 +33,14 @@ TEST(Advice, StandsInTheSummary) {
 }
 
 TEST(Advice, StandsInTheDocument) {
-  const json document = jsonOf({"--target-sigma", "0.001px"});
+  const ScratchFolder scratch;  // the corners file is exact, and leaves no uncertainty
+  const json document =
+      jsonOf({"--board", kBoard, "--target-sigma", "0.001px"}, linkImages(scratch, "photos", 6));
   const json& coverage = document["coverage"];
   EXPECT_EQ(coverage["grid"]["columns"], 8);
   EXPECT_EQ(coverage["grid"]["num_corners"].size(), 48u);
-  EXPECT_EQ(coverage["views"].size(), 12u);
-  EXPECT_GT(coverage["share"], 0.5);
+  EXPECT_EQ(coverage["views"].size(), 6u);
+  EXPECT_GT(coverage["share"], 0.3);
   const json& next = document["next_view"];
   EXPECT_TRUE(next["determined"]);
   EXPECT_LT(next["worst_then_px"], next["worst_now_px"]);

@@ -20,6 +20,7 @@ constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kMargin = 0.02;           // of the image's smaller side
 constexpr double kLeastSquarePx = 6;       // below, corners are not found reliably
 constexpr double kLeastSine = 0.25881905;  // of 15 degrees, between a line of sight and the board
+constexpr double kPaper = 0.3;             // squares that must be seen of the paper beyond the squares
 constexpr int kMaxAlong = 12;              // corners that stand for a row or column of the board
 
 // Indices 0 to count - 1, or kMaxAlong of them evenly spaced.
@@ -40,6 +41,12 @@ class CandidateMaker {
     for (const int row : rows_) {
       for (const int column : columns_) points_board_.push_back(board.corner(row * board.columns + column));
     }
+    const double beyond = (1 + kPaper) * board.square_m;
+    const Eigen::Vector3d last = board.corner(board.numCorners() - 1);
+    ends_ = {{{-beyond, -beyond, 0},
+              {last.x() + beyond, -beyond, 0},
+              {last.x() + beyond, last.y() + beyond, 0},
+              {-beyond, last.y() + beyond, 0}}};
     weight_ = static_cast<double>(board.numCorners()) / static_cast<double>(points_board_.size());
     points_camera_.resize(points_board_.size());
     projections_.resize(points_board_.size());
@@ -136,7 +143,19 @@ class CandidateMaker {
     candidate.is_whole = candidate.corners.size() == projections_.size();
     if (2 * candidate.corners.size() < projections_.size() || leastSquarePx() < kLeastSquarePx)
       return std::nullopt;
+    if (!candidate.is_whole && !showsASide(pose)) return std::nullopt;
     return candidate;
+  }
+
+  // Which corners a part of a board shows can be told from a side of which both ends are seen, the paper
+  // beyond the squares too.
+  [[nodiscard]] bool showsASide(const SE3& pose) const {
+    std::array<bool, 4> is_seen{};
+    for (std::size_t i = 0; i < 4; ++i) is_seen[i] = isInside(camera_.project(pose * ends_[i]));
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (is_seen[i] && is_seen[(i + 1) % 4]) return true;
+    }
+    return false;
   }
 
   const AnyCamera& camera_;
@@ -147,6 +166,7 @@ class CandidateMaker {
   std::vector<int> columns_;  // of the board that points_board_ has
   std::vector<int> rows_;
   double weight_ = 1;
+  std::array<Eigen::Vector3d, 4> ends_;  // of the squares and a little paper, in turn around the board
   std::vector<Eigen::Vector3d> points_board_;
   std::vector<Eigen::Vector3d> points_camera_;  // of the last projection, as the next
   std::vector<Projection> projections_;

@@ -33,7 +33,9 @@ struct CandidateLimits {
 /// at three distances within the limits, spanning 30, 60 and 95 % of the image's smaller side without tilt,
 /// and tilted by 0, 20 or 40 degrees to each side. At least half of the corners lie inside the image, with a
 /// margin of a fiftieth of its smaller side, on squares of which none appears narrower than 6 pixels, and
-/// none are seen from less than 15 degrees above the board. In an order that depends on the arguments alone.
+/// none are seen from less than 15 degrees above the board. A board of which a part lies outside shows at
+/// least one side from end to end, by which detection tells the part. In an order that depends on the
+/// arguments alone.
 [[nodiscard]] std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size,
                                                         const Checkerboard& board,
                                                         const CandidateLimits& limits);
