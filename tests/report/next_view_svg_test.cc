@@ -52,7 +52,7 @@ TEST(NextViewSvg, DrawsCornersUncertaintyAndTheBoard) {
   const std::string svg = nextViewSvg(drawn.result, drawn.set.board, drawn.set.views, drawn.guidance);
   expectGoodSvg(svg);
   EXPECT_EQ(countOf(svg, "<circle"), 6u * 54u);  // five views and the next
-  EXPECT_GT(countOf(svg, "<rect"), 24u * 18u);
+  EXPECT_GT(countOf(svg, "<rect"), 40u * 30u);
   EXPECT_THAT(svg, HasSubstr("worst projection uncertainty from"));
 }
 

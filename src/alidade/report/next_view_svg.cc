@@ -16,7 +16,6 @@
 namespace alidade {
 namespace {
 
-constexpr int kMapColumns = 24;
 constexpr double kMarked = 0.087;  // tilts from 5 degrees on have a side that is marked, as in tiltText()
 
 // Colours from certain to uncertain, pale enough for lines on top.
@@ -120,6 +119,11 @@ class Drawing {
   }
 
   [[nodiscard]] double unit() const { return unit_; }
+  // The nearest place at which a word can be read as a whole.
+  [[nodiscard]] Eigen::Vector2d inside(const Eigen::Vector2d& at) const {
+    const double edge = margin_ - 4 * unit_;
+    return {std::clamp(at.x(), -edge, size_.width + edge), std::clamp(at.y(), -edge, size_.height + edge)};
+  }
   [[nodiscard]] std::string text() const {
     return fmt::format(
                "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" viewBox=\"{0:.1f} {0:.1f} {1:.1f} "
@@ -201,7 +205,7 @@ void addNextView(const CalibrationResult& result, const Checkerboard& board, con
     });
     if (side == sides.end()) return;
     drawing.addLine(side->pixels, "#b3001b", 1);
-    drawing.addLabel(side->middle + 3 * drawing.unit() * direction, "#b3001b", "nearer");
+    drawing.addLabel(drawing.inside(side->middle + 3 * drawing.unit() * direction), "#b3001b", "nearer");
   };
   const BoardTilt& tilt = next.sighting.tilt;
   if (std::abs(tilt.right_rad) > kMarked) mark({tilt.right_rad > 0 ? 1 : -1, 0});
@@ -214,8 +218,8 @@ std::string nextViewSvg(const CalibrationResult& result, const Checkerboard& boa
                         std::span<const View> views, const Guidance& guidance) {
   Drawing drawing(result.image_size);
   if (guidance.is_determined && result.covariance) {
-    const ProjectionUncertainty uncertainty(
-        result.camera, result.image_size, std::numeric_limits<double>::infinity(), std::nullopt, kMapColumns);
+    const ProjectionUncertainty uncertainty(result.camera, result.image_size,
+                                            std::numeric_limits<double>::infinity());
     drawing.addMap(uncertainty.grid(*result.covariance), guidance.inflation);
   }
   drawing.addFrame();
