@@ -164,7 +164,8 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
   return file;
 }
 
-std::string summaryText(const CalibrationResult& result, const CalibrationInput& input) {
+std::string summaryText(const CalibrationResult& result, const CalibrationInput& input,
+                        const Advice& advice) {
   std::string text = fmt::format("Camera   {}, {} px, board {}\n", result.camera.modelId(),
                                  sizeText(result.image_size), specText(input.board));
   text += fmt::format("Images   {} given, {} with the board, {} used\n", input.num_images, input.num_found,
@@ -200,11 +201,13 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
   text += startText(result.start);
   text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(result.solver.termination),
                       result.solver.num_iterations, result.solver.reason);
+  text += adviceText(advice, result.image_size);
   for (const std::string& note : input.notes) text += "Note     " + note + "\n";
   return text + verdictText(result);
 }
 
-std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input) {
+std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input,
+                        const Advice& advice) {
   using nlohmann::json;
   const auto orNull = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
   json parameters = json::object();
@@ -245,7 +248,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
     outliers.push_back(
         {{"image", o.image}, {"corner_id", o.corner_id}, {"dx", o.error_px.x()}, {"dy", o.error_px.y()}});
   }
-  const json document = {
+  json document = {
       {"model", result.camera.modelId()},
       {"image_size", {{"width", result.image_size.width}, {"height", result.image_size.height}}},
       {"board", specText(input.board)},
@@ -302,6 +305,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"views", views},
       {"notes", input.notes},
   };
+  addAdvice(advice, document);
   return jsonText(document);
 }
 

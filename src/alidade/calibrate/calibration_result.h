@@ -98,7 +98,12 @@ struct CalibrationResult {
   /// The same without taking the corners of one view for independent, see viewRobustCovariance(); where it is
   /// much larger, the views have errors that the model and the noise do not explain.
   std::optional<Eigen::MatrixXd> view_robust_covariance;
-  double scaled_condition = 0;  ///< see IntrinsicsInformation
+  /// N x N, per px^2: what the corners say about the parameters with all poses free, and the board's bend
+  /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
+  /// inverse.
+  Eigen::MatrixXd information;
+  Eigen::MatrixXd free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
+  double scaled_condition = 0;      ///< see IntrinsicsInformation
   DomainCertificate domain;
   std::vector<int> held;  ///< indices of parameters that were not estimated; their sigma is 0
   StartReport start;      ///< how the search for a start went
