@@ -135,7 +135,7 @@ class CalibrateCommand final : public Command {
  private:
   static std::string pixelComplaint(const std::string& text) {
     try {
-      (void)parsePixels(text, "--target-sigma");
+      (void)parsePixels(text, {});  // the parser names the flag
     } catch (const Error& e) {
       return e.what();
     }
