@@ -28,6 +28,7 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
   estimateShape(estimation);
   leaveOutOutliers(estimation);
   if (!refineShape(estimation)) leaveOutOutliers(estimation);
+  noteIgnoredBend(estimation);
   nameReasons(estimation);
   CalibrationResult result = resultOf(estimation);
   result.better_model = betterModel(estimation);

@@ -96,6 +96,8 @@ void requireViews(const Estimation& estimation) {
   if (estimation.views.size() >= kMinViews) return;
   std::vector<std::string> reasons;
   for (const ExcludedView& view : estimation.excluded) reasons.push_back(view.image + ": " + view.reason);
+  for (const RepeatedView& view : estimation.repeated)
+    reasons.push_back(view.image + ": shows the board at the same place as " + view.same_as);
   for (const View& view : estimation.misfits)
     reasons.push_back(view.image + ": does not fit the other views");
   throw inputError(

@@ -35,6 +35,7 @@ struct Estimation {
   StartReport start_report;
   ShapeReport shape;
   bool is_settled = false;
+  std::vector<RepeatedView> repeated;
   std::vector<Outlier> outliers;
   std::vector<View> misfits;           ///< out of use because they do not fit, in order of image name
   std::vector<ExcludedView> excluded;  ///< out of use for other reasons, and misfits once these have one

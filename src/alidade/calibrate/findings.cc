@@ -203,6 +203,17 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .next_step =
              "check that the board is flat and the images are sharp; a richer model may suit the lens"});
   }
+  if (result.isNoiseExceeded()) {
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "noise_exceeded",
+         .cause = "the views disagree about the camera by more than corners' noise explains, so the sigmas by "
+                  "noise are too small; those by the views and those of the projection allow for it",
+         .evidence = numberText("%.1f", std::sqrt(result.by_views->excess)) + " times as much (" +
+                     numberText("%.0f", result.by_views->excess_sigmas) + " sigma)",
+         .next_step = "look for blur, a board that moves or is bent otherwise in each view, and for a model "
+                      "that suits the lens"});
+  }
   if (result.shape.bend_share > kBentShare) {
     findings.push_back(
         {.severity = Severity::kWarning,
@@ -211,6 +222,18 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .evidence = "its middle stands out by " + numberText("%.2g", 100 * result.shape.bend_share) +
                      " % of its size",
          .next_step = "mount the board on something flat and rigid, and photograph it again"});
+  }
+  if (result.shape.ignored) {
+    const BoardShape& bend = result.shape.ignored->shape;
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "bend_ignored",
+         .cause = "the board is bent but was taken as flat; the stated uncertainty allows for it",
+         .evidence = numberText("%.2g", 1e3 * bend.bend_x_m) + " mm from left to right and " +
+                     numberText("%.2g", 1e3 * bend.bend_y_m) +
+                     " mm from top to bottom; with the bend fx would change by " +
+                     numberText("%.2g", result.shape.ignored->params_step(0)) + " px",
+         .next_step = "use --board-shape auto, and a model that suits the lens"});
   }
   if (!result.shape.is_determined && result.shape.is_requested) {
     findings.push_back({.severity = Severity::kWarning,
@@ -255,6 +278,39 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
 double CalibrationResult::parameterStd(int i) const {
   if (!covariance) return std::numeric_limits<double>::quiet_NaN();
   return std::sqrt((*covariance)(i, i));
+}
+
+bool CalibrationResult::isNoiseExceeded() const {
+  constexpr double kBeyondChance = 4;  // normal deviates; of clean sets fewer than 1 in 300 exceed it
+  return by_views && by_views->excess_sigmas > kBeyondChance;
+}
+
+Eigen::MatrixXd CalibrationResult::statedCovariance() const {
+  Eigen::MatrixXd stated = isNoiseExceeded() ? by_views->larger : *covariance;
+  if (shape.ignored) stated += shape.ignored->params_step * shape.ignored->params_step.transpose();
+  return stated;
+}
+
+double CalibrationResult::statedStd(int i) const {
+  if (!covariance) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt(statedCovariance()(i, i));
+}
+
+std::optional<CalibrationResult::Correlation> CalibrationResult::strongestCorrelation() const {
+  constexpr double kStrong = 0.95;
+  constexpr double kSame = 1 - 1e-9;
+  if (!covariance) return std::nullopt;
+  const Eigen::MatrixXd stated = statedCovariance();
+  Correlation strongest;
+  for (int i = 0; i < stated.rows(); ++i) {
+    for (int j = 0; j < i; ++j) {
+      const double value = stated(i, j) / std::sqrt(stated(i, i) * stated(j, j));  // NaN if one is held
+      if (std::abs(value) > std::abs(strongest.value) && std::abs(value) < kSame)
+        strongest = {.first = j, .second = i, .value = value};
+    }
+  }
+  if (!(std::abs(strongest.value) > kStrong)) return std::nullopt;
+  return strongest;
 }
 
 double CalibrationResult::outlierShare() const {

@@ -10,6 +10,8 @@
 #include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/shape_information.h"
+#include "alidade/calibrate/view_pulls.h"
+#include "alidade/core/median.h"
 #include "alidade/core/text.h"
 
 namespace alidade {
@@ -46,6 +48,33 @@ double unexplainedSigma(const Estimation& e, double variance) {
   return std::sqrt(std::max(0.0, variance - e.noise.statedVariance(e.observations[0][0].sigma_px)));
 }
 
+std::optional<ViewCovariance> byViews(const Estimation& e, const Eigen::MatrixXd& directions, double variance,
+                                      std::span<const Eigen::Vector2d> weighted_errors) {
+  const double slope = meanSlope(weighted_errors, e.loss);
+  const auto num_params = static_cast<int>(directions.rows());
+  if (!e.shape.is_estimated) {
+    return viewCovariance(viewPulls(e.options.model, e.observations, e.state, e.loss), directions, num_params,
+                          variance, slope);
+  }
+  const auto pulls =
+      viewPullsWithBend(e.options.model, e.board, e.observations, e.state, e.loss, LossWeights::kLeaveOut);
+  return viewCovariance(pulls, withBend(directions), num_params, variance, slope);
+}
+
+void setProjection(const Estimation& e, CalibrationResult& result) {
+  std::vector<double> distances;
+  const Eigen::Vector3d middle = 0.5 * e.board.corner(e.board.numCorners() - 1);
+  for (const SE3& pose : e.state.camera_from_board) distances.push_back((pose * middle).norm());
+  result.board_distance_m = medianOf(distances);
+  if (!result.covariance) return;
+  const Eigen::MatrixXd stated = result.statedCovariance();
+  const auto grid = [&](double distance_m) {
+    return ProjectionUncertainty(result.camera, result.image_size, distance_m).grid(stated);
+  };
+  result.projection_far = grid(std::numeric_limits<double>::infinity());
+  result.projection_near = grid(result.board_distance_m);
+}
+
 }  // namespace
 
 CalibrationResult resultOf(const Estimation& e) {
@@ -67,11 +96,12 @@ CalibrationResult resultOf(const Estimation& e) {
   result.excluded_views = e.excluded;
   std::sort(result.excluded_views.begin(), result.excluded_views.end(),
             [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
+  result.repeated_views = e.repeated;
   result.num_misfits = e.misfits.size();
   result.outliers = e.outliers;
 
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(e.state.params.size()), e.constraint);
-  const int num_bends = e.shape.is_estimated ? 2 : 0;
+  const int num_bends = e.shape.is_estimated ? kNumBends : 0;
   const int num_free =
       static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(e.views.size())) + num_bends;
   result.held = e.constraint.held;
@@ -83,7 +113,9 @@ CalibrationResult resultOf(const Estimation& e) {
   result.scaled_condition = information.scaled_condition;
   result.free_directions = directions;
   result.information = information.information;
-  if (information.inverse) result.covariance = variance * *information.inverse;
+  // Without a corner more than are needed there is no telling how good they are.
+  const bool has_variance = std::isfinite(variance);
+  if (information.inverse && has_variance) result.covariance = variance * *information.inverse;
   result.shape = e.shape;
   if (e.shape.is_estimated) {
     const BoardShape& shape = e.shape.shape;
@@ -93,12 +125,11 @@ CalibrationResult resultOf(const Estimation& e) {
         shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint);
     // Without the bend's share the covariance would be too small, so there is none then.
     result.covariance.reset();
-    if (bent) result.covariance = variance * bent->params_inverse;
+    if (bent && has_variance) result.covariance = variance * bent->params_inverse;
     if (bent) result.information = informationOf(bent->params_inverse, directions);
     if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
   }
-  result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,
-                                                       meanSlope(weighted_errors, e.loss), e.constraint);
+  if (result.covariance) result.by_views = byViews(e, directions, variance, weighted_errors);
 
   const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
   result.board_stretch = boardStretch(scores, directions, variance);
@@ -107,6 +138,7 @@ CalibrationResult resultOf(const Estimation& e) {
 
   result.variations = viewVariations(e.options.model, e.observations, e.state, e.loss);
 
+  setProjection(e, result);
   result.domain = certifyDomain(result.camera, result.image_size);
   for (std::size_t v = 0; v < e.views.size(); ++v) {
     for (const Observation& observation : e.observations[v]) {

@@ -10,11 +10,11 @@
 #include "alidade/calibrate/larger_model.h"
 #include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/shape_information.h"
+#include "alidade/calibrate/view_pulls.h"
 
 namespace alidade {
 namespace {
 
-constexpr int kNumBends = 2;
 constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
 
 std::optional<ShapeInformation> information(const Estimation& e) {
@@ -138,6 +138,14 @@ bool refineShape(Estimation& e) {
   takeAsFlat(e, std::move(flat));
   solve(e);
   return false;
+}
+
+void noteIgnoredBend(Estimation& e) {
+  if (e.options.board_shape != BoardShapeMode::kFlat) return;
+  const auto info = information(e);
+  if (!info || !(info->drop / kNumBends > kBendF * varianceLeft(e, info->drop))) return;
+  e.shape.ignored = IgnoredBend{.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()},
+                                .params_step = info->params_step};
 }
 
 }  // namespace alidade

@@ -27,6 +27,17 @@ struct WarpRecord {
   Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< one sigma of bend_x and bend_y
 };
 
+/// One standard deviation of the pixel of a point infinitely far away, the best rotation taken out, in px
+/// (see ProjectionUncertainty).
+struct ProjectionStdRecord {
+  double center_px = 0;  ///< NaN if the image's centre has no ray
+  double worst_px = 0;
+  Eigen::Vector2d worst_pixel{0, 0};
+  int columns = 0;  ///< of the grid, from border to border
+  int rows = 0;
+  std::vector<double> std_px;  ///< row by row; NaN where the pixel has no ray
+};
+
 /// A flag's name and its values, as the program used them.
 using Setting = std::pair<std::string, std::vector<std::string>>;
 
@@ -39,6 +50,11 @@ struct CalibrationRecord {
   int num_outliers = 0;
   std::vector<double> parameter_std;  ///< one sigma, in parameter order; empty = unknown
   std::vector<double> covariance;     ///< lower triangle row by row, in parameter order; empty = unknown
+  /// One sigma by how the views agree, to use like a normal one; empty = unknown.
+  std::vector<double> parameter_std_by_view;
+  /// Lower triangle of the covariance to go by, where the one above is too small; empty = that one.
+  std::vector<double> stated_covariance;
+  std::optional<ProjectionStdRecord> projection_std;
   std::string termination;            ///< why the solver stopped
   Verdict verdict = Verdict::kTrustworthy;  ///< kNo where it was written all the same
   std::string board;                        ///< SPEC

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "alidade/io/camera_node.h"
 #include "alidade/io/pose_node.h"
@@ -88,8 +89,44 @@ WarpRecord readWarp(const YamlNode& node) {
   return warp;
 }
 
+// A sigma, or null where there is no ray.
+double readStd(const YamlNode& node) {
+  if (node.isNull()) return std::numeric_limits<double>::quiet_NaN();
+  const double std = node.number();
+  if (std < 0) throw node.error(std::to_string(std), "a standard deviation, or null where there is no ray");
+  return std;
+}
+
+ProjectionStdRecord readProjectionStd(const YamlNode& std_px, const YamlNode& grid) {
+  std_px.allowKeys({"center", "worst"});
+  grid.allowKeys({"worst_pixel", "columns", "rows", "std_px"});
+  ProjectionStdRecord record;
+  record.center_px = readStd(std_px.at("center"));
+  record.worst_px = readStd(std_px.at("worst"));
+  const std::vector<double> pixel = grid.at("worst_pixel").numbers(2);
+  record.worst_pixel = {pixel[0], pixel[1]};
+  record.columns = readCount(grid.at("columns"));
+  record.rows = readCount(grid.at("rows"));
+  for (const YamlNode& item : grid.at("std_px").items()) record.std_px.push_back(readStd(item));
+  if (record.std_px.size() !=
+      static_cast<std::size_t>(record.columns) * static_cast<std::size_t>(record.rows)) {
+    throw grid.at("std_px").error(
+        std::to_string(record.std_px.size()) + " numbers",
+        "columns times rows, " + std::to_string(record.columns) + " x " + std::to_string(record.rows));
+  }
+  return record;
+}
+
+std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
+  node.allowKeys(strings(names));
+  std::vector<double> values;
+  for (const std::string& name : strings(names)) values.push_back(node.at(name).number());
+  return values;
+}
+
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   node.allowKeys({"rms_px", "num_views", "num_corners", "num_outliers", "parameter_std", "covariance",
+                  "parameter_std_by_view", "stated_covariance", "projection_std_px", "projection_std_grid",
                   "termination", "verdict", "trustworthy", "board", "board_warp", "findings", "views",
                   "settings"});
   CalibrationRecord record;
@@ -97,13 +134,15 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   record.num_views = readCount(node.at("num_views"));
   record.num_corners = readCount(node.at("num_corners"));
   if (const auto n = node.find("num_outliers")) record.num_outliers = readCount(*n);
-  if (const auto n = node.find("parameter_std")) {
-    n->allowKeys(strings(parameter_names));
-    for (const std::string& name : strings(parameter_names))
-      record.parameter_std.push_back(n->at(name).number());
-  }
-  if (const auto n = node.find("covariance")) {
-    record.covariance = n->numbers(parameter_names.size() * (parameter_names.size() + 1) / 2);
+  const std::size_t triangle = parameter_names.size() * (parameter_names.size() + 1) / 2;
+  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
+  if (const auto n = node.find("covariance")) record.covariance = n->numbers(triangle);
+  if (const auto n = node.find("parameter_std_by_view"))
+    record.parameter_std_by_view = readByName(*n, parameter_names);
+  if (const auto n = node.find("stated_covariance")) record.stated_covariance = n->numbers(triangle);
+  // The one without the other says too little: at() names the one that is missing.
+  if (node.has("projection_std_px") || node.has("projection_std_grid")) {
+    record.projection_std = readProjectionStd(node.at("projection_std_px"), node.at("projection_std_grid"));
   }
   if (const auto n = node.find("termination")) record.termination = n->text();
   // What files had before they had a verdict.

@@ -62,6 +62,26 @@ void writeViews(YAML::Emitter& out, const std::vector<ViewRecord>& views) {
   out << YAML::EndSeq;
 }
 
+// NaN, of a pixel without a ray, is null.
+std::string numberOrNull(double value) {
+  return std::isnan(value) ? "null" : number(value);
+}
+
+void writeProjectionStd(YAML::Emitter& out, const ProjectionStdRecord& record) {
+  out << YAML::Key << "projection_std_px" << YAML::Value << YAML::Flow << YAML::BeginMap  //
+      << YAML::Key << "center" << YAML::Value << numberOrNull(record.center_px)           //
+      << YAML::Key << "worst" << YAML::Value << number(record.worst_px) << YAML::EndMap
+      << YAML::Comment("one sigma, at infinity, best rotation taken out");
+  out << YAML::Key << "projection_std_grid" << YAML::Value << YAML::BeginMap;
+  out << YAML::Key << "worst_pixel" << YAML::Value;
+  writeNumbers(out, record.worst_pixel);
+  out << YAML::Key << "columns" << YAML::Value << record.columns;
+  out << YAML::Key << "rows" << YAML::Value << record.rows;
+  out << YAML::Key << "std_px" << YAML::Value << YAML::Flow << YAML::BeginSeq;
+  for (const double std : record.std_px) out << numberOrNull(std);
+  out << YAML::EndSeq << YAML::EndMap;
+}
+
 void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
                       std::span<const std::string_view> parameter_names) {
   out << YAML::BeginMap;
@@ -79,6 +99,15 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
     out << YAML::Key << "covariance" << YAML::Value;
     writeNumbers(out, record.covariance);
   }
+  if (!record.parameter_std_by_view.empty()) {
+    out << YAML::Key << "parameter_std_by_view" << YAML::Value;
+    writeByName(out, parameter_names, record.parameter_std_by_view);
+  }
+  if (!record.stated_covariance.empty()) {
+    out << YAML::Key << "stated_covariance" << YAML::Value;
+    writeNumbers(out, record.stated_covariance);
+  }
+  if (record.projection_std) writeProjectionStd(out, *record.projection_std);
   if (!record.termination.empty()) out << YAML::Key << "termination" << YAML::Value << record.termination;
   if (!record.board.empty()) out << YAML::Key << "board" << YAML::Value << record.board;
   if (record.warp) {
