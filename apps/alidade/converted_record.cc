@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 
 namespace alidade {
@@ -31,6 +32,11 @@ CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera&
   const auto after = edit.camera.parameters();
   const double scale = std::sqrt(after[0] * after[1] / (before[0] * before[1]));
   edited.rms_px *= scale;
+  edited.holdout_rms_px *= scale;
+  for (ModelRecord& model : edited.model_choice) {
+    model.rms_px *= scale;
+    model.holdout_rms_px *= scale;
+  }
   if (!record.parameter_std.empty()) {
     // Every new parameter is one old one times a factor, so that the sigmas need no covariance.
     const Eigen::VectorXd std =
@@ -57,6 +63,8 @@ CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera&
 
 CalibrationRecord refittedRecord(CalibrationRecord record, double fit_rms_px) {
   record.rms_px = std::hypot(record.rms_px, fit_rms_px);
+  record.holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
+  record.model_choice.clear();
   record.parameter_std.clear();
   record.covariance.clear();
   record.views.clear();

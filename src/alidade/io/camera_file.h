@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -26,6 +27,17 @@ struct WarpRecord {
   Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< one sigma of bend_x and bend_y
 };
 
+/// A camera model that was considered when one was chosen. What is not known is NaN.
+struct ModelRecord {
+  std::string model;
+  int num_parameters = 0;
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
+  double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
+  double excess = std::numeric_limits<double>::quiet_NaN();  ///< of the held-out RMS over the best model's
+  double excess_std = std::numeric_limits<double>::quiet_NaN();
+  std::string verdict;  ///< "chosen", or why not
+};
+
 /// A flag's name and its values, as the program used them.
 using Setting = std::pair<std::string, std::vector<std::string>>;
 
@@ -33,16 +45,18 @@ using Setting = std::pair<std::string, std::vector<std::string>>;
 /// of it.
 struct CalibrationRecord {
   double rms_px = 0;
+  double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< NaN = unknown
   int num_views = 0;
   int num_corners = 0;
   int num_outliers = 0;
-  std::vector<double> parameter_std;  ///< one sigma, in parameter order; empty = unknown
-  std::vector<double> covariance;     ///< lower triangle row by row, in parameter order; empty = unknown
-  std::string termination;            ///< why the solver stopped
-  bool is_trustworthy = true;         ///< false for a result that was written although the answer was no
-  std::string board;                  ///< SPEC
-  std::optional<WarpRecord> warp;     ///< none: the board was taken as flat
-  std::vector<std::string> findings;  ///< ids of warnings and failures
+  std::vector<double> parameter_std;      ///< one sigma, in parameter order; empty = unknown
+  std::vector<double> covariance;         ///< lower triangle row by row, in parameter order; empty = unknown
+  std::string termination;                ///< why the solver stopped
+  bool is_trustworthy = true;             ///< false for a result that was written although the answer was no
+  std::string board;                      ///< SPEC
+  std::optional<WarpRecord> warp;         ///< none: the board was taken as flat
+  std::vector<ModelRecord> model_choice;  ///< empty: the model was named
+  std::vector<std::string> findings;      ///< ids of warnings and failures
   std::vector<ViewRecord> views;
   std::vector<Setting> settings;  ///< effective settings
 };
