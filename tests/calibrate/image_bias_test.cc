@@ -37,10 +37,11 @@ ImageBias biasWith(const SimulatedSet& set, std::uint64_t seed, const F& part) {
   return imageBias("radtan", kSize, views, state, kNoLoss);
 }
 
-// A ring of errors about the middle of the image, as a lens leaves that a radial polynomial does not follow.
-Eigen::Vector2d ringAt(const Eigen::Vector2d& pixel, double size_px) {
-  const Eigen::Vector2d d = pixel - Eigen::Vector2d(320, 240);
-  return size_px * std::sqrt(2.0) * std::sin(d.norm() / 60) * d.normalized();
+// Waves across the image, which no lens formula and no pose follows.
+Eigen::Vector2d waveAt(const Eigen::Vector2d& pixel, double size_px) {
+  constexpr double kPerPixel = 1.0 / 55;
+  return size_px * std::sqrt(2.0) *
+         Eigen::Vector2d(std::sin(kPerPixel * pixel.y()), std::sin(kPerPixel * pixel.x()));
 }
 
 TEST(ImageBias, SeesWhatAllViewsHaveInCommon) {
@@ -48,9 +49,9 @@ TEST(ImageBias, SeesWhatAllViewsHaveInCommon) {
   for (std::uint64_t seed = 0; seed < kSets; ++seed) {
     const SimulatedSet set = setOf(20, seed);
     const ImageBias bias =
-        biasWith(set, seed, [](std::size_t, const Observation& o) { return ringAt(o.pixel, kNoisePx); });
+        biasWith(set, seed, [](std::size_t, const Observation& o) { return waveAt(o.pixel, kNoisePx); });
     EXPECT_TRUE(bias.isSeen()) << bias.z;
-    // Some of the ring is taken up by poses and intrinsics, or is finer than the grid.
+    // Some of the waves is taken up by poses and intrinsics, or is finer than the grid.
     EXPECT_GT(bias.rms_px, 0.4 * std::sqrt(2.0) * kNoisePx);
     EXPECT_LT(bias.rms_px, std::sqrt(2.0) * kNoisePx);
   }
@@ -78,7 +79,7 @@ TEST(ImageBias, SeesNoNoiseAndNothingThatAViewHasForItself) {
 }
 
 TEST(ImageBias, TellsALensFromABoard) {
-  // A lens whose ring of errors radtan cannot follow, and a board bent by chance at each corner.
+  // A lens whose errors radtan cannot follow, and a board bent by chance at each corner.
   const SimulatedSet set = setOf(20, 1);
   std::vector<View> by_lens = set.views;
   std::vector<View> by_board = set.views;
@@ -91,7 +92,7 @@ TEST(ImageBias, TellsALensFromABoard) {
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     for (std::size_t i = 0; i < set.views[v].corners.size(); ++i) {
       Corner& lens = by_lens[v].corners[i];
-      lens.pixel += ringAt(lens.pixel, 0.3);
+      lens.pixel += waveAt(lens.pixel, 0.3);
       Corner& board = by_board[v].corners[i];
       board.pixel = set.camera.project(set.poses[v] * printed[static_cast<std::size_t>(board.id)]).pixel;
     }

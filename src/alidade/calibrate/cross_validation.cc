@@ -103,7 +103,10 @@ int numFolds(std::size_t num_views) {
 int foldOf(std::size_t v, std::size_t num_views) {
   const auto num_folds = static_cast<std::size_t>(numFolds(num_views));
   const std::size_t num_stretches = std::min(num_views, num_folds * kStretches);
-  return static_cast<int>(v * num_stretches / num_views % num_folds);
+  const std::size_t stretch = v * num_stretches / num_views;
+  // Each round begins a fold later: where stretches are not all of one length, the same folds would get the
+  // longer ones.
+  return static_cast<int>((stretch + stretch / num_folds) % num_folds);
 }
 
 std::optional<HeldOutErrors> heldOutErrors(std::string_view model_id, double square_m,

@@ -13,7 +13,7 @@ namespace alidade {
 [[nodiscard]] std::optional<BetterModel> betterModel(const Estimation& estimation);
 
 /// The same, if it also predicts corners that it has not seen better: a model that chooseModel() would not
-/// have chosen beside the larger one.
+/// have chosen beside the larger one. Where the held-out errors of one are unknown, the fit decides.
 [[nodiscard]] std::optional<BetterModel> neededModel(const Estimation& estimation);
 
 /// By which share a few steps of a model that contains the one in use lower its cost. They tell whether there
