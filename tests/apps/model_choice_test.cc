@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/io/camera_file.h"
+#include "command_line.h"
 #include "run_program.h"
 #include "scratch_folder.h"
 
