@@ -30,7 +30,7 @@ struct Tally {
   double seconds = 0;
 
   [[nodiscard]] double share() const {
-    return static_cast<double>(num_sets - verdicts[static_cast<int>(Verdict::kOther)]) / num_sets;
+    return static_cast<double>(num_sets - verdicts[static_cast<int>(ChoiceVerdict::kOther)]) / num_sets;
   }
   void operator+=(const Tally& o) {
     num_sets += o.num_sets;
@@ -81,10 +81,10 @@ Tally runSet(const std::string& model, std::uint64_t seed, int number) {
   const double before = cpuSeconds();
   const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = kAutoModel});
   tally.seconds = cpuSeconds() - before;
-  const Verdict verdict = judgeChoice(model, result);
+  const ChoiceVerdict verdict = judgeChoice(model, result);
   ++tally.verdicts[static_cast<int>(verdict)];
-  if (verdict == Verdict::kOther) printOther(model, number, set, result);
-  if (verdict == Verdict::kTrue) {
+  if (verdict == ChoiceVerdict::kOther) printOther(model, number, set, result);
+  if (verdict == ChoiceVerdict::kTrue) {
     tally.num_clean = 1;
     tally.num_false = result.image_bias.isSeen() ? 1 : 0;
     tally.largest_z = result.image_bias.z;

@@ -52,8 +52,8 @@ TEST(ModelChoice, IsTheTrueModelOrOneThatIsAsGood) {
     for (std::uint64_t number = 0; number < num_of_model; ++number, ++num_sets) {
       const ChoiceSet set = drawChoiceSet(model, kSeed, number);
       const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = "auto"});
-      const Verdict verdict = judgeChoice(model, result);
-      EXPECT_NE(verdict, Verdict::kOther) << model << " " << number << ": " << result.camera.modelId();
+      const ChoiceVerdict verdict = judgeChoice(model, result);
+      EXPECT_NE(verdict, ChoiceVerdict::kOther) << model << " " << number << ": " << result.camera.modelId();
       if (model == "pinhole" || model == "radtan") {
         EXPECT_EQ(result.camera.modelId(), model);
       }

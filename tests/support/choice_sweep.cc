@@ -58,20 +58,20 @@ std::vector<std::string> modelsTooLeanFor(std::string_view model_id) {
   return {"fov", "ucm"};
 }
 
-Verdict judgeChoice(std::string_view true_model, const CalibrationResult& result) {
+ChoiceVerdict judgeChoice(std::string_view true_model, const CalibrationResult& result) {
   const auto& candidates = result.model_choice->candidates;
   const auto find = [&](std::string_view id) {
     return std::find_if(candidates.begin(), candidates.end(),
                         [&](const ModelCandidate& c) { return c.id == id; });
   };
   const std::string_view chosen = result.camera.modelId();
-  if (chosen == true_model) return Verdict::kTrue;
+  if (chosen == true_model) return ChoiceVerdict::kTrue;
   const auto truth = find(true_model);
-  if (isNested(chosen, true_model)) return Verdict::kNested;
+  if (isNested(chosen, true_model)) return ChoiceVerdict::kNested;
   const auto own = find(chosen);
   const bool is_as_good = truth != candidates.end() && own->num_params <= truth->num_params &&
                           own->holdout_rms_px <= (1 + kAsGood) * truth->holdout_rms_px;
-  return is_as_good ? Verdict::kEqual : Verdict::kOther;
+  return is_as_good ? ChoiceVerdict::kEqual : ChoiceVerdict::kOther;
 }
 
 }  // namespace alidade

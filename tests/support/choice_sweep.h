@@ -29,13 +29,13 @@ struct ChoiceSet {
 [[nodiscard]] std::vector<std::string> modelsTooLeanFor(std::string_view model_id);
 
 /// What was chosen, beside the truth.
-enum class Verdict {
+enum class ChoiceVerdict {
   kTrue,    ///< the model that the views were drawn with
   kNested,  ///< one that it contains, which predicts corners as well
   kEqual,   ///< another one with no more parameters, which predicts corners as well
   kOther
 };
 
-[[nodiscard]] Verdict judgeChoice(std::string_view true_model, const CalibrationResult& result);
+[[nodiscard]] ChoiceVerdict judgeChoice(std::string_view true_model, const CalibrationResult& result);
 
 }  // namespace alidade

@@ -73,6 +73,13 @@ Setting readSetting(const YamlNode& node, const std::string& key) {
   return setting;
 }
 
+Verdict readVerdict(const YamlNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict)
+    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'no'");
+  return *verdict;
+}
+
 WarpRecord readWarp(const YamlNode& node) {
   node.allowKeys({"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"});
   WarpRecord warp;
@@ -96,8 +103,8 @@ ModelRecord readModel(const YamlNode& node) {
 
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   node.allowKeys({"rms_px", "holdout_rms_px", "model_choice", "num_views", "num_corners", "num_outliers",
-                  "parameter_std", "covariance", "termination", "trustworthy", "board", "board_warp",
-                  "findings", "views", "settings"});
+                  "parameter_std", "covariance", "termination", "verdict", "trustworthy", "board",
+                  "board_warp", "findings", "views", "settings"});
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
   if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
@@ -113,7 +120,9 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     record.covariance = n->numbers(parameter_names.size() * (parameter_names.size() + 1) / 2);
   }
   if (const auto n = node.find("termination")) record.termination = n->text();
-  if (const auto n = node.find("trustworthy")) record.is_trustworthy = n->boolean();
+  // What files had before they had a verdict.
+  if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
+  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
   if (const auto n = node.find("board")) record.board = n->text();
   if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
   if (const auto n = node.find("model_choice")) {

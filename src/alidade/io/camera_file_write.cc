@@ -89,7 +89,7 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
     out << YAML::Key << "holdout_rms_px" << YAML::Value << number(record.holdout_rms_px)
         << YAML::Comment("of corners that had no part in camera and pose");
   }
-  out << YAML::Key << "trustworthy" << YAML::Value << record.is_trustworthy;
+  out << YAML::Key << "verdict" << YAML::Value << std::string(verdictName(record.verdict));
   out << YAML::Key << "num_views" << YAML::Value << record.num_views;
   out << YAML::Key << "num_corners" << YAML::Value << record.num_corners;
   out << YAML::Key << "num_outliers" << YAML::Value << record.num_outliers;
