@@ -11,6 +11,7 @@
 #include "alidade/camera/self_check.h"
 #include "alidade/core/size_groups.h"
 #include "command.h"
+#include "model_choice_output.h"
 #include "uncertainty_output.h"
 
 namespace alidade {
@@ -120,6 +121,8 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
                   .calibration = {},
                   .created_by = programName()};
   CalibrationRecord record;
+  record.holdout_rms_px = result.holdout.rms_px;
+  if (result.model_choice) record.model_choice = modelRecords(*result.model_choice);
   record.rms_px = result.rms_px;
   record.verdict = result.verdict();
   record.num_views = static_cast<int>(result.views.size());
@@ -152,11 +155,13 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
   text += fmt::format(
       "RMS      {:.4g} px over {} corners (sqrt of the mean of dx^2 + dy^2); sigma {:.3g} px an axis\n",
       result.rms_px, result.num_corners, result.coordinate_sigma_px);
+  text += holdoutText(result.holdout);
   if (std::isfinite(result.unexplained_sigma_px)) {
     text += fmt::format("Noise    {:.3g} px an axis beyond what detection states of its corners\n",
                         result.unexplained_sigma_px);
   }
   text += shapeText(result);
+  if (result.model_choice) text += modelChoiceText(*result.model_choice);
   text += parameterTable(result);
   text += projectionText(result);
   text += domainText(result);
@@ -230,6 +235,13 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
         {"used", result.views.size()},
         {"reasons", input.reasons}}},
       {"rms_px", result.rms_px},
+      {"holdout_rms_px", orNull(result.holdout.rms_px)},
+      {"holdout",
+       {{"num_folds", result.holdout.num_folds},
+        {"num_corners", result.holdout.num_corners},
+        {"num_unseen", result.holdout.num_unseen}}},
+      {"image_bias", {{"z", orNull(result.image_bias.z)}, {"rms_px", orNull(result.image_bias.rms_px)}}},
+      {"model_choice", result.model_choice ? modelChoiceJson(*result.model_choice) : json(nullptr)},
       {"num_corners", result.num_corners},
       {"coordinate_sigma_px", result.coordinate_sigma_px},
       {"local_sigma_px", orNull(result.local_sigma_px)},

@@ -2,6 +2,7 @@
 #include "converted_record.h"
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 
@@ -38,6 +39,11 @@ CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera&
   const auto after = edit.camera.parameters();
   const double scale = std::sqrt(after[0] * after[1] / (before[0] * before[1]));
   edited.rms_px *= scale;
+  edited.holdout_rms_px *= scale;
+  for (ModelRecord& model : edited.model_choice) {
+    model.rms_px *= scale;
+    model.holdout_rms_px *= scale;
+  }
   edited.parameter_std = carriedStd(record.parameter_std, edit.J_new_old);
   edited.parameter_std_by_view = carriedStd(record.parameter_std_by_view, edit.J_new_old);
   edited.covariance = carried(record.covariance, edit.J_new_old);
@@ -60,6 +66,8 @@ CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera&
 
 CalibrationRecord refittedRecord(CalibrationRecord record, double fit_rms_px) {
   record.rms_px = std::hypot(record.rms_px, fit_rms_px);
+  record.holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
+  record.model_choice.clear();
   record.parameter_std.clear();
   record.covariance.clear();
   record.parameter_std_by_view.clear();

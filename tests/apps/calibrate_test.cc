@@ -194,7 +194,7 @@ TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
       settings += fmt::format(" {}={}", key, fmt::join(values, ","));
     return std::string(file.camera.modelId()) + ":" + settings;
   };
-  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=radtan");
+  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=auto");
   EXPECT_EQ(modelOf({"--config", config}),
             "pinhole: board=checkerboard:9x6:25mm board-shape=auto model=pinhole");
   EXPECT_EQ(modelOf({"--config", config, "--model", "radtan"}),

@@ -11,7 +11,10 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/finding.h"
+#include "alidade/calibrate/image_bias.h"
+#include "alidade/calibrate/model_candidate.h"
 #include "alidade/calibrate/start.h"
 #include "alidade/calibrate/view_covariance.h"
 #include "alidade/calibrate/view_scores.h"
@@ -135,7 +138,10 @@ struct CalibrationResult {
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   ShapeReport shape;
-  std::optional<BetterModel> better_model;
+  std::optional<BetterModel> better_model;  ///< where the model was named
+  std::optional<ModelChoice> model_choice;  ///< where it was not
+  HoldoutReport holdout;
+  ImageBias image_bias;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;
   ViewVariations variations;  ///< what changes from view to view although it should not

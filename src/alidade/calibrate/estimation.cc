@@ -65,6 +65,17 @@ double meanWeightedSquare(const Estimation& estimation) {
   return sum / count;
 }
 
+double weightedRms(std::string_view model_id, const Observations& views, const BundleState& state) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto errors = reprojectionErrors(model_id, state.params, state.camera_from_board[v], views[v]);
+    for (std::size_t i = 0; i < errors.size(); ++i) sum += views[v][i].weight * errors[i].squaredNorm();
+    count += errors.size();
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
 namespace {
 
 void removeView(Estimation& estimation, std::size_t view) {

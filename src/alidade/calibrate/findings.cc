@@ -7,6 +7,7 @@
 
 #include "alidade/calibrate/calibration_result.h"
 #include "alidade/calibrate/data_findings.h"
+#include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/number_text.h"
 
 namespace alidade {
@@ -115,7 +116,7 @@ void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings
     where =
         ", pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
   }
-  if (!result.domain.cone.is_limited_by_fold) {
+  if (!foldsInsideImage(result.domain)) {
     // A wide lens leaves the image's corners dark: no ray of its ends there.
     findings.push_back(
         {.severity = Severity::kWarning,

@@ -8,6 +8,8 @@
 #include <Eigen/LU>
 
 #include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/cross_validation.h"
+#include "alidade/calibrate/image_bias.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/shape_information.h"
 #include "alidade/calibrate/view_pulls.h"
@@ -146,6 +148,11 @@ CalibrationResult resultOf(const Estimation& e) {
       if (!projection.ok()) ++result.num_corners_outside;
     }
   }
+  result.holdout =
+      holdoutReport(heldOutErrors(e.options.model, e.board.square_m, e.observations, e.state,
+                                  {.loss = e.loss, .constraint = e.constraint, .cancel = e.options.cancel}));
+  result.image_bias =
+      imageBias(e.options.model, result.image_size, e.observations, e.state, e.loss, e.constraint);
   result.solver = e.summary;
   result.start = e.start_report;
   result.loss = e.loss;

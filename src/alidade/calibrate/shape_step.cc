@@ -54,17 +54,6 @@ void takeAsFlat(Estimation& e, BundleState state) {
   flatten(e.observations);
 }
 
-double weightedRms(std::string_view model, const Observations& views, const BundleState& state) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto errors = reprojectionErrors(model, state.params, state.camera_from_board[v], views[v]);
-    for (std::size_t i = 0; i < errors.size(); ++i) sum += views[v][i].weight * errors[i].squaredNorm();
-    count += errors.size();
-  }
-  return std::sqrt(sum / static_cast<double>(count));
-}
-
 // Steps until the cost has nothing left to gain. The cost is a parabola of the bend but for the poses, which
 // follow: two or three steps do. False where the views do not determine the bend after all.
 bool stepToRest(Estimation& e) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,6 +39,17 @@ struct ProjectionStdRecord {
   std::vector<double> std_px;  ///< row by row; NaN where the pixel has no ray
 };
 
+/// A camera model that was considered when one was chosen. What is not known is NaN.
+struct ModelRecord {
+  std::string model;
+  int num_parameters = 0;
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
+  double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
+  double excess = std::numeric_limits<double>::quiet_NaN();  ///< of the held-out RMS over the best model's
+  double excess_std = std::numeric_limits<double>::quiet_NaN();
+  std::string verdict;  ///< "chosen", or why not
+};
+
 /// A flag's name and its values, as the program used them.
 using Setting = std::pair<std::string, std::vector<std::string>>;
 
@@ -45,6 +57,7 @@ using Setting = std::pair<std::string, std::vector<std::string>>;
 /// of it.
 struct CalibrationRecord {
   double rms_px = 0;
+  double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< NaN = unknown
   int num_views = 0;
   int num_corners = 0;
   int num_outliers = 0;
@@ -59,6 +72,7 @@ struct CalibrationRecord {
   Verdict verdict = Verdict::kTrustworthy;  ///< kNo where it was written all the same
   std::string board;                        ///< SPEC
   std::optional<WarpRecord> warp;           ///< none: the board was taken as flat
+  std::vector<ModelRecord> model_choice;    ///< empty: the model was named
   std::vector<std::string> findings;        ///< ids of what the verdict rests on
   std::vector<ViewRecord> views;
   std::vector<Setting> settings;  ///< effective settings

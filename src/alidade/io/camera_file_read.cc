@@ -124,13 +124,27 @@ std::vector<double> readByName(const YamlNode& node, std::span<const std::string
   return values;
 }
 
+ModelRecord readModel(const YamlNode& node) {
+  node.allowKeys({"model", "num_parameters", "rms_px", "holdout_rms_px", "excess", "excess_std", "verdict"});
+  ModelRecord model;
+  model.model = node.at("model").text();
+  model.num_parameters = readCount(node.at("num_parameters"));
+  if (const auto n = node.find("rms_px")) model.rms_px = n->number();
+  if (const auto n = node.find("holdout_rms_px")) model.holdout_rms_px = n->number();
+  if (const auto n = node.find("excess")) model.excess = n->number();
+  if (const auto n = node.find("excess_std")) model.excess_std = n->number();
+  model.verdict = node.at("verdict").text();
+  return model;
+}
+
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
-  node.allowKeys({"rms_px", "num_views", "num_corners", "num_outliers", "parameter_std", "covariance",
-                  "parameter_std_by_view", "stated_covariance", "projection_std_px", "projection_std_grid",
-                  "termination", "verdict", "trustworthy", "board", "board_warp", "findings", "views",
-                  "settings"});
+  node.allowKeys({"rms_px", "holdout_rms_px", "model_choice", "num_views", "num_corners", "num_outliers",
+                  "parameter_std", "covariance", "parameter_std_by_view", "stated_covariance",
+                  "projection_std_px", "projection_std_grid", "termination", "verdict", "trustworthy", "board",
+                  "board_warp", "findings", "views", "settings"});
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
+  if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
   record.num_views = readCount(node.at("num_views"));
   record.num_corners = readCount(node.at("num_corners"));
   if (const auto n = node.find("num_outliers")) record.num_outliers = readCount(*n);
@@ -150,6 +164,9 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
   if (const auto n = node.find("board")) record.board = n->text();
   if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
+  if (const auto n = node.find("model_choice")) {
+    for (const YamlNode& item : n->items()) record.model_choice.push_back(readModel(item));
+  }
   if (const auto n = node.find("findings")) {
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }

@@ -82,11 +82,33 @@ void writeProjectionStd(YAML::Emitter& out, const ProjectionStdRecord& record) {
   out << YAML::EndSeq << YAML::EndMap;
 }
 
+void writeModels(YAML::Emitter& out, const std::vector<ModelRecord>& models) {
+  out << YAML::BeginSeq;
+  for (const ModelRecord& model : models) {
+    const auto write = [&](const char* key, double value) {
+      if (std::isfinite(value)) out << YAML::Key << key << YAML::Value << number(value);
+    };
+    out << YAML::Flow << YAML::BeginMap;
+    out << YAML::Key << "model" << YAML::Value << model.model;
+    out << YAML::Key << "num_parameters" << YAML::Value << model.num_parameters;
+    write("rms_px", model.rms_px);
+    write("holdout_rms_px", model.holdout_rms_px);
+    write("excess", model.excess);
+    write("excess_std", model.excess_std);
+    out << YAML::Key << "verdict" << YAML::Value << model.verdict << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+}
+
 void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
                       std::span<const std::string_view> parameter_names) {
   out << YAML::BeginMap;
   out << YAML::Key << "rms_px" << YAML::Value << number(record.rms_px)
       << YAML::Comment("sqrt(mean over corners of dx^2 + dy^2)");
+  if (std::isfinite(record.holdout_rms_px)) {
+    out << YAML::Key << "holdout_rms_px" << YAML::Value << number(record.holdout_rms_px)
+        << YAML::Comment("of corners that had no part in camera and pose");
+  }
   out << YAML::Key << "verdict" << YAML::Value << std::string(verdictName(record.verdict));
   out << YAML::Key << "num_views" << YAML::Value << record.num_views;
   out << YAML::Key << "num_corners" << YAML::Value << record.num_corners;
@@ -116,6 +138,10 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
         << YAML::Key << "bend_y_m" << YAML::Value << number(record.warp->shape.bend_y_m)  //
         << YAML::Key << "bend_x_std_m" << YAML::Value << number(record.warp->std_m.x())   //
         << YAML::Key << "bend_y_std_m" << YAML::Value << number(record.warp->std_m.y()) << YAML::EndMap;
+  }
+  if (!record.model_choice.empty()) {
+    out << YAML::Key << "model_choice" << YAML::Value;
+    writeModels(out, record.model_choice);
   }
   out << YAML::Key << "findings" << YAML::Value << YAML::Flow << record.findings;
   out << YAML::Key << "views" << YAML::Value;
