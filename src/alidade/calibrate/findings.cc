@@ -283,7 +283,8 @@ double CalibrationResult::parameterStd(int i) const {
 
 bool CalibrationResult::isNoiseExceeded() const {
   constexpr double kBeyondChance = 4;  // normal deviates; of clean sets fewer than 1 in 300 exceed it
-  return by_views && by_views->excess_sigmas > kBeyondChance;
+  constexpr double kExactPx = 1e-4;    // corners without noise: rounding is no disagreement
+  return by_views && coordinate_sigma_px > kExactPx && by_views->excess_sigmas > kBeyondChance;
 }
 
 Eigen::MatrixXd CalibrationResult::statedCovariance() const {
