@@ -29,7 +29,7 @@ BundleState solved(const SimulatedSet& set, const BundleOptions& options = {}) {
   return state;
 }
 
-TEST(Folds, AreOfOneSizeAndSpreadOverTheSequence) {
+TEST(Folds, AreOfAboutOneSizeAndSpreadOverTheSequence) {
   int num_checked = 0;
   for (std::size_t num_views = 3; num_views <= 240; ++num_views) {
     std::vector<std::size_t> sizes(static_cast<std::size_t>(numFolds(num_views)), 0);
@@ -44,7 +44,8 @@ TEST(Folds, AreOfOneSizeAndSpreadOverTheSequence) {
     }
     const auto [least, most] = std::minmax_element(sizes.begin(), sizes.end());
     EXPECT_GE(*least, 1u);
-    EXPECT_LE(*most - *least, std::max<std::size_t>(1, num_views / 20 + 1)) << num_views;
+    // Single views, or four stretches of which each may be longer by one.
+    EXPECT_LE(*most - *least, num_views < 20 ? 1u : 4u) << num_views;
     if (num_views < 40) continue;
     // Neighbours are together, but for the ends of 20 stretches.
     EXPECT_EQ(num_changes, 19u) << num_views;
@@ -114,7 +115,7 @@ TEST(HeldOutErrors, AreAsLargeAsNoiseAndUncertaintyTogether) {
   // A pose from 27 corners: 6 of 54 coordinates' worth of noise comes on top; so does what nine parameters
   // from 16 views do not know, and corners at the board's border are extrapolated to.
   const double sigma = std::sqrt(sum / count);
-  EXPECT_GT(sigma, kNoisePx * std::sqrt(1 + 6.0 / 54));
+  EXPECT_GT(sigma, kNoisePx * std::sqrt(1 + 6.0 / 54) * 0.985);  // three standard errors of 10 sets
   EXPECT_LT(sigma, kNoisePx * std::sqrt(1 + 6.0 / 54) * 1.1);
 }
 

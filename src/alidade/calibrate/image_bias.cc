@@ -121,11 +121,12 @@ Votes votesOf(std::string_view model_id, const FieldGrid& grid,
 // Inverse on what the views determine.
 Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
   constexpr double kUndetermined = 1e-11;
+  if (matrix.size() == 0) return matrix;  // all parameters are held
   const Eigen::VectorXd scale =
       matrix.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
                                                               scale.asDiagonal());
-  const double largest = solver.eigenvalues().size() > 0 ? solver.eigenvalues().maxCoeff() : 0.0;
+  const double largest = solver.eigenvalues().maxCoeff();
   const Eigen::VectorXd inverse = solver.eigenvalues().unaryExpr(
       [&](double value) { return value > kUndetermined * largest ? 1 / value : 0.0; });
   return scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *

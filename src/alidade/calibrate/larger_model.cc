@@ -95,12 +95,14 @@ BetterModel betterModelOf(const Estimation& e, const LargerSolution& larger) {
           .lean_rms_px = std::sqrt(meanWeightedSquare(e))};
 }
 
-// Where some of the views alone do not determine one of the two, the fit alone decides.
+// Where some of the views alone do not determine one of the two, or its camera does not see what the other
+// views show, the fit alone decides.
 bool predictsBetter(const Estimation& e, const LargerSolution& larger) {
   const BundleOptions options = {.loss = e.loss, .cancel = e.options.cancel};
   const auto lean = heldOutErrors(e.options.model, e.board.square_m, e.observations, e.state, options);
   const auto rich = heldOutErrors(larger.id, e.board.square_m, e.observations, larger.state, options);
   if (!lean || !rich) return true;
+  if (holdoutReport(lean).num_unseen > 0 || holdoutReport(rich).num_unseen > 0) return true;
   return excessOf(scoreOf(*lean, e.observations, e.loss), scoreOf(*rich, e.observations, e.loss))
       .isWorth(larger.state.params.size() - e.state.params.size());
 }
