@@ -87,7 +87,7 @@ class CalibrateCommand final : public Command {
     }
     const CalibrationResult result = calibrate(input.board, std::move(views), options);
 
-    const bool is_good = result.isTrustworthy();
+    const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
     const CameraFile file = cameraFileOf(result, input, effectiveSettings(app));
     const bool to_stdout = output_ == "-";

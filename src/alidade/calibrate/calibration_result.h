@@ -11,9 +11,11 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/finding.h"
 #include "alidade/calibrate/start.h"
 #include "alidade/calibrate/view_covariance.h"
 #include "alidade/calibrate/view_scores.h"
+#include "alidade/calibrate/view_variation.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/geometry/se3.h"
@@ -49,15 +51,6 @@ struct Outlier {
   std::string image;
   int corner_id = 0;
   Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
-};
-
-/// Something the user must know before trusting the result.
-struct Finding {
-  enum class Severity { kWarning, kFailure };
-  Severity severity = Severity::kWarning;
-  std::string id;         ///< stable, for scripts: "fronto_parallel"
-  std::string message;    ///< cause and evidence in one sentence
-  std::string next_step;  ///< what to do about it
 };
 
 /// A model with more parameters that explains the same views significantly better.
@@ -140,6 +133,7 @@ struct CalibrationResult {
   std::optional<BetterModel> better_model;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;
+  ViewVariations variations;  ///< what changes from view to view although it should not
   std::vector<Finding> findings;
 
   /// One standard deviation of parameter i; NaN without a covariance.
@@ -166,8 +160,9 @@ struct CalibrationResult {
   /// Errors over what neighbouring corners differ by: 1 for noise alone, more where they vary smoothly. NaN
   /// without neighbours.
   [[nodiscard]] double smoothness() const;
+  [[nodiscard]] Verdict verdict() const { return verdictOf(findings); }
   /// False if any finding is a failure: the parameters are then not to be used.
-  [[nodiscard]] bool isTrustworthy() const;
+  [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }
 };
 
 /// Looks at everything but `findings` and says what is wrong with the result; pure judgement, no estimation.

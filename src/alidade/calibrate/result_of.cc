@@ -123,6 +123,8 @@ CalibrationResult resultOf(const Estimation& e) {
   for (std::size_t v = 0; v < influences.size(); ++v) result.views[v].influence = influences[v];
 
   setProjection(e, result);
+  result.variations = viewVariations(e.options.model, e.observations, e.state, e.loss);
+
   result.domain = certifyDomain(result.camera, result.image_size);
   for (std::size_t v = 0; v < e.views.size(); ++v) {
     for (const Observation& observation : e.observations[v]) {
