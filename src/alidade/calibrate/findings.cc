@@ -206,7 +206,7 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
   }
   if (result.isNoiseExceeded()) {
     findings.push_back(
-        {.severity = Severity::kWarning,
+        {.severity = Severity::kNote,
          .id = "noise_exceeded",
          .cause = "the views disagree about the camera by more than corners' noise explains, so the sigmas by "
                   "noise are too small; those by the views and those of the projection allow for it",

@@ -68,7 +68,7 @@ struct CalibrationRecord {
   /// Lower triangle of the covariance to go by, where the one above is too small; empty = that one.
   std::vector<double> stated_covariance;
   std::optional<ProjectionStdRecord> projection_std;
-  std::string termination;            ///< why the solver stopped
+  std::string termination;                  ///< why the solver stopped
   Verdict verdict = Verdict::kTrustworthy;  ///< kNo where it was written all the same
   std::string board;                        ///< SPEC
   std::optional<WarpRecord> warp;           ///< none: the board was taken as flat
