@@ -171,6 +171,8 @@ struct CalibrationResult {
   /// Errors over what neighbouring corners differ by: 1 for noise alone, more where they vary smoothly. NaN
   /// without neighbours.
   [[nodiscard]] double smoothness() const;
+  /// Do all views err in the same way at the same place of the image, and by enough to matter?
+  [[nodiscard]] bool hasBias() const;
   [[nodiscard]] Verdict verdict() const { return verdictOf(findings); }
   /// False if any finding is a failure: the parameters are then not to be used.
   [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }

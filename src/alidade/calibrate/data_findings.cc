@@ -55,8 +55,8 @@ void judgeRepeated(const CalibrationResult& result, std::vector<Finding>& findin
                       .id = "repeated_views",
                       .cause = "views show the board at the same place as others; those of one place were "
                                "averaged and count as one",
-                      .evidence = std::to_string(count) + (count == 1 ? " view, " : " views, ") + first.image +
-                                  " as " + first.same_as + (count == 1 ? "" : ", ..."),
+                      .evidence = std::to_string(count) + (count == 1 ? " view, " : " views, ") +
+                                  first.image + " as " + first.same_as + (count == 1 ? "" : ", ..."),
                       .next_step = "move the board or the camera between photographs; copies add nothing"});
 }
 
@@ -142,6 +142,8 @@ void judgeVariations(const CalibrationResult& result, std::vector<Finding>& find
                      numberText("%.0f", variations.focal.f) + ")",
          .next_step = "fix zoom and focus (autofocus off), and calibrate the images of each setting apart"});
   }
+  // What the lens does that the model does not looks different from each pose.
+  if (result.better_model || result.hasBias()) return;
   // Squares that are not square shear each view by its own roll.
   const bool is_explained = std::any_of(findings.begin(), findings.end(),
                                         [](const Finding& f) { return f.id == "board_not_square"; });

@@ -31,6 +31,13 @@ constexpr double kMisfitWarn = 0.0005;
 constexpr double kSmoothWarn = 1.5;
 constexpr double kSmallRmsPx = 0.02;  // below this, smooth or not, nobody is hurt
 constexpr int kFewViews = 8;
+// Where the lens errs in the same way in all views by more than this, in sigmas of a corner's coordinate and
+// in px, the model does not suit it at all.
+constexpr double kBiasSigmas = 0.3;
+constexpr double kBiasHarmfulPx = 0.5;
+// A pixel known to one sigma no better than this is a guess, and this share of the image may be one.
+constexpr double kGuessPx = 1.0;
+constexpr double kGuessedShare = 0.1;
 // Sharp images give corners to 0.02 to 0.15 px.
 constexpr double kUnsharpPx = 0.3;
 // A board bent by this share of its size is no longer the paraboloid that two numbers describe.
@@ -109,6 +116,32 @@ void judgeObservability(const CalibrationResult& result, std::vector<Finding>& f
   }
 }
 
+// Corners of the image that no board reached hold what the model makes of the rest. A few are usual.
+void judgeReach(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (!result.projection_far) return;
+  const UncertaintyGrid& grid = *result.projection_far;
+  std::size_t num_rays = 0;
+  std::size_t num_guessed = 0;
+  for (const double std_px : grid.std_px) {
+    if (std::isnan(std_px)) continue;
+    ++num_rays;
+    if (std_px > kGuessPx) ++num_guessed;
+  }
+  const double share =
+      static_cast<double>(num_guessed) / static_cast<double>(std::max<std::size_t>(num_rays, 1));
+  if (share <= kGuessedShare) return;
+  findings.push_back(
+      {.severity = Severity::kWarning,
+       .id = "poor_coverage",
+       .cause = "the views leave parts of the image to guesswork",
+       .evidence = "one sigma of a projected point is above 1 px in " + numberText("%.0f", 100 * share) +
+                   " % of the image, " + numberText("%.3g", grid.worst_px) + " px at (" +
+                   numberText("%.0f", grid.worst_pixel.x()) + ", " +
+                   numberText("%.0f", grid.worst_pixel.y()) + ")",
+       .next_step = "take the view that is suggested as the next one, and others that fill the image to its "
+                    "corners"});
+}
+
 void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.domain.full_image) return;
   std::string where;
@@ -183,7 +216,8 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                      numberText("%.3g", result.better_model->lean_rms_px) + " px",
          .next_step = "use --model " + result.better_model->id});
   }
-  if (result.local_sigma_px > kUnsharpPx) {
+  // A lens that is fitted badly makes neighbours differ too.
+  if (result.local_sigma_px > kUnsharpPx && !result.better_model && !result.hasBias()) {
     findings.push_back({.severity = Severity::kWarning,
                         .id = "unsharp",
                         .cause = "corners are found badly: the images are unsharp, noisy or coarse",
@@ -191,6 +225,16 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                                     numberText("%.2g", result.local_sigma_px) + " px an axis",
                         .next_step = "focus on the board's distance, give more light and shorter exposure, "
                                      "and clean the lens"});
+  }
+  if (!result.better_model && result.hasBias()) {
+    findings.push_back(
+        {.severity = result.image_bias.rms_px > kBiasHarmfulPx ? Severity::kFailure : Severity::kWarning,
+         .id = "model_too_lean",
+         .cause = "the lens bends light in a way that this model cannot follow",
+         .evidence = "all views err in the same way at the same place of the image, by " +
+                     numberText("%.2g", result.image_bias.rms_px) + " px (" +
+                     numberText("%.1f", result.image_bias.z) + " sigma)",
+         .next_step = "use --model auto, or a model with more parameters; else expect this error"});
   }
   const double smoothness = result.smoothness();
   if (smoothness > kSmoothWarn && result.weighted_rms_px > kSmallRmsPx) {
@@ -208,8 +252,9 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back(
         {.severity = Severity::kNote,
          .id = "noise_exceeded",
-         .cause = "the views disagree about the camera by more than corners' noise explains, so the sigmas by "
-                  "noise are too small; those by the views and those of the projection allow for it",
+         .cause =
+             "the views disagree about the camera by more than corners' noise explains, so the sigmas by "
+             "noise are too small; those by the views and those of the projection allow for it",
          .evidence = numberText("%.1f", std::sqrt(result.by_views->excess)) + " times as much (" +
                      numberText("%.0f", result.by_views->excess_sigmas) + " sigma)",
          .next_step = "look for blur, a board that moves or is bent otherwise in each view, and for a model "
@@ -320,6 +365,10 @@ double CalibrationResult::outlierShare() const {
   return num_out / (num_out + num_corners);
 }
 
+bool CalibrationResult::hasBias() const {
+  return image_bias.isSeen() && image_bias.rms_px > kBiasSigmas * coordinate_sigma_px;
+}
+
 double CalibrationResult::smoothness() const {
   return weighted_rms_px / std::sqrt(2.0) / local_sigma_px;
 }
@@ -329,6 +378,7 @@ std::vector<Finding> judge(const CalibrationResult& result) {
   judgeFit(result, findings);
   judgeObservability(result, findings);
   judgeDomain(result, findings);
+  judgeReach(result, findings);
   judgeData(result, findings);
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
