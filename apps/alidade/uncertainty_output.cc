@@ -97,6 +97,7 @@ void addUncertainty(const CalibrationResult& result, nlohmann::json& document) {
     if (result.by_views) by_view[name] = orNull(result.by_views->effectiveStd(index));
   }
   document["parameters"] = std::move(parameters);
+  document["parameter_order"] = names;  // that of the covariances; an object has none
   document["parameter_std"] = std::move(sigmas);
   document["parameter_std_by_view"] = result.by_views ? std::move(by_view) : json(nullptr);
   document["view_excess"] = result.by_views ? json({{"variance_ratio", result.by_views->excess},

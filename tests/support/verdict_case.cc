@@ -102,8 +102,8 @@ void carryAlong(SimulatedSet& set, Random& random) {
 // A lens with more distortion than `model` has terms for.
 AnyCamera richerCamera(std::string_view model) {
   if (model == "radtan") {
-    return AnyCamera::make(
-        "rational", std::vector<double>{703, 701, 645, 475, -0.9, 0.5, 8e-4, -4e-4, 0.05, -0.5, 0.2, 0.12});
+    return AnyCamera::make("thin_prism", std::vector<double>{1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4,
+                                                             -0.01, 0, 0, 0, 0.01, -0.008, -0.008, 0.006});
   }
   return AnyCamera::make("omni", std::vector<double>{1205, 1203, 645, 475, 1.1, -0.05, 0.4, 3e-3, -2e-3});
 }

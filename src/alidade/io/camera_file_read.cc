@@ -138,10 +138,26 @@ ModelRecord readModel(const YamlNode& node) {
 }
 
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
-  node.allowKeys({"rms_px", "holdout_rms_px", "model_choice", "num_views", "num_corners", "num_outliers",
-                  "parameter_std", "covariance", "parameter_std_by_view", "stated_covariance",
-                  "projection_std_px", "projection_std_grid", "termination", "verdict", "trustworthy", "board",
-                  "board_warp", "findings", "views", "settings"});
+  node.allowKeys({"rms_px",
+                  "holdout_rms_px",
+                  "model_choice",
+                  "num_views",
+                  "num_corners",
+                  "num_outliers",
+                  "parameter_std",
+                  "covariance",
+                  "parameter_std_by_view",
+                  "stated_covariance",
+                  "projection_std_px",
+                  "projection_std_grid",
+                  "termination",
+                  "verdict",
+                  "trustworthy",
+                  "board",
+                  "board_warp",
+                  "findings",
+                  "views",
+                  "settings"});
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
   if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
