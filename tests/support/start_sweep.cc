@@ -25,10 +25,14 @@ void compareWithTruth(const SweepCell& cell, SweepOutcome& outcome) {
   const auto params = outcome.drawn.camera.parameters();
   BundleState state{.params = {params.begin(), params.end()}, .camera_from_board = outcome.set.poses};
   const auto observations = observationsOf(outcome.set.board, outcome.set.views);
-  const BundleSummary summary = solveBundle(cell.model, observations, state, {.loss = outcome.result.loss});
+  BundleOptions options;
+  options.loss = outcome.result.loss;
+  options.prior = outcome.result.weak_prior.prior;
+  const BundleSummary summary = solveBundle(cell.model, observations, state, options);
   outcome.cost_from_truth = summary.cost;
   outcome.is_determined = summary.termination == Termination::kConverged &&
-                          intrinsicsInformation(cell.model, observations, state).inverse.has_value();
+                          (!outcome.result.weak_prior.isNone() ||
+                           intrinsicsInformation(cell.model, observations, state).inverse.has_value());
 }
 
 }  // namespace

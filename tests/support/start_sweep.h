@@ -25,9 +25,11 @@ struct SweepOutcome {
   DrawnCamera drawn;
   UserSet set;
   CalibrationResult result;
-  double cost_from_truth = 0;  ///< of the same loss, solved from the true camera and poses; NaN without
+  /// Of the same loss and weak prior, solved from the true camera and poses; NaN without.
+  double cost_from_truth = 0;
   /// Do the views determine the parameters? If not (the solver does not come to rest even from the truth, or
-  /// the information is singular to working precision), there is no optimum to be found, only a valley.
+  /// the information is singular to working precision, and no weak prior helps), there is no optimum to be
+  /// found, only a valley.
   bool is_determined = true;
   double seconds = 0;  ///< CPU time of the calibration
   std::string error;   ///< what calibrate() said instead of a result; `result` is then the truth

@@ -70,6 +70,7 @@ class Bundle {
         state_(state),
         bundle_(model_id, views, options.loss, state.params, state.camera_from_board),
         cancel_(options.cancel) {
+    bundle_.setPrior(options.prior);
     solver_.linear_solver_type = ceres::DENSE_SCHUR;
     solver_.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>(bundle_.ordering());
     solver_.num_threads = 1;

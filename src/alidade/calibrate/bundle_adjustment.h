@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/calibrate/lens_prior.h"
 #include "alidade/calibrate/observation.h"
 #include "alidade/calibrate/param_constraint.h"
 #include "alidade/core/cancel.h"
@@ -27,6 +28,7 @@ struct BundleOptions {
   /// not depend on where the iteration started.
   double function_tolerance = 1e-14;
   ParamConstraint constraint = {};
+  LensPrior prior = {};
   const CancelFlag* cancel = nullptr;
 };
 
@@ -45,7 +47,7 @@ struct BundleSummary {
   std::string reason;  ///< the solver's own words
   int num_iterations = 0;
   std::vector<int> at_limit;  ///< parameters that the optimum pushes against the end of their range
-  double cost = 0;            ///< half the sum of rho over all corners, px^2 of a corner of weight 1
+  double cost = 0;  ///< half the sum of rho over all corners, px^2 of a corner of weight 1; with the prior's
 };
 
 /// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres, see BundleProblem:

@@ -146,6 +146,7 @@ void BundleProblem::PrepareForEvaluation(bool, bool new_evaluation_point) {
     is_evaluable_ = kernel_.reduce(params_.data(), pose(v), corners_.view(v), loss_, Unseen::kRefuse,
                                    pose_rows_[v], sums);
   }
+  if (is_evaluable_ && prior_ != nullptr && !prior_->isNone()) prior_->addTo(params_.data(), sums);
   is_evaluable_ = is_evaluable_ && sums.gram.allFinite();
   if (is_evaluable_) kernel_.factorize(sums, shared_rows_);
 }

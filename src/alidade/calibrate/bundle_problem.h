@@ -11,6 +11,7 @@
 #include <ceres/problem.h>
 
 #include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/lens_prior.h"
 #include "alidade/calibrate/param_constraint.h"
 #include "alidade/calibrate/se3_manifold.h"
 #include "alidade/calibrate/view_kernel.h"
@@ -39,6 +40,8 @@ class BundleProblem final : public ceres::EvaluationCallback {
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
 
   [[nodiscard]] ceres::Problem& problem() { return problem_; }
+  /// Adds a prior to the cost; refers to it.
+  void setPrior(const LensPrior& prior) { prior_ = &prior; }
   /// Lets the parameters move only as the constraint says; none of them may be left.
   void constrain(const ParamConstraint& constraint);
   /// Poses before the parameters, for the Schur complement.
@@ -53,6 +56,7 @@ class BundleProblem final : public ceres::EvaluationCallback {
   const ViewKernel& kernel_;
   CornerGroups corners_;
   HuberLoss loss_;
+  const LensPrior* prior_ = nullptr;
   std::vector<double>& params_;
   std::vector<PoseBlock> poses_;
 

@@ -113,6 +113,7 @@ struct CalibrationResult {
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   ShapeReport shape;
+  WeakPrior weak_prior;  ///< what holds a lens together that the views do not determine
   std::optional<BetterModel> better_model;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;

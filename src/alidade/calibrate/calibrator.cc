@@ -12,6 +12,7 @@
 #include "alidade/calibrate/shape_step.h"
 #include "alidade/calibrate/view_preparation.h"
 #include "alidade/calibrate/view_reason.h"
+#include "alidade/calibrate/weak_prior.h"
 #include "alidade/camera/model_list.h"
 
 namespace alidade {
@@ -25,9 +26,11 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
   startEstimation(estimation);
   solveRobustly(estimation);
   compareRivals(estimation);
+  holdTogether(estimation);
   estimateShape(estimation);
   leaveOutOutliers(estimation);
   if (!refineShape(estimation)) leaveOutOutliers(estimation);
+  holdTogether(estimation);  // on the corners that are left
   nameReasons(estimation);
   CalibrationResult result = resultOf(estimation);
   result.better_model = betterModel(estimation);

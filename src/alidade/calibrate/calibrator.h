@@ -34,6 +34,7 @@ struct CalibratorOptions {
   std::vector<std::string> held = {};
   bool same_focal = false;  ///< fx = fy in pixels
   BoardShapeMode board_shape = BoardShapeMode::kAuto;
+  int jobs = 1;  ///< threads, 0: one per processor; the result is the same bit by bit
   const CancelFlag* cancel = nullptr;
 };
 

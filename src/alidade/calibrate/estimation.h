@@ -34,6 +34,7 @@ struct Estimation {
   BundleSummary summary;
   StartReport start_report;
   ShapeReport shape;
+  WeakPrior weak_prior;
   bool is_settled = false;
   std::vector<Outlier> outliers;
   std::vector<View> misfits;           ///< out of use because they do not fit, in order of image name

@@ -96,6 +96,34 @@ void judgeObservability(const CalibrationResult& result, std::vector<Finding>& f
   }
 }
 
+void judgeConditioning(const CalibrationResult& result, std::vector<Finding>& findings) {
+  const WeakPrior& held = result.weak_prior;
+  if (held.is_missing) {
+    findings.push_back(
+        {.severity = Severity::kFailure,
+         .id = "ill_conditioned",
+         .message = "these views do not determine the lens, and no lens of ordinary size explains them",
+         .next_step = "add views that reach the image's corners, or use a smaller model"});
+    return;
+  }
+  if (held.isNone()) return;
+  std::string names;
+  for (const int i : held.least_known) {
+    const auto at = static_cast<std::size_t>(i);
+    names += (names.empty() ? "" : ", ") + std::string(result.camera.parameterNames()[at]) + " (" +
+             numberText("%.3g", held.free_params[at]) + " without)";
+  }
+  findings.push_back(
+      {.severity = Severity::kWarning,
+       .id = "ill_conditioned",
+       .message =
+           "these views do not determine the lens: " + names +
+           " held together by the assumption that no parameter alone moves the outermost corners by more "
+           "than about " +
+           numberText("%g", held.width) + " times half the image's diagonal",
+       .next_step = "use a smaller model, or add views that reach the image's corners"});
+}
+
 void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.domain.full_image) return;
   std::string where;
@@ -250,6 +278,7 @@ std::vector<Finding> judge(const CalibrationResult& result) {
   std::vector<Finding> findings;
   judgeFit(result, findings);
   judgeObservability(result, findings);
+  judgeConditioning(result, findings);
   judgeDomain(result, findings);
   judgeData(result, findings);
   std::stable_partition(findings.begin(), findings.end(),

@@ -8,6 +8,7 @@
 #include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/shape_information.h"
+#include "alidade/calibrate/weak_prior.h"
 #include "alidade/core/text.h"
 
 namespace alidade {
@@ -33,6 +34,18 @@ double unexplainedSigma(const Estimation& e, double variance) {
   if (!e.noise.isStated()) return std::numeric_limits<double>::quiet_NaN();
   if (!e.noise.isUniform()) return e.noise.unexplainedSigma();
   return std::sqrt(std::max(0.0, variance - e.noise.statedVariance(e.observations[0][0].sigma_px)));
+}
+
+// The covariances that the views alone give, as they are under the prior.
+void holdCovariances(const Eigen::MatrixXd& information, double variance, const ParamConstraint& constraint,
+                     CalibrationResult& result) {
+  const WeakPrior& held = result.weak_prior;
+  // A bend takes its share of the information, which the covariance with the prior in it has already.
+  if (!result.shape.is_estimated) result.covariance = heldCovariance(information, held, variance, constraint);
+  if (result.view_robust_covariance) {
+    result.view_robust_covariance =
+        heldRobustCovariance(information, *result.view_robust_covariance, held, variance, constraint);
+  }
 }
 
 }  // namespace
@@ -76,8 +89,8 @@ CalibrationResult resultOf(const Estimation& e) {
     const BoardShape& shape = e.shape.shape;
     result.shape.bend_share = std::max(std::abs(shape.bend_x_m) / (e.board.square_m * (e.board.columns - 1)),
                                        std::abs(shape.bend_y_m) / (e.board.square_m * (e.board.rows - 1)));
-    const auto bent =
-        shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint);
+    const auto bent = shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss,
+                                       e.constraint, e.weak_prior.prior);
     // Without the bend's share the covariance would be too small, so there is none then.
     result.covariance.reset();
     if (bent) result.covariance = variance * bent->params_inverse;
@@ -85,6 +98,9 @@ CalibrationResult resultOf(const Estimation& e) {
   }
   result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,
                                                        meanSlope(weighted_errors, e.loss), e.constraint);
+
+  result.weak_prior = e.weak_prior;
+  if (!e.weak_prior.isNone()) holdCovariances(information.information, variance, e.constraint, result);
 
   const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
   result.board_stretch = boardStretch(scores, directions, variance);

@@ -80,7 +80,7 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& information) {
 std::optional<ShapeInformation> shapeInformation(std::string_view model_id, const Checkerboard& board,
                                                  std::span<const std::vector<Observation>> views,
                                                  const BundleState& state, HuberLoss loss,
-                                                 const ParamConstraint& constraint) {
+                                                 const ParamConstraint& constraint, const LensPrior& prior) {
   Reduced robust;
   Reduced plain;
   forEachModel(AllModels{}, [&](auto tag) {
@@ -91,6 +91,10 @@ std::optional<ShapeInformation> shapeInformation(std::string_view model_id, cons
   });
   const Eigen::Index num_params = robust.gradient.size() - kBend;
   expect(num_params > 0, "the model's id is known");
+  if (!prior.isNone()) {
+    for (Reduced* reduced : {&robust, &plain})
+      prior.addTo(state.params, reduced->information, reduced->gradient);
+  }
 
   // What may move: the free directions of the intrinsics, and the bend.
   const Eigen::MatrixXd free = freeDirections(static_cast<int>(num_params), constraint);
