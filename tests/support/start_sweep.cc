@@ -52,8 +52,11 @@ std::vector<SweepCell> sweepCells() {
 
 bool SweepOutcome::isAtOptimum() const {
   constexpr double kRelative = 1e-6;
+  constexpr double kOfVariance = 0.1;  // noise alone moves the cost by ten times as much for each parameter
+  const double variance = result.coordinate_sigma_px * result.coordinate_sigma_px;
+  const double tolerance = result.weak_prior.isNone() ? kRelative * cost_from_truth : kOfVariance * variance;
   return error.empty() && result.outliers.empty() && result.excluded_views.empty() &&
-         result.solver.cost <= (1 + kRelative) * cost_from_truth;
+         result.solver.cost <= cost_from_truth + tolerance;
 }
 
 bool SweepOutcome::isWarned() const {

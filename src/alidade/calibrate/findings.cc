@@ -100,7 +100,7 @@ void judgeConditioning(const CalibrationResult& result, std::vector<Finding>& fi
   const WeakPrior& held = result.weak_prior;
   if (held.is_missing) {
     findings.push_back(
-        {.severity = Severity::kFailure,
+        {.severity = Severity::kWarning,
          .id = "ill_conditioned",
          .message = "these views do not determine the lens, and no lens of ordinary size explains them",
          .next_step = "add views that reach the image's corners, or use a smaller model"});
@@ -111,17 +111,16 @@ void judgeConditioning(const CalibrationResult& result, std::vector<Finding>& fi
   for (const int i : held.least_known) {
     const auto at = static_cast<std::size_t>(i);
     names += (names.empty() ? "" : ", ") + std::string(result.camera.parameterNames()[at]) + " (" +
-             numberText("%.3g", held.free_params[at]) + " without)";
+             numberText("%.3g", held.free_params[at]) + " without a prior)";
   }
-  findings.push_back(
-      {.severity = Severity::kWarning,
-       .id = "ill_conditioned",
-       .message =
-           "these views do not determine the lens: " + names +
-           " held together by the assumption that no parameter alone moves the outermost corners by more "
-           "than about " +
-           numberText("%g", held.width) + " times half the image's diagonal",
-       .next_step = "use a smaller model, or add views that reach the image's corners"});
+  findings.push_back({.severity = Severity::kWarning,
+                      .id = "ill_conditioned",
+                      .message = "these views do not determine the lens: " + names +
+                                 " may be exchanged for one another or hang on no corner at all. They are "
+                                 "held by the assumption that "
+                                 "each parameter moves the outermost corners by about " +
+                                 numberText("%g", held.width) + " times half the image's diagonal at most",
+                      .next_step = "use a smaller model, or add views that reach the image's corners"});
 }
 
 void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings) {

@@ -189,9 +189,19 @@ class Search {
     Reshaped& plain = add({prior.mean.begin(), prior.mean.end()});
     std::copy_n(leading.params.begin() + 2, 2, plain.params.begin() + 2);
     plain.prior = prior;
-    eraseFailed(shapes, forEach(shapes, [&](Reshaped& shape) {
-                  return !shape.character || solver_.solve(model_id, shape);
-                }));
+    const std::vector<char> is_rough = forEach(shapes, [&](Reshaped& shape) {
+      if (shape.character) return solver_.solve(model_id, shape, kCoarseTolerance, {*shape.character});
+      const bool is_near =
+          shape.prior.isNone() || solver_.solve(model_id, shape, kCoarseTolerance, {}, shape.prior);
+      return is_near && solver_.solve(model_id, shape);
+    });
+    eraseFailed(shapes, is_rough);
+    constexpr double kHopeless = 100;  // times the best cost: no shape comes down from there
+    const double bound = kHopeless * leastCost(shapes);
+    std::erase_if(shapes, [&](const Reshaped& shape) { return shape.cost > bound; });
+    const std::vector<char> is_fine =
+        forEach(shapes, [&](Reshaped& shape) { return !shape.character || solver_.solve(model_id, shape); });
+    eraseFailed(shapes, is_fine);
     std::stable_sort(shapes.begin(), shapes.end(), isCheaper);
     std::vector<StartCandidate> optima;
     for (Reshaped& shape : shapes) {

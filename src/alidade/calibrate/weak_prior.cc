@@ -21,8 +21,10 @@ constexpr std::array<double, 2> kWider = {3, 10};  // at 100, rounding drowns th
 constexpr std::array<double, 3> kNarrower = {0.3, 0.1, 0.03};
 // One standard deviation from which on a combination of the lens' parameters counts as not seen. Where all
 // are seen, it is at most a hundredth for polynomials of few terms.
-constexpr double kUnseen = 1;
-constexpr double kBounded = 1.5;  // size to which a prior must bring every parameter
+constexpr double kUnseen = 0.3;
+// Size to which a prior should bring every parameter; where none does, to which it must.
+constexpr double kAtHome = 0.25;
+constexpr double kBounded = 1.5;
 // A prior that raises twice the cost of the corners by more variances than this contradicts them.
 constexpr double kContradiction = 25;
 constexpr double kDominant = 0.3;  // share of the unseen combination from which on a parameter is named
@@ -96,37 +98,40 @@ class Ladder {
 
   // Is there nothing to be done?
   [[nodiscard]] bool isSound(const Solution& solution) const {
-    return isSteady(solution) && !foldsInImage(cameraOf(solution.state), size_);
+    if (!isSteady(solution)) return false;
+    const AnyCamera camera = cameraOf(solution.state);
+    return !foldsInImage(camera, size_) && seesAll(camera, solution.state);
   }
 
   // The widest prior that holds the lens together, or none if it turns out not to be needed; nothing where
-  // every prior contradicts the corners.
+  // every prior contradicts the corners. From the model's own start, or else from where the solver went: a
+  // lens that bends much is too far from the former for a loss that outliers do not move.
   [[nodiscard]] std::optional<Solution> climb(const Solution& free) const {
-    Solution natural{.state = free.state, .summary = {}, .held = {}};
+    Solution plain{.state = free.state, .summary = {}, .held = {}};
     for (Eigen::Index i = 0; i < scale_.mean.size(); ++i) {
       const bool is_principal_point = i == 2 || i == 3;
       if (!isFixed(i) && !is_principal_point)
-        natural.state.params[static_cast<std::size_t>(i)] = scale_.mean(i);
+        plain.state.params[static_cast<std::size_t>(i)] = scale_.mean(i);
     }
-    solve(natural, kNatural);
-    std::optional<Solution> best;
-    if (isGood(natural)) {
-      best = widen(natural, free);
-    } else {
-      for (const double width : kNarrower) {
-        solve(natural, width);
-        if (!isGood(natural)) continue;
-        best = natural;
-        break;
-      }
+    for (const Solution* start : {static_cast<const Solution*>(&plain), &free}) {
+      auto best = climbFrom(*start, free);
+      if (!best || 2 * (best->cornersCost() - free.cornersCost()) > kContradiction * variance_) continue;
+      describe(free, *best);
+      return best;
     }
-    if (!best || 2 * (best->cornersCost() - free.cornersCost()) > kContradiction * variance_)
-      return std::nullopt;
-    describe(free, *best);
-    return best;
+    return std::nullopt;
   }
 
  private:
+  [[nodiscard]] bool seesAll(const AnyCamera& camera, const BundleState& state) const {
+    for (std::size_t v = 0; v < e_.observations.size(); ++v) {
+      for (const Observation& o : e_.observations[v]) {
+        if (!camera.project(state.camera_from_board[v] * o.p_board).ok()) return false;
+      }
+    }
+    return true;
+  }
+
   [[nodiscard]] AnyCamera cameraOf(const BundleState& state) const {
     return AnyCamera::make(e_.options.model, state.params);
   }
@@ -153,12 +158,16 @@ class Ladder {
     return covariance && (!solution.held.isNone() || leastKnown(*covariance, scale_).sigma <= kUnseen);
   }
 
+  [[nodiscard]] bool isWithin(const Solution& solution, double limit) const {
+    for (Eigen::Index i = 0; i < scale_.size.size(); ++i) {
+      if (!isFixed(i) && scale_.distance(solution.state.params, i) > limit) return false;
+    }
+    return true;
+  }
+
   // Of a size that a lens has, too.
   [[nodiscard]] bool isGood(const Solution& solution) const {
-    for (Eigen::Index i = 0; i < scale_.size.size(); ++i) {
-      if (!isFixed(i) && scale_.distance(solution.state.params, i) > kBounded) return false;
-    }
-    return isSound(solution);
+    return isWithin(solution, kBounded) && isSound(solution);
   }
 
   [[nodiscard]] std::optional<Eigen::MatrixXd> covarianceOf(const Solution& solution) const {
@@ -170,12 +179,30 @@ class Ladder {
     return variance_ * *inverse;
   }
 
+  [[nodiscard]] std::optional<Solution> climbFrom(const Solution& start, const Solution& free) const {
+    Solution natural = start;
+    solve(natural, kNatural);
+    std::optional<Solution> passable;
+    if (isGood(natural)) {
+      if (isWithin(natural, kAtHome)) return widen(natural, free);
+      passable = natural;
+    }
+    Solution narrower = natural;
+    for (const double width : kNarrower) {
+      solve(narrower, width);
+      if (!isGood(narrower)) continue;
+      if (isWithin(narrower, kAtHome)) return narrower;
+      if (!passable) passable = narrower;
+    }
+    return passable;
+  }
+
   // From a good one on to the widest, and to none if that leads to no worse an optimum than without.
   [[nodiscard]] Solution widen(Solution good, const Solution& free) const {
     for (const double width : kWider) {
       Solution wider = good;
       solve(wider, width);
-      if (!isGood(wider)) return good;
+      if (!isWithin(wider, kAtHome) || !isGood(wider)) return good;
       good = std::move(wider);
     }
     Solution released{.state = good.state, .summary = {}, .held = {}};
@@ -208,6 +235,7 @@ class Ladder {
 void holdTogether(Estimation& e) {
   if (e.state.params.size() == kAffineParamNames.size()) return;
   const Ladder ladder(e);
+  e.weak_prior.is_missing = false;
   if (ladder.isSound({.state = e.state, .summary = e.summary, .held = e.weak_prior})) return;
   if (!e.weak_prior.isNone()) {
     e.weak_prior = {};

@@ -47,7 +47,7 @@ std::vector<double> otherCharacters(std::string_view model_id, double best) {
       const ParamRange range = M::kLensRanges[0];
       if (M::kId != model_id || !std::isfinite(range.min)) return;
       const double width = std::isfinite(range.max) ? range.max - range.min : 4.0;
-      for (const double share : {-0.3, -0.1, -0.04, 0.04, 0.1, 0.3}) {
+      for (const double share : {-0.3, -0.2, -0.1, -0.04, 0.04, 0.1, 0.2, 0.3}) {
         const double value = best + share * width;
         if (value >= range.min && value <= range.max) others.push_back(value);
       }
