@@ -9,9 +9,8 @@
 namespace alidade {
 
 /// The floor of solveBundle() for radtan: Levenberg and Marquardt's method by hand on the same sums over
-/// corners. Each view's damped pose is eliminated by a Cholesky factorization of fixed size, then one of the
-/// intrinsics follows. Nothing else: no options, no reasons, and it takes for granted that the start can be
-/// evaluated.
+/// corners and the same elimination of poses, without Ceres. Nothing else: no options, no reasons, and it
+/// takes for granted that the start can be evaluated.
 [[nodiscard]] BundleSummary solveBlockArrow(std::span<const std::vector<Observation>> views,
                                             BundleState& state, HuberLoss loss);
 

@@ -102,7 +102,7 @@ double largestPull(const CalibrationResult& result, const CalibrationResult& cle
 // Names in any finding or among the views left out.
 bool isNamed(const CalibrationResult& result, const std::string& image) {
   return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& f) { return f.message.starts_with(image + ":"); });
+                     [&](const Finding& f) { return f.message().starts_with(image + ":"); });
 }
 
 void viewTable(const Models& models, int num_sets) {
@@ -141,9 +141,9 @@ void viewTable(const Models& models, int num_sets) {
                 }))
               ++num_warned;
             for (const Finding& f : result.findings) {
-              const auto at = f.message.find(": ");
-              const bool is_view = f.message.starts_with("view_") && at != std::string::npos;
-              ++reasons[f.id + (is_view ? " " + withoutNumbers(f.message.substr(at + 2)) : "")];
+              const auto at = f.message().find(": ");
+              const bool is_view = f.message().starts_with("view_") && at != std::string::npos;
+              ++reasons[f.id + (is_view ? " " + withoutNumbers(f.message().substr(at + 2)) : "")];
             }
           } catch (const Error& error) {
             ++num_errors;

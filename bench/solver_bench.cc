@@ -175,7 +175,7 @@ Outcome runCalibrate(const Problem& problem) {
   Outcome outcome;
   outcome.ms = leastMilliseconds([&] {
     const CalibrationResult result = calibrate(kBoard, problem.views);
-    requireConverged(result.isTrustworthy(), "not trustworthy");
+    requireConverged(result.isUsable(), "not trustworthy");
     outcome.rms_px = result.rms_px;
     outcome.fx = result.camera.parameters()[0];
   });

@@ -17,19 +17,21 @@ struct Tally {
   int num_sets = 0;
   int num_found = 0;
   int num_undetermined = 0;  // not counted as found or missed
+  int num_held = 0;          // nor these: the result says that the views do not determine the model
   int num_silent = 0;        // neither found nor warned of
   int num_lonely = 0;        // found, but by one start of several
   int num_lonely_missed = 0;
   double seconds = 0;
 
   [[nodiscard]] double share() const {
-    return num_sets == num_undetermined ? 1.0
-                                        : static_cast<double>(num_found) / (num_sets - num_undetermined);
+    const int num_counted = num_sets - num_undetermined - num_held;
+    return num_counted == 0 ? 1.0 : static_cast<double>(num_found) / num_counted;
   }
   void operator+=(const Tally& other) {
     num_sets += other.num_sets;
     num_found += other.num_found;
     num_undetermined += other.num_undetermined;
+    num_held += other.num_held;
     num_lonely += other.num_lonely;
     num_lonely_missed += other.num_lonely_missed;
     num_silent += other.num_silent;
@@ -57,8 +59,8 @@ void printMiss(const alidade::SweepCell& cell, int number, const alidade::SweepO
 }
 
 void printTally(const char* name, double fov_deg, const Tally& tally) {
-  std::printf("%-16s %6g %6d %13d %7.2f%% %8d %10.1f\n", name, fov_deg, tally.num_sets,
-              tally.num_undetermined, 100 * tally.share(), tally.num_silent,
+  std::printf("%-16s %6g %6d %13d %6d %7.2f%% %8d %10.1f\n", name, fov_deg, tally.num_sets,
+              tally.num_undetermined, tally.num_held, 100 * tally.share(), tally.num_silent,
               1000 * tally.seconds / tally.num_sets);
 }
 
@@ -72,8 +74,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: start_bench [sets a cell, at least 1] [model or all] [seed]\n");
     return 2;
   }
-  std::printf("%-16s %6s %6s %13s %8s %8s %10s\n", "model", "fov", "sets", "undetermined", "found", "silent",
-              "ms a set");
+  std::printf("%-16s %6s %6s %13s %6s %8s %8s %10s\n", "model", "fov", "sets", "undetermined", "held",
+              "found", "silent", "ms a set");
   Tally total;
   for (const alidade::SweepCell& cell : alidade::sweepCells()) {
     if (only != "all" && cell.model != only) continue;
@@ -81,17 +83,19 @@ int main(int argc, char** argv) {
     for (int number = 0; number < num_sets; ++number) {
       const alidade::SweepOutcome outcome =
           alidade::runSweepSet(cell, seed * kMaxSets + static_cast<std::uint64_t>(number));
+      const bool is_held = outcome.is_determined && outcome.isHeld();
       const bool is_found = outcome.isAtOptimum();
       const auto& start = outcome.result.start;
       const bool is_lonely = start.num_solved > 1 && start.num_agreed == 1;
       tally += {.num_sets = 1,
-                .num_found = is_found && outcome.is_determined ? 1 : 0,
+                .num_found = is_found && outcome.is_determined && !is_held ? 1 : 0,
                 .num_undetermined = outcome.is_determined ? 0 : 1,
+                .num_held = is_held ? 1 : 0,
                 .num_silent = is_found || outcome.isWarned() ? 0 : 1,
                 .num_lonely = is_found && is_lonely ? 1 : 0,
-                .num_lonely_missed = !is_found && is_lonely ? 1 : 0,
+                .num_lonely_missed = !is_found && !is_held && is_lonely ? 1 : 0,
                 .seconds = outcome.seconds};
-      if (!is_found) printMiss(cell, number, outcome);
+      if (!is_found && !is_held) printMiss(cell, number, outcome);
     }
     printTally(cell.model.c_str(), cell.fov_deg, tally);
     std::fflush(stdout);

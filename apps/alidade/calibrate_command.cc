@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <optional>
+#include <span>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -8,9 +10,11 @@
 #include "alidade/calibrate/held_params.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
+#include "alidade/io/atomic_file.h"
 #include "alidade/io/board_file.h"
 #include "alidade/io/camera_file.h"
 #include "alidade/io/corners_file.h"
+#include "alidade/report/next_view_svg.h"
 #include "calibration_output.h"
 #include "command.h"
 #include "detection_stage.h"
@@ -49,6 +53,15 @@ class CalibrateCommand final : public Command {
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
+    app.add_option(
+           "--target-sigma", target_sigma_,
+           "Worst projection uncertainty that is wanted, for example 0.1px: the summary says whether it "
+           "is reached, and if not about how many more views it takes")
+        ->check(pixelComplaint, "");
+    app.add_option(
+        "--next-view", next_view_,
+        "SVG file to draw the view to take next into: where the board goes, and where the camera is "
+        "uncertain");
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
                  "Write the camera file even if the result is not to be trusted");
     addCommonOptions(app, common_, true);
@@ -64,6 +77,7 @@ class CalibrateCommand final : public Command {
     sources.insert(sources.end(), {board_, init_, common_.config});
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
+    checkDrawing(sources);
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
     options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
                           : board_shape_ == "warp" ? BoardShapeMode::kWarp
@@ -86,21 +100,25 @@ class CalibrateCommand final : public Command {
                                          ? "take more photographs of the board, tilted by 20 to 50 degrees"
                                          : fmt::format("{}", fmt::join(input.reasons, "\n        "))});
     }
-    const CalibrationResult result = calibrate(input.board, std::move(views), options);
+    const CalibrationResult result = calibrate(input.board, views, options);
+    const Advice advice = adviceOn(result, input.board, views);
 
-    const bool is_good = result.isTrustworthy();
+    if (!next_view_.empty())
+      writeFileAtomically(next_view_, nextViewSvg(result, input.board, views, advice.guidance));
+
+    const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
     const CameraFile file = cameraFileOf(result, input, effectiveSettings(app));
     const bool to_stdout = output_ == "-";
     if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
 
     if (common_.json) {
-      printResult(summaryJson(result, input));
+      printResult(summaryJson(result, input, advice));
     } else if (to_stdout) {
       if (is_kept) printResult(cameraFileText(file));
-      if (!common_.quiet || !is_good) printMessage(summaryText(result, input));
+      if (!common_.quiet || !is_good) printMessage(summaryText(result, input, advice));
     } else {
-      printResult(summaryText(result, input));
+      printResult(summaryText(result, input, advice));
     }
     if (!is_good) {
       printMessage(std::string("error: the calibration is not to be trusted") +
@@ -116,6 +134,34 @@ class CalibrateCommand final : public Command {
   }
 
  private:
+  static std::string pixelComplaint(const std::string& text) {
+    try {
+      (void)parsePixels(text, "--target-sigma");
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return {};
+  }
+
+  void checkDrawing(const std::vector<std::string>& sources) const {
+    if (next_view_.empty()) return;
+    if (next_view_ == "-" || next_view_ == output_) {
+      throw usageError({.where = "--next-view " + next_view_,
+                        .found = next_view_ == "-" ? "standard output" : "the same file as --output",
+                        .expected = "a file of its own, for example next.svg"});
+    }
+    checkOutput(next_view_, sources, common_, "--next-view");
+  }
+
+  [[nodiscard]] Advice adviceOn(const CalibrationResult& result, const Checkerboard& board,
+                                std::span<const View> views) const {
+    Advice advice{.coverage = coverageOf(result, board, views), .guidance = {}};
+    std::optional<double> target_px;
+    if (!target_sigma_.empty()) target_px = parsePixels(target_sigma_, "--target-sigma");
+    advice.guidance = guide(result, board, advice.coverage, target_px);
+    return advice;
+  }
+
   static bool isCornersFile(const std::string& path) {
     return path.ends_with(".csv") || path.ends_with(".CSV");
   }
@@ -174,6 +220,8 @@ class CalibrateCommand final : public Command {
   std::string board_shape_ = "auto";
   std::string debug_;
   std::string output_;
+  std::string target_sigma_;
+  std::string next_view_;
   bool keep_untrustworthy_ = false;
 };
 

@@ -124,6 +124,32 @@ std::string domainText(const CalibrationResult& result) {
                                               : "NOT every pixel of the image has a ray");
 }
 
+nlohmann::json poseJson(const SE3& pose) {
+  const Eigen::Quaterniond& q = pose.rotation.quaternion();
+  const Eigen::Vector3d& t = pose.translation;
+  return {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+std::string verdictText(const CalibrationResult& result) {
+  std::string text;
+  for (const Finding& finding : result.findings) {
+    const char* label = finding.severity == Finding::Severity::kFailure   ? "FAILED  "
+                        : finding.severity == Finding::Severity::kWarning ? "Warning "
+                                                                          : "Note    ";
+    text += fmt::format("{} {} [{}]\n         next: {}\n", label, finding.message(), finding.id,
+                        finding.next_step);
+  }
+  switch (result.verdict()) {
+    case Verdict::kTrustworthy:
+      return text + "Verdict  trustworthy\n";
+    case Verdict::kReservations:
+      return text + "Verdict  usable with reservations: see the warnings above\n";
+    case Verdict::kNo:
+      return text + "Verdict  no: not to be used, see what failed above\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput& input,
@@ -137,7 +163,7 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
                   .created_by = programName()};
   CalibrationRecord record;
   record.rms_px = result.rms_px;
-  record.is_trustworthy = result.isTrustworthy();
+  record.verdict = result.verdict();
   record.num_views = static_cast<int>(result.views.size());
   record.num_corners = result.num_corners;
   record.num_outliers = static_cast<int>(result.outliers.size());
@@ -162,7 +188,8 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
   return file;
 }
 
-std::string summaryText(const CalibrationResult& result, const CalibrationInput& input) {
+std::string summaryText(const CalibrationResult& result, const CalibrationInput& input,
+                        const Advice& advice) {
   std::string text = fmt::format("Camera   {}, {} px, board {}\n", result.camera.modelId(),
                                  sizeText(result.image_size), specText(input.board));
   text += fmt::format("Images   {} given, {} with the board, {} used\n", input.num_images, input.num_found,
@@ -199,16 +226,13 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
   text += startText(result.start);
   text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(result.solver.termination),
                       result.solver.num_iterations, result.solver.reason);
+  text += adviceText(advice, result.image_size);
   for (const std::string& note : input.notes) text += "Note     " + note + "\n";
-  for (const Finding& finding : result.findings) {
-    const bool is_failure = finding.severity == Finding::Severity::kFailure;
-    text += fmt::format("{} {} [{}]\n         next: {}\n", is_failure ? "FAILED  " : "Warning ",
-                        finding.message, finding.id, finding.next_step);
-  }
-  return text;
+  return text + verdictText(result);
 }
 
-std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input) {
+std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input,
+                        const Advice& advice) {
   const auto orNull = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
   json parameters = json::object();
   json sigmas = json::object();
@@ -226,6 +250,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
                      {"num_outliers", view.num_outliers},
                      {"rms_px", view.rms_px},
                      {"max_error_px", view.max_error_px},
+                     {"camera_from_board", poseJson(view.camera_from_board)},
                      {"influence",
                       {{"move_sigmas", view.influence.move_sigmas},
                        {"surprise_sigmas", view.influence.surprise_sigmas}}}});
@@ -236,8 +261,10 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
   json findings = json::array();
   for (const Finding& finding : result.findings) {
     findings.push_back({{"id", finding.id},
-                        {"severity", finding.severity == Finding::Severity::kFailure ? "failure" : "warning"},
-                        {"message", finding.message},
+                        {"severity", severityName(finding.severity)},
+                        {"cause", finding.cause},
+                        {"evidence", finding.evidence},
+                        {"message", finding.message()},
                         {"next_step", finding.next_step}});
   }
   json outliers = json::array();
@@ -245,7 +272,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
     outliers.push_back(
         {{"image", o.image}, {"corner_id", o.corner_id}, {"dx", o.error_px.x()}, {"dy", o.error_px.y()}});
   }
-  const json document = {
+  json document = {
       {"model", result.camera.modelId()},
       {"image_size", {{"width", result.image_size.width}, {"height", result.image_size.height}}},
       {"board", specText(input.board)},
@@ -286,7 +313,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
        {{"termination", terminationName(result.solver.termination)},
         {"reason", result.solver.reason},
         {"num_iterations", result.solver.num_iterations}}},
-      {"trustworthy", result.isTrustworthy()},
+      {"verdict", verdictName(result.verdict())},
       {"findings", findings},
       {"outliers", outliers},
       {"outlier_share", result.outlierShare()},
@@ -294,9 +321,16 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"board_stretch", result.board_stretch ? json({{"stretch", result.board_stretch->stretch},
                                                      {"sigma", result.board_stretch->sigma}})
                                              : json(nullptr)},
+      {"variations",
+       {{"focal_f", orNull(result.variations.focal.f)},
+        {"focal_spread", result.variations.focal.spread},
+        {"rows_f", orNull(result.variations.rows.f)},
+        {"rows_spread", result.variations.rows.spread},
+        {"focal_share", result.variations.focal_share}}},
       {"views", views},
       {"notes", input.notes},
   };
+  addAdvice(advice, document);
   return jsonText(document);
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "advice_output.h"
 #include "alidade/calibrate/calibration_result.h"
 #include "alidade/io/camera_file.h"
 #include "alidade/target/checkerboard.h"
@@ -25,9 +26,11 @@ struct CalibrationInput {
                                       std::vector<Setting> settings);
 
 /// The summary for people.
-[[nodiscard]] std::string summaryText(const CalibrationResult& result, const CalibrationInput& input);
+[[nodiscard]] std::string summaryText(const CalibrationResult& result, const CalibrationInput& input,
+                                      const Advice& advice);
 
 /// The same for programs: one JSON document.
-[[nodiscard]] std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input);
+[[nodiscard]] std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input,
+                                      const Advice& advice);
 
 }  // namespace alidade

@@ -77,22 +77,22 @@ std::vector<std::string> withImages(std::vector<std::string> inputs) {
 }
 
 void checkOutput(const std::string& output, const std::vector<std::string>& sources,
-                 const CommonOptions& options) {
+                 const CommonOptions& options, const std::string& flag) {
   if (output.empty()) return;
   for (const std::string& source : sources) {
     std::error_code ignored;  // of paths that do not exist, which are not the same then
     if (!std::filesystem::equivalent(output, source, ignored)) continue;
-    throw usageError({.where = "--output " + output,
+    throw usageError({.where = flag + " " + output,
                       .found = "the name of an input",
                       .expected = "another file",
                       .next_step = "the input would be overwritten; choose another name"});
   }
   if (output != "-") return checkWritable(output);
   if (options.json) {
-    throw usageError({.where = "--json beside --output -",
+    throw usageError({.where = "--json beside " + flag + " -",
                       .found = "two documents for standard output",
                       .expected = "one",
-                      .next_step = "give --output a file, or leave one of the two out"});
+                      .next_step = "give " + flag + " a file, or leave one of the two out"});
   }
 }
 

@@ -74,10 +74,10 @@ void addBoardOption(CLI::App& app, std::string& board);
 
 /// Checks before any long work that its result can go where `output` says (nothing: nowhere; "-": standard
 /// output, which --json has for itself), and would overwrite none of the `sources`. These may be anything
-/// that was given; what is not the path of a file is left aside.
+/// that was given; what is not the path of a file is left aside. `flag` is where `output` comes from.
 /// @throws Error (kUsage, kInput)
 void checkOutput(const std::string& output, const std::vector<std::string>& sources,
-                 const CommonOptions& options);
+                 const CommonOptions& options, const std::string& flag = "--output");
 
 /// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk
 /// full).

@@ -171,7 +171,7 @@ class ConvertCommand final : public Command {
   [[nodiscard]] std::vector<Reason> reasonsAgainst(const CameraFile& source,
                                                    const Conversion& conversion) const {
     std::vector<Reason> reasons;
-    if (source.calibration && !source.calibration->is_trustworthy)
+    if (source.calibration && source.calibration->verdict == Verdict::kNo)
       reasons.push_back({"source_untrustworthy", path_ + " says of itself that it is not to be trusted"});
     if (!conversion.fit) return reasons;
     const ModelFit& fit = *conversion.fit;
@@ -221,7 +221,7 @@ class ConvertCommand final : public Command {
         file.calibration.emplace();
         file.calibration->rms_px = fit_rms_px;
       }
-      file.calibration->is_trustworthy = false;
+      file.calibration->verdict = Verdict::kNo;
       for (const Reason& reason : conversion.reasons) file.calibration->findings.push_back(reason.id);
     }
     return file;

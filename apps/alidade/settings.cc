@@ -14,8 +14,9 @@ namespace alidade {
 namespace {
 
 // Flags that say how a result is shown or where it goes, not what it is.
-const std::set<std::string> kOutsideTheResult = {"help", "config", "json",  "quiet",
-                                                 "jobs", "output", "input", "keep-untrustworthy"};
+const std::set<std::string> kOutsideTheResult = {"help",      "config",      "json",  "quiet",
+                                                 "jobs",      "output",      "input", "keep-untrustworthy",
+                                                 "next-view", "target-sigma"};
 
 std::string longName(const CLI::Option& option) {
   return option.get_lnames().empty() ? std::string() : option.get_lnames().front();

@@ -75,7 +75,7 @@ class ValidateCommand final : public Command {
                         .parameter_std = {},
                         .covariance = {}};
     if (file.calibration) {
-      claims.is_trustworthy = file.calibration->is_trustworthy;
+      claims.verdict = file.calibration->verdict;
       claims.parameter_std = file.calibration->parameter_std;
       claims.covariance = file.calibration->covariance;
     }

@@ -81,7 +81,7 @@ TEST(Calibrate, WritesOneJsonDocument) {
   ASSERT_THAT(result, EndsWith(0));
   const auto document = nlohmann::json::parse(result.out);
   EXPECT_EQ(document.at("model"), "radtan");
-  EXPECT_EQ(document.at("trustworthy"), true);
+  EXPECT_EQ(document.at("verdict"), "trustworthy");
   EXPECT_EQ(document.at("board"), kBoard);
   EXPECT_EQ(document.at("views").size(), 12u);
   EXPECT_EQ(document.at("parameters").size(), 9u);
@@ -240,7 +240,7 @@ TEST(Calibrate, SaysNoWhereTheFocalLengthCannotBeSeen) {
     EXPECT_EQ(to_stdout.out, "");
     const RunResult json = runAlidade({"calibrate", corners, "--json"});
     EXPECT_THAT(json, EndsWith(3));
-    EXPECT_EQ(nlohmann::json::parse(json.out).at("trustworthy"), false);
+    EXPECT_EQ(nlohmann::json::parse(json.out).at("verdict"), "no");
     const RunResult kept =
         runAlidade({"calibrate", corners, "--model", "pinhole", "-o", output, "--keep-untrustworthy"});
     EXPECT_THAT(kept, EndsWith(3));

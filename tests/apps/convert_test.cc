@@ -141,7 +141,7 @@ TEST(Convert, CarriesTheCalibrationAlong) {
   const CalibrationRecord& after = *file.calibration;
   EXPECT_DOUBLE_EQ(after.rms_px, before.rms_px / 2);
   EXPECT_EQ(after.board, before.board);
-  EXPECT_TRUE(after.is_trustworthy);
+  EXPECT_EQ(after.verdict, Verdict::kTrustworthy);
   // fx is now half of what was fy, p1 what was p2.
   ASSERT_EQ(after.parameter_std.size(), 9u);
   EXPECT_DOUBLE_EQ(after.parameter_std[0], before.parameter_std[1] / 2);
@@ -271,7 +271,7 @@ TEST(Convert, WritesNothingWhenTheModelDoesNotFit) {
   EXPECT_EQ(document.at("reasons").at(0).at("id"), "model_rms");
   const CameraFile file = cameraIn(scratch, "out.yaml");
   ASSERT_TRUE(file.calibration);
-  EXPECT_FALSE(file.calibration->is_trustworthy);
+  EXPECT_EQ(file.calibration->verdict, Verdict::kNo);
   EXPECT_EQ(file.calibration->findings, (std::vector<std::string>{"model_rms", "model_error"}));
 
   // What is not to be trusted does not become so by being converted.

@@ -108,7 +108,7 @@ TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
   ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "--model", "pinhole", "-o", file,
                           "--keep-untrustworthy"}),
               EndsWith(3));
-  ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("trustworthy: false"));
+  ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("verdict: no"));
   const RunResult result = runAlidade({"validate", file});
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL  calibration"), HasSubstr("NOT valid")));

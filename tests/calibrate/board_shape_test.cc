@@ -42,7 +42,7 @@ TEST(BoardShape, OfABentBoardIsFoundAndTheFocalLengthIsRight) {
     const auto views = viewsOf(truth, 20, 0.1, static_cast<std::uint64_t>(i));
     const CalibrationResult bent = calibrate(kBoard, views);
     ASSERT_TRUE(bent.shape.is_estimated) << "set " << i << ", F " << bent.shape.f;
-    EXPECT_TRUE(bent.isTrustworthy());
+    EXPECT_TRUE(bent.isUsable());
     EXPECT_TRUE(bent.outliers.empty());
     EXPECT_LT(std::abs(bent.shape.shape.bend_x_m - truth.bend_x_m), 5 * bent.shape.std_m.x());
     EXPECT_LT(std::abs(bent.shape.shape.bend_y_m - truth.bend_y_m), 5 * bent.shape.std_m.y());

@@ -36,7 +36,7 @@ std::string messageOf(const std::function<void()>& call) {
 
 std::string findingsOf(const CalibrationResult& result) {
   std::string text;
-  for (const Finding& finding : result.findings) text += "[" + finding.id + "] " + finding.message + "\n";
+  for (const Finding& finding : result.findings) text += "[" + finding.id + "] " + finding.message() + "\n";
   return text;
 }
 
@@ -109,7 +109,7 @@ TEST(Calibrate, SaysNoToFrontoParallelViews) {
         views.push_back(view);
       }
       const CalibrationResult result = calibrate(board, views);
-      EXPECT_FALSE(result.isTrustworthy());
+      EXPECT_FALSE(result.isUsable());
       EXPECT_TRUE(hasFinding(result, "fronto_parallel", Finding::Severity::kFailure))
           << "noise " << noise << ", seed " << seed << "\n"
           << findingsOf(result);
@@ -124,7 +124,7 @@ TEST(Calibrate, TrustsGoodSetsAndWarnsOfFewViews) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const SimulatedSet set = noisySet(25, seed);
     const CalibrationResult result = calibrate(set.board, set.views);
-    EXPECT_TRUE(result.isTrustworthy()) << "seed " << seed << "\n" << findingsOf(result);
+    EXPECT_TRUE(result.isUsable()) << "seed " << seed << "\n" << findingsOf(result);
     ++num_trusted;
     EXPECT_FALSE(hasFinding(result, "few_views", Finding::Severity::kWarning));
   }
@@ -142,7 +142,7 @@ TEST(Calibrate, SaysNoToALensThatFoldsInTheImage) {
   const SimulatedSet set = simulateSet(camera, kSize, 15, 0.02, 4, options);
   const CalibrationResult result = calibrate(set.board, set.views);
   EXPECT_TRUE(hasFinding(result, "folds_in_image", Finding::Severity::kFailure));
-  EXPECT_FALSE(result.isTrustworthy());
+  EXPECT_FALSE(result.isUsable());
 }
 
 TEST(Calibrate, SaysNoToAModelThatIsTooLean) {
@@ -154,7 +154,7 @@ TEST(Calibrate, SaysNoToAModelThatIsTooLean) {
     const std::vector<double> undistorted = {535, 534, 322, 238};
     const SimulatedSet plain = simulateSet(AnyCamera::make("pinhole", undistorted), kSize, 15, 0.1, seed);
     const CalibrationResult enough = calibrate(plain.board, plain.views, {.model = "pinhole"});
-    EXPECT_TRUE(enough.isTrustworthy()) << findingsOf(enough);
+    EXPECT_TRUE(enough.isUsable()) << findingsOf(enough);
     EXPECT_FALSE(enough.better_model);
     ++num_refused;
   }
@@ -175,7 +175,7 @@ TEST(Calibrate, TrustsAModelThatALargerOneOnlyOverfits) {
         const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, 20, noise, seed);
         const CalibrationResult result = calibrate(set.board, set.views);
         EXPECT_FALSE(result.better_model) << result.better_model->id;
-        num_trusted += result.isTrustworthy() ? 1 : 0;
+        num_trusted += result.isUsable() ? 1 : 0;
       }
     }
   }
@@ -190,7 +190,7 @@ TEST(Calibrate, NamesTheNextLargerModelWhereItIsNeeded) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const SimulatedSet set = simulateSet(AnyCamera::make("rational", truth), kSize, 25, 0.05, seed);
     const CalibrationResult lean = calibrate(set.board, set.views, {.model = "radtan"});
-    EXPECT_FALSE(lean.isTrustworthy());
+    EXPECT_FALSE(lean.isUsable());
     if (lean.better_model) {
       EXPECT_EQ(lean.better_model->id, "rational");
       ++num_named;
@@ -225,7 +225,7 @@ TEST(Calibrate, OneDegenerateViewIsLeftOutAndTheRestCalibrated) {
   const CalibrationResult result = calibrate(set.board, set.views);
   ASSERT_EQ(result.excluded_views.size(), 1U);
   EXPECT_EQ(result.excluded_views[0].image, set.views[4].image);
-  EXPECT_TRUE(result.isTrustworthy()) << findingsOf(result);
+  EXPECT_TRUE(result.isUsable()) << findingsOf(result);
 }
 
 TEST(GroupBySize, TakesTheLargestGroup) {

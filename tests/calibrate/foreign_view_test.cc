@@ -53,7 +53,7 @@ TEST(ForeignViews, AreLeftOutWithAReasonThatFits) {
         EXPECT_THAT(clean.findings, testing::IsEmpty());
         const auto bad = spoilViews(set, spoiler, kNumBad, seed);
         const CalibrationResult result = run(set);
-        EXPECT_TRUE(result.isTrustworthy());
+        EXPECT_TRUE(result.isUsable());
         std::vector<std::string> named;
         for (const ExcludedView& view : result.excluded_views) {
           named.push_back(view.image);
@@ -96,7 +96,7 @@ TEST(ForeignViews, MirroredOnesAreNamedAndDoNoHarm) {
   std::vector<std::string> named;
   for (const Finding& finding : result.findings) {
     EXPECT_EQ(finding.id, "mirrored_view");
-    named.push_back(finding.message.substr(0, finding.message.find(':')));
+    named.push_back(finding.message().substr(0, finding.message().find(':')));
   }
   EXPECT_THAT(named, testing::UnorderedElementsAreArray(bad));
   expectNear(result, clean);
@@ -162,7 +162,7 @@ TEST(ForeignViews, WhenHalfOfThemDisagreeTheAnswerIsNo) {
   for (int i = 0; i < 10; ++i)
     result.excluded_views.push_back({"other_" + std::to_string(i), "does not fit"});
   result.findings = judge(result);
-  EXPECT_FALSE(result.isTrustworthy());
+  EXPECT_FALSE(result.isUsable());
   EXPECT_EQ(result.findings.front().id, "views_disagree");
 }
 

@@ -36,7 +36,7 @@ TEST(Outliers, AreNamedAndLeaveTheResultAlone) {
   }
   ASSERT_GT(moved.size(), 30U);
   const CalibrationResult result = calibrate(set.board, set.views);
-  EXPECT_TRUE(result.isTrustworthy());
+  EXPECT_TRUE(result.isUsable());
   expectTruth(result);
   std::vector<std::pair<std::string, int>> named;
   for (const Outlier& outlier : result.outliers) named.emplace_back(outlier.image, outlier.corner_id);

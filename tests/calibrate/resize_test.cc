@@ -48,7 +48,7 @@ TEST(Resize, FullCalibrationResizedAgreesWithThatOfHalfSizeImages) {
   const CalibrationResult full = calibrateRendered(truth, kFull, poses, 1);
   const CalibrationResult half = calibrateRendered(half_truth.camera, kHalf, poses, 2);
   for (const CalibrationResult* result : {&full, &half}) {
-    ASSERT_TRUE(result->isTrustworthy());
+    ASSERT_TRUE(result->isUsable());
     ASSERT_TRUE(result->covariance);
     EXPECT_EQ(result->num_corners, kNumViews * 54);
   }

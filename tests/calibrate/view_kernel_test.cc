@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alidade/calibrate/pose_elimination.h"
 #include "alidade/calibrate/reprojection.h"
-#include "alidade/camera/batch_kernel.h"
 #include "support/bundle_set.h"
+#include "support/loop_variants.h"
 
 namespace alidade {
 namespace {
@@ -18,16 +19,6 @@ constexpr HuberLoss kLoss{.threshold_px = 1.5};
 const Checkerboard kBoards[] = {{.columns = 4, .rows = 1, .square_m = 0.025},
                                 {.columns = 9, .rows = 6, .square_m = 0.025},
                                 {.columns = 19, .rows = 15, .square_m = 0.012}};
-
-// Both variants of the loops, whichever the processor has.
-template <class F>
-void withAndWithoutAvx2(const F& f) {
-  const bool has_avx2 = batch::usesAvx2();
-  f();
-  batch::usesAvx2() = false;
-  f();
-  batch::usesAvx2() = has_avx2;
-}
 
 template <class M>
 using Gram = Eigen::Matrix<double, kNumParams<M> + 7, kNumParams<M> + 7>;
@@ -60,6 +51,21 @@ Gram<M> gramOf(const PoseRows& rows, const SharedSums& sums) {
   constexpr int kShared = kNumParams<M> + 1;
   gram.template bottomRightCorner<kShared, kShared>() +=
       Eigen::MatrixXd(sums.gram.selfadjointView<Eigen::Lower>());
+  return gram;
+}
+
+// What a view's sums lay down in two places.
+template <class M>
+Gram<M> gramOf(const std::vector<double>& pose_rows, const Eigen::MatrixXd& shared) {
+  using Row = Eigen::Map<const Eigen::RowVectorXd>;
+  constexpr int kShared = kNumParams<M> + 1;
+  Gram<M> gram;
+  for (int i = 0; i < 6; ++i) {
+    const double* row = pose_rows.data() + static_cast<std::size_t>(i) * PoseRowLayout::stride(kNumParams<M>);
+    gram.row(i) << Row(row, 6), Row(row + PoseRowLayout::kShared, kShared);
+  }
+  gram.template bottomLeftCorner<kShared, 6>() = gram.template topRightCorner<6, kShared>().transpose();
+  gram.template bottomRightCorner<kShared, kShared>() = shared.selfadjointView<Eigen::Lower>();
   return gram;
 }
 
@@ -97,6 +103,10 @@ TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
         expectEqual<M>(gramOf<M>(rows, sums), expected);
         for (int i = 0; i < kNumParams<M>; ++i)
           EXPECT_NEAR(sums.diagonal(i), expected(6 + i, 6 + i), 1e-11 * expected(6 + i, 6 + i));
+        std::vector<double> pose_rows(PoseRowLayout::size(kNumParams<M>));
+        Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(kNumParams<M> + 1, kNumParams<M> + 1);
+        ASSERT_TRUE(kernel.sum(params, pose, corners.view(v), kLoss, pose_rows.data(), shared));
+        expectEqual<M>(gramOf<M>(pose_rows, shared), expected);
         std::vector<Eigen::Vector2d> errors(set.views[v].size());
         kernel.errors(params, pose, corners.view(v), errors);
         for (std::size_t i = 0; i < errors.size(); ++i) {
@@ -158,6 +168,9 @@ TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
     PoseRows rows(6, 16);
     SharedSums sums(9);
     EXPECT_FALSE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kRefuse, rows, sums));
+    EXPECT_EQ(sums.gram, Eigen::MatrixXd::Zero(10, 10));
+    std::vector<double> pose_rows(PoseRowLayout::size(9));
+    EXPECT_FALSE(kernel.sum(params, pose, corners.view(0), kNoLoss, pose_rows.data(), sums.gram));
     EXPECT_EQ(sums.gram, Eigen::MatrixXd::Zero(10, 10));
     EXPECT_TRUE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kLeaveOut, rows, sums));
     expectEqual<Radtan>(gramOf<Radtan>(rows, sums), plainGram<Radtan>(params, pose, set.views[0], kNoLoss));

@@ -22,7 +22,7 @@ CalibrationResult run(const SimulatedSet& set) {
 std::vector<std::string> named(const CalibrationResult& result, std::string_view id) {
   std::vector<std::string> images;
   for (const Finding& finding : result.findings) {
-    if (finding.id == id) images.push_back(finding.message.substr(0, finding.message.find(':')));
+    if (finding.id == id) images.push_back(finding.message().substr(0, finding.message().find(':')));
   }
   return images;
 }

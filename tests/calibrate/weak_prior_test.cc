@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "alidade/calibrate/estimation_start.h"
+#include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/start_poses.h"
 #include "support/simulated_set.h"
 
@@ -38,42 +40,38 @@ std::vector<double> mildLens(Random& random) {
           0};
 }
 
-struct Errors {
-  double sum = 0;  // of squares over the variance that was stated, an axis
-  double largest = 0;
-  int count = 0;
-};
-
-// Of the projection of rays all over the image, in stated sigmas.
-void addErrors(const CalibrationResult& result, const AnyCamera& truth, Errors& errors) {
+// The largest error of the projection of rays all over the image, in stated sigmas an axis; how many it
+// compared.
+int largestError(const CalibrationResult& result, const AnyCamera& truth, double& largest) {
   const auto n = static_cast<Eigen::Index>(truth.parameters().size());
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J(2, n);
+  int count = 0;
+  largest = 0;
   for (int x = 0; x <= 8; ++x) {
     for (int y = 0; y <= 6; ++y) {
       const Eigen::Vector2d pixel(x / 8.0 * (kSize.width - 1), y / 6.0 * (kSize.height - 1));
       const auto ray = truth.unproject(pixel);
-      ASSERT_TRUE(ray);
+      if (!ray) continue;
       const Projection found =
           result.camera.visit([&](const auto& camera) { return camera.project(*ray, nullptr, J.data()); });
-      ASSERT_TRUE(found.ok());
+      if (!found.ok()) continue;
       const Eigen::Matrix2d covariance = J * *result.covariance * J.transpose();
       const Eigen::Vector2d error = found.pixel - pixel;
-      for (int axis = 0; axis < 2; ++axis) {
-        const double share = error(axis) * error(axis) / covariance(axis, axis);
-        errors.sum += share;
-        errors.largest = std::max(errors.largest, std::sqrt(share));
-        ++errors.count;
-      }
+      largest =
+          std::max(largest, error.cwiseQuotient(covariance.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff());
+      ++count;
     }
   }
+  return count;
 }
 
 TEST(WeakPrior, KeepsARationalLensWithinReason) {
+  constexpr int kNumSets = 20;
   int num_held = 0;
-  int num_sets = 0;
   for (const int num_views : {12, 30}) {
-    Errors errors;
-    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    int num_near = 0;
+    double worst = 0;
+    for (std::uint64_t seed = 1; seed <= kNumSets; ++seed) {
       SCOPED_TRACE(testing::Message() << num_views << " views, seed " << seed);
       Random random(streamSeed(77, seed));
       std::vector<double> params = mildLens(random);
@@ -81,66 +79,82 @@ TEST(WeakPrior, KeepsARationalLensWithinReason) {
       const AnyCamera truth = AnyCamera::make("rational", params);
       const SimulatedSet set = simulateSet(truth, kSize, num_views, kNoisePx, seed);
       const CalibrationResult result = calibrate(set.board, set.views, {.model = "rational"});
-      ASSERT_TRUE(result.isTrustworthy()) << result.findings.front().message << result.weak_prior.width;
+      EXPECT_TRUE(result.isUsable());
       ASSERT_TRUE(result.covariance);
+      const LensScale scale = lensScale("rational", result.camera, kSize);
       for (std::size_t i = 4; i < params.size(); ++i) {
-        EXPECT_LT(std::abs(result.camera.parameters()[i]), 10) << result.camera.parameterNames()[i];
+        EXPECT_LT(scale.distance(result.camera.parameters(), static_cast<Eigen::Index>(i)), 1.01)
+            << result.camera.parameterNames()[i];
+        EXPECT_LT(std::abs(result.camera.parameters()[i]), 20) << result.camera.parameterNames()[i];
       }
       const bool is_held = !result.weak_prior.isNone();
       EXPECT_EQ(hasFinding(result, "ill_conditioned"), is_held);
       EXPECT_EQ(result.weak_prior.least_known.empty(), !is_held);
       num_held += is_held ? 1 : 0;
-      addErrors(result, truth, errors);
-      ++num_sets;
+      double largest = 0;
+      EXPECT_EQ(largestError(result, truth, largest), 63);
+      if (largest < 3) ++num_near;
+      worst = std::max(worst, largest);
     }
-    std::printf("%d views: error %.2f stated sigmas in the mean, %.2f at most, of %d\n", num_views,
-                std::sqrt(errors.sum / errors.count), errors.largest, errors.count);
-    EXPECT_EQ(errors.count, 12 * 63 * 2);
-    // Errors of one set go together: twelve sets scatter by a fifth.
-    EXPECT_LT(std::sqrt(errors.sum / errors.count), 1.4);
-    EXPECT_LT(errors.largest, 5);
+    std::printf("%d views: %d of %d sets within 3 stated sigmas, the worst %.2f\n", num_views, num_near,
+                kNumSets, worst);
+    EXPECT_GE(num_near, 18);
   }
-  EXPECT_EQ(num_sets, 24);
-  EXPECT_GE(num_held, 12) << "or these lenses are not mild";
+  std::printf("%d of %d sets held\n", num_held, 2 * kNumSets);
+  EXPECT_GE(num_held, 10) << "or these lenses are not mild";
 }
 
 TEST(WeakPrior, LeavesAloneWhatIsDetermined) {
   const std::vector<double> params = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
   const AnyCamera truth = AnyCamera::make("radtan", params);
-  double largest_change = 0;
   int num_sets = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const SimulatedSet set = simulateSet(truth, kSize, 12, kNoisePx, seed);
-    const CalibrationResult result = calibrate(set.board, set.views);
-    EXPECT_TRUE(result.weak_prior.isNone());
-    EXPECT_FALSE(hasFinding(result, "ill_conditioned"));
-    // Even if the widest prior were there, it would not show.
-    std::vector<Eigen::Vector3d> rays;
-    BundleState state{.params = {}, .camera_from_board = {}};
-    state.params.assign(result.camera.parameters().begin(), result.camera.parameters().end());
-    for (std::size_t v = 0; v < set.views.size(); ++v) {
-      state.camera_from_board.push_back(result.views[v].camera_from_board);
-      for (const Corner& corner : set.views[v].corners)
-        rays.push_back(state.camera_from_board.back() * set.board.corner(corner.id));
-    }
-    ASSERT_TRUE(result.outliers.empty());
-    const LensScale scale = lensScale("radtan", result.camera, rays, kSize);
-    const double variance = result.coordinate_sigma_px * result.coordinate_sigma_px;
-    const auto observations = observationsOf(set.board, set.views);
-    BundleOptions options;
-    options.loss = result.loss;
-    options.prior = scale.prior(10, variance);
-    ASSERT_EQ(solveBundle("radtan", observations, state, options).termination, Termination::kConverged);
-    for (std::size_t i = 0; i < params.size(); ++i) {
-      const double change = std::abs(state.params[i] - result.camera.parameters()[i]);
-      largest_change = std::max(largest_change, change / result.parameterStd(static_cast<int>(i)));
+    const SimulatedSet set = simulateSet(truth, kSize, 20, kNoisePx, seed);
+    const CalibratorOptions options;
+    Estimation estimation(set.board, set.views, options);
+    startEstimation(estimation);
+    solveRobustly(estimation);
+    ASSERT_EQ(estimation.summary.termination, Termination::kConverged);
+    const BundleState before = estimation.state;
+    holdTogether(estimation);
+    EXPECT_TRUE(estimation.weak_prior.isNone());
+    EXPECT_EQ(estimation.state.params, before.params) << "to the last bit";
+    for (std::size_t v = 0; v < before.camera_from_board.size(); ++v) {
+      const SE3& pose = estimation.state.camera_from_board[v];
+      EXPECT_EQ(pose.rotation.matrix(), before.camera_from_board[v].rotation.matrix());
+      EXPECT_EQ(pose.translation, before.camera_from_board[v].translation);
     }
     ++num_sets;
   }
-  std::printf("the widest prior moves parameters by %.1e sigma\n", largest_change);
   EXPECT_EQ(num_sets, 10);
-  EXPECT_LT(largest_change, 1e-3);
-  EXPECT_GT(largest_change, 0) << "the prior counts";
+}
+
+// Few views leave the image's corners empty, where noise in k3 may fold the lens.
+TEST(WeakPrior, FewViewsDoNotFoldARadtanLens) {
+  const std::vector<double> params = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+  const AnyCamera truth = AnyCamera::make("radtan", params);
+  int num_held = 0;
+  int num_sets = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const SimulatedSet set = simulateSet(truth, kSize, 12, kNoisePx, seed);
+    const CalibrationResult result = calibrate(set.board, set.views);
+    EXPECT_TRUE(result.domain.full_image) << "seed " << seed;
+    const bool is_held = !result.weak_prior.isNone();
+    EXPECT_EQ(hasFinding(result, "ill_conditioned"), is_held);
+    if (is_held) {
+      double largest = 0;
+      ASSERT_TRUE(result.covariance);
+      EXPECT_EQ(largestError(result, truth, largest), 63);
+      std::printf("seed %d: prior of %g, error %.2f stated sigmas at most\n", static_cast<int>(seed),
+                  result.weak_prior.width, largest);
+      EXPECT_LT(largest, 3);
+    }
+    num_held += is_held ? 1 : 0;
+    ++num_sets;
+  }
+  EXPECT_EQ(num_sets, 40);
+  EXPECT_GE(num_held, 1) << "nothing to be seen here otherwise";
+  EXPECT_LE(num_held, 6);
 }
 
 // Boards that keep to the middle leave k3 to noise, which may fold the lens in the corners.

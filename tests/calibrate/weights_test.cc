@@ -115,7 +115,7 @@ TEST(Weights, TrueSigmasLeaveNothingUnexplained) {
     EXPECT_NEAR(result.local_sigma_px, result.coordinate_sigma_px, 0.15 * result.coordinate_sigma_px);
     EXPECT_GT(result.rms_px, 0.17);
     EXPECT_TRUE(result.outliers.empty());
-    EXPECT_TRUE(result.findings.empty()) << result.findings.front().message;
+    EXPECT_TRUE(result.findings.empty()) << result.findings.front().message();
   }
 }
 
@@ -145,7 +145,7 @@ TEST(Weights, ManyPoorCornersAreNoMisfit) {
   const SimulatedSet set = mixedSet(0.05, 3.0, 1);
   const CalibrationResult result = calibrate(set.board, set.views);
   EXPECT_GT(result.rms_px, 0.0005 * std::hypot(kSize.width, kSize.height));
-  EXPECT_TRUE(result.findings.empty()) << result.findings.front().message;
+  EXPECT_TRUE(result.findings.empty()) << result.findings.front().message();
 }
 
 TEST(Weights, AModelIsFoundTooLeanThroughPoorCorners) {

@@ -25,14 +25,10 @@ void compareWithTruth(const SweepCell& cell, SweepOutcome& outcome) {
   const auto params = outcome.drawn.camera.parameters();
   BundleState state{.params = {params.begin(), params.end()}, .camera_from_board = outcome.set.poses};
   const auto observations = observationsOf(outcome.set.board, outcome.set.views);
-  BundleOptions options;
-  options.loss = outcome.result.loss;
-  options.prior = outcome.result.weak_prior.prior;
-  const BundleSummary summary = solveBundle(cell.model, observations, state, options);
+  const BundleSummary summary = solveBundle(cell.model, observations, state, {.loss = outcome.result.loss});
   outcome.cost_from_truth = summary.cost;
   outcome.is_determined = summary.termination == Termination::kConverged &&
-                          (!outcome.result.weak_prior.isNone() ||
-                           intrinsicsInformation(cell.model, observations, state).inverse.has_value());
+                          intrinsicsInformation(cell.model, observations, state).inverse.has_value();
 }
 
 }  // namespace
@@ -50,13 +46,17 @@ std::vector<SweepCell> sweepCells() {
   return cells;
 }
 
+bool SweepOutcome::usesEverything() const {
+  return error.empty() && result.outliers.empty() && result.excluded_views.empty();
+}
+
 bool SweepOutcome::isAtOptimum() const {
   constexpr double kRelative = 1e-6;
-  constexpr double kOfVariance = 0.1;  // noise alone moves the cost by ten times as much for each parameter
-  const double variance = result.coordinate_sigma_px * result.coordinate_sigma_px;
-  const double tolerance = result.weak_prior.isNone() ? kRelative * cost_from_truth : kOfVariance * variance;
-  return error.empty() && result.outliers.empty() && result.excluded_views.empty() &&
-         result.solver.cost <= cost_from_truth + tolerance;
+  return usesEverything() && result.solver.cost <= (1 + kRelative) * cost_from_truth;
+}
+
+bool SweepOutcome::isHeld() const {
+  return usesEverything() && !result.weak_prior.isNone();
 }
 
 bool SweepOutcome::isWarned() const {

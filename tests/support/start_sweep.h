@@ -25,19 +25,18 @@ struct SweepOutcome {
   DrawnCamera drawn;
   UserSet set;
   CalibrationResult result;
-  /// Of the same loss and weak prior, solved from the true camera and poses; NaN without.
-  double cost_from_truth = 0;
+  double cost_from_truth = 0;  ///< of the same loss, solved from the true camera and poses; NaN without
   /// Do the views determine the parameters? If not (the solver does not come to rest even from the truth, or
-  /// the information is singular to working precision, and no weak prior helps), there is no optimum to be
-  /// found, only a valley.
+  /// the information is singular to working precision), there is no optimum to be found, only a valley.
   bool is_determined = true;
   double seconds = 0;  ///< CPU time of the calibration
   std::string error;   ///< what calibrate() said instead of a result; `result` is then the truth
 
-  /// Every view and corner was used, and the cost is that of the true optimum to 1e-6 relative, or lower.
-  /// Where a weak prior holds the lens together, the valley may have several minima that no corner tells
-  /// apart: to a tenth of the variance of a coordinate.
+  [[nodiscard]] bool usesEverything() const;  ///< every view and corner
+  /// Uses everything, and the cost is that of the true optimum to 1e-6 relative, or lower.
   [[nodiscard]] bool isAtOptimum() const;
+  /// Uses everything, and the result says that the views do not determine the model (`ill_conditioned`).
+  [[nodiscard]] bool isHeld() const;
   /// Did the user learn that something is wrong? Views that are few are no such warning.
   [[nodiscard]] bool isWarned() const;
 };

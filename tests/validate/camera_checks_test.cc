@@ -79,9 +79,9 @@ TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
   CameraClaims claims;
   claims.camera = &camera;
   claims.image_size = kSize;
-  claims.is_trustworthy = false;
+  claims.verdict = Verdict::kNo;
   EXPECT_EQ(statusOf(checkCamera(claims), "calibration"), CheckStatus::kFail);
-  claims.is_trustworthy = true;
+  claims.verdict = Verdict::kTrustworthy;
   EXPECT_EQ(statusOf(checkCamera(claims), "calibration"), CheckStatus::kPass);
 }
 

@@ -2,8 +2,8 @@
 #include "alidade/calibrate/bundle_adjustment.h"
 
 #include <algorithm>
-#include <memory>
 #include <optional>
+#include <utility>
 
 #include <ceres/ceres.h>
 
@@ -14,15 +14,34 @@
 namespace alidade {
 namespace {
 
-class CancelCallback final : public ceres::IterationCallback {
+// Ends Ceres' run where nothing is left to be won, and where it refuses a step: the poses are damped as the
+// radius was when their Jacobian was evaluated, so a smaller radius takes a new one.
+class StepWatch final : public ceres::IterationCallback {
  public:
-  explicit CancelCallback(const CancelFlag* cancel) : cancel_(cancel) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return cancel_ != nullptr && cancel_->load() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  enum class End { kOpen, kSettled, kRefused };
+
+  StepWatch(BundleProblem& bundle, const BundleOptions& options) : bundle_(bundle), options_(options) {}
+
+  void begin() { end_ = End::kOpen; }
+  [[nodiscard]] End end() const { return end_; }
+  [[nodiscard]] int numSteps() const { return num_steps_; }
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& at) override {
+    if (options_.cancel != nullptr && options_.cancel->load()) return ceres::SOLVER_ABORT;
+    if (at.iteration > 0) ++num_steps_;
+    if (!at.step_is_successful) {
+      end_ = End::kRefused;
+    } else if (bundle_.predictedDrop() <= options_.function_tolerance * bundle_.cost()) {
+      end_ = End::kSettled;
+    }
+    return end_ == End::kOpen ? ceres::SOLVER_CONTINUE : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
   }
 
  private:
-  const CancelFlag* cancel_;
+  BundleProblem& bundle_;
+  const BundleOptions& options_;
+  End end_ = End::kOpen;
+  int num_steps_ = 0;
 };
 
 std::vector<ParamRange> rangesOf(std::string_view model_id) {
@@ -42,18 +61,10 @@ std::optional<double> endReached(const ParamRange& range, double value) {
   return std::nullopt;
 }
 
-// Ceres also calls it convergence when no step however small lowers the cost. At the rounding of a perfect
-// fit that is an optimum; elsewhere it is not known to be one.
-bool isStalled(const ceres::Solver::Summary& summary) {
-  constexpr double kPerfect = 1e-12;  // px^2 a residual
-  return summary.message.find("trust region radius") != std::string::npos &&
-         summary.final_cost > kPerfect * summary.num_residuals;
-}
-
 Termination terminationOf(const ceres::Solver::Summary& summary) {
   switch (summary.termination_type) {
     case ceres::CONVERGENCE:
-      return isStalled(summary) ? Termination::kStalled : Termination::kConverged;
+      return Termination::kConverged;
     case ceres::NO_CONVERGENCE:
       return Termination::kIterationLimit;
     default:
@@ -69,55 +80,86 @@ class Bundle {
       : options_(options),
         state_(state),
         bundle_(model_id, views, options.loss, state.params, state.camera_from_board),
-        cancel_(options.cancel) {
+        watch_(bundle_, options) {
     bundle_.setPrior(options.prior);
-    solver_.linear_solver_type = ceres::DENSE_SCHUR;
-    solver_.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>(bundle_.ordering());
+    for (const auto& view : views) num_residuals_ += 2 * static_cast<double>(view.size());
+    // By orthogonal transformations, which do not fail where parameters all but make up for each other.
+    solver_.linear_solver_type = ceres::DENSE_QR;
     solver_.num_threads = 1;
-    solver_.max_num_iterations = options.max_iterations;
     solver_.function_tolerance = options.function_tolerance;
     solver_.gradient_tolerance = 1e-10;
     solver_.parameter_tolerance = 1e-12;
     solver_.logging_type = ceres::SILENT;
-    solver_.callbacks.push_back(&cancel_);
+    solver_.callbacks.push_back(&watch_);
   }
 
   BundleSummary solve(const ParamConstraint& constraint) {
-    bundle_.constrain(constraint);
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver_, &bundle_.problem(), &summary);
-    throwIfCancelled(options_.cancel);
-    num_iterations_ += summary.num_successful_steps + summary.num_unsuccessful_steps;
+    constexpr double kInitialRadius = 1e4;
+    constexpr double kMinRadius = 1e-32;
     BundleSummary result;
-    result.termination = terminationOf(summary);
-    result.reason = summary.message;
-    result.num_iterations = num_iterations_;
-    result.cost = summary.final_cost;
+    bundle_.constrain(constraint);
+    const bool is_evaluable = bundle_.begin();
+    result.cost = bundle_.cost();
+    if (!is_evaluable) {
+      result.reason = "A corner cannot be projected at the start.";
+      return result;
+    }
+    const int num_steps_before = watch_.numSteps();
+    double radius = kInitialRadius;
+    double shrink = 2;
+    while (radius > kMinRadius) {
+      const int num_steps = watch_.numSteps();
+      ceres::Solver::Summary summary = run(radius, options_.max_iterations - (num_steps - num_steps_before));
+      result.termination = terminationOf(summary);
+      result.reason = std::move(summary.message);
+      if (watch_.end() != StepWatch::End::kRefused) break;
+      // Each refusal in a row weighs more, as when Ceres goes on by itself.
+      if (watch_.numSteps() - num_steps > 1) shrink = 2;
+      radius = 2 * summary.iterations.back().trust_region_radius / shrink;
+      shrink *= 2;
+    }
+    if (watch_.end() == StepWatch::End::kSettled) {
+      result.termination = Termination::kConverged;
+      result.reason = "Function tolerance reached by the model of the next step.";
+    } else if (watch_.end() == StepWatch::End::kRefused) {
+      // At the rounding of a perfect fit that is an optimum; elsewhere it is not known to be one.
+      constexpr double kPerfect = 1e-12;  // px^2 a residual
+      const bool is_perfect = bundle_.cost() <= kPerfect * num_residuals_;
+      result.termination = is_perfect ? Termination::kConverged : Termination::kStalled;
+      result.reason = "No step lowers the cost, however small.";
+    }
+    state_.params = bundle_.params();
+    result.num_iterations = watch_.numSteps();
+    result.cost = bundle_.cost();
     return result;
   }
 
   // Of the cost, by each parameter; nothing where a corner does not project.
-  std::optional<std::vector<double>> gradient() {
-    bundle_.constrain({});
-    ceres::Problem::EvaluateOptions evaluate;
-    evaluate.parameter_blocks = {state_.params.data()};
-    std::vector<double> gradient;
-    if (!bundle_.problem().Evaluate(evaluate, nullptr, nullptr, &gradient, nullptr)) return std::nullopt;
-    return gradient;
+  std::optional<Eigen::VectorXd> gradient() {
+    if (!bundle_.begin()) return std::nullopt;
+    return bundle_.gradient();
   }
 
-  void takePoses() {
-    for (std::size_t v = 0; v < state_.camera_from_board.size(); ++v)
-      state_.camera_from_board[v] = bundle_.pose(v);
-  }
+  void takePoses() { state_.camera_from_board = bundle_.poses(); }
 
  private:
+  ceres::Solver::Summary run(double radius, int max_iterations) {
+    solver_.initial_trust_region_radius = radius;
+    solver_.max_num_iterations = max_iterations;
+    bundle_.setRadius(radius);
+    watch_.begin();
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver_, &bundle_.problem(), &summary);
+    throwIfCancelled(options_.cancel);
+    return summary;
+  }
+
   const BundleOptions& options_;
   BundleState& state_;
   BundleProblem bundle_;
-  CancelCallback cancel_;
+  StepWatch watch_;
   ceres::Solver::Options solver_;
-  int num_iterations_ = 0;
+  double num_residuals_ = 0;
 };
 
 // Solves again along the ends of ranges. Beyond them the lens has no value, the step is rejected whole, and
@@ -149,7 +191,8 @@ void followRangeEnds(std::string_view model_id, BundleState& state, const ParamC
     std::erase_if(at_limit, [&](int i) {
       const auto at = static_cast<std::size_t>(i);
       const bool is_upper = state.params[at] == ranges[at].max;
-      return is_upper ? (*gradient)[at] > 0 : (*gradient)[at] < 0;
+      const double slope = (*gradient)(i);
+      return is_upper ? slope > 0 : slope < 0;
     });
     if (at_limit == summary.at_limit) {
       state.params = before;

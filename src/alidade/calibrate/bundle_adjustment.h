@@ -44,15 +44,17 @@ enum class Termination {
 
 struct BundleSummary {
   Termination termination = Termination::kFailed;
-  std::string reason;  ///< the solver's own words
-  int num_iterations = 0;
+  std::string reason;         ///< the solver's own words
+  int num_iterations = 0;     ///< steps tried
   std::vector<int> at_limit;  ///< parameters that the optimum pushes against the end of their range
-  double cost = 0;  ///< half the sum of rho over all corners, px^2 of a corner of weight 1; with the prior's
+  /// Half the sum of rho over all corners, px^2 of a corner of weight 1, with the prior's share; NaN where
+  /// the start has none.
+  double cost = 0;
 };
 
-/// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres, see BundleProblem:
-/// poses eliminated by the Schur complement, one thread (Ceres' threads sum in varying order, which changes
-/// the last bits). Lens parameters stay in their model's ranges; an optimum may lie on the end of
+/// Minimises the robust weighted reprojection error over intrinsics and poses with Ceres, which sees the
+/// poses eliminated (BundleProblem). Ends, too, where the next step would change the cost by less than
+/// `function_tolerance`. Lens parameters stay in their model's ranges; an optimum may lie on the end of
 /// one.
 /// @param views  the corners of each view; as many as state.camera_from_board
 [[nodiscard]] BundleSummary solveBundle(std::string_view model_id,

@@ -11,8 +11,10 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/finding.h"
 #include "alidade/calibrate/start.h"
 #include "alidade/calibrate/view_scores.h"
+#include "alidade/calibrate/view_variation.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board_shape.h"
@@ -41,15 +43,6 @@ struct Outlier {
   std::string image;
   int corner_id = 0;
   Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
-};
-
-/// Something the user must know before trusting the result.
-struct Finding {
-  enum class Severity { kWarning, kFailure };
-  Severity severity = Severity::kWarning;
-  std::string id;         ///< stable, for scripts: "fronto_parallel"
-  std::string message;    ///< cause and evidence in one sentence
-  std::string next_step;  ///< what to do about it
 };
 
 /// A model with more parameters that explains the same views significantly better.
@@ -105,7 +98,12 @@ struct CalibrationResult {
   /// The same without taking the corners of one view for independent, see viewRobustCovariance(); where it is
   /// much larger, the views have errors that the model and the noise do not explain.
   std::optional<Eigen::MatrixXd> view_robust_covariance;
-  double scaled_condition = 0;  ///< see IntrinsicsInformation
+  /// N x N, per px^2: what the corners say about the parameters with all poses free, and the board's bend
+  /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
+  /// inverse.
+  Eigen::MatrixXd information;
+  Eigen::MatrixXd free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
+  double scaled_condition = 0;      ///< see IntrinsicsInformation
   DomainCertificate domain;
   std::vector<int> held;  ///< indices of parameters that were not estimated; their sigma is 0
   StartReport start;      ///< how the search for a start went
@@ -117,6 +115,7 @@ struct CalibrationResult {
   std::optional<BetterModel> better_model;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;
+  ViewVariations variations;  ///< what changes from view to view although it should not
   std::vector<Finding> findings;
 
   /// One standard deviation of parameter i; NaN without a covariance.
@@ -126,8 +125,9 @@ struct CalibrationResult {
   /// Errors over what neighbouring corners differ by: 1 for noise alone, more where they vary smoothly. NaN
   /// without neighbours.
   [[nodiscard]] double smoothness() const;
+  [[nodiscard]] Verdict verdict() const { return verdictOf(findings); }
   /// False if any finding is a failure: the parameters are then not to be used.
-  [[nodiscard]] bool isTrustworthy() const;
+  [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }
 };
 
 /// Looks at everything but `findings` and says what is wrong with the result; pure judgement, no estimation.

@@ -30,6 +30,8 @@ constexpr double kMisfitWarn = 0.0005;
 constexpr double kSmoothWarn = 1.5;
 constexpr double kSmallRmsPx = 0.02;  // below this, smooth or not, nobody is hurt
 constexpr int kFewViews = 8;
+// Sharp images give corners to 0.02 to 0.15 px.
+constexpr double kUnsharpPx = 0.3;
 // A board bent by this share of its size is no longer the paraboloid that two numbers describe.
 constexpr double kBentShare = 0.005;
 
@@ -37,17 +39,15 @@ double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
 }
 
-// Median angle between the image plane and the board, degrees. Where the focal length is unknown, noise
-// feigns tilts in single views; the median keeps away from those.
-double medianTiltDeg(const CalibrationResult& result) {
+// Angles between the image plane and the board, degrees, ascending.
+std::vector<double> tiltsDeg(const CalibrationResult& result) {
   std::vector<double> tilts;
   for (const ViewResult& view : result.views) {
     const double c = std::abs(view.camera_from_board.rotation.matrix()(2, 2));
     tilts.push_back(degrees(std::acos(std::min(1.0, c))));
   }
-  const auto middle = tilts.begin() + static_cast<std::ptrdiff_t>(tilts.size() / 2);
-  std::nth_element(tilts.begin(), middle, tilts.end());
-  return *middle;
+  std::sort(tilts.begin(), tilts.end());
+  return tilts;
 }
 
 // Relative one sigma of the focal lengths with corners no better than the noise floor.
@@ -64,63 +64,70 @@ double relativeFocalStd(const CalibrationResult& result) {
 
 void judgeObservability(const CalibrationResult& result, std::vector<Finding>& findings) {
   const double focal_std = relativeFocalStd(result);
-  const double tilt = medianTiltDeg(result);
+  // Where the focal length is unknown, noise feigns tilts in single views; the median keeps away from those.
+  const std::vector<double> tilts = tiltsDeg(result);
+  const double tilt = tilts[tilts.size() / 2];
   const bool is_unknown = !(focal_std < kFocalUnknown);
-  if (is_unknown && tilt < kSmallTiltDeg) {
+  const bool is_parallel = tilts[tilts.size() - 2] < kSmallTiltDeg;
+  if ((is_unknown && tilt < kSmallTiltDeg) || is_parallel) {
+    // That the stated sigma is small helps little: it takes the model for the lens.
     findings.push_back(
-        {.severity = Severity::kFailure,
+        {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
          .id = "fronto_parallel",
-         .message = "the board is nearly parallel to the image in most views (median tilt " +
-                    numberText("%.1f", tilt) + " degrees): focal length and distance cannot be told apart",
+         .cause = "the board is nearly parallel to the image in most views, so focal length and distance "
+                  "cannot be told apart",
+         .evidence = "median tilt " + numberText("%.1f", tilt) + " degrees" +
+                     (std::isfinite(focal_std)
+                          ? ", focal length known to " + numberText("%.2g", 100 * focal_std) + " %"
+                          : ""),
          .next_step = "add views with the board tilted by 20 to 50 degrees, about both of its axes"});
   } else if (!result.covariance) {
     findings.push_back(
         {.severity = Severity::kFailure,
          .id = "unobservable",
-         .message = "these views leave some combination of the parameters undetermined",
+         .cause = "these views leave some combination of the parameters undetermined",
+         .evidence =
+             "condition " + numberText("%.1g", result.scaled_condition) + " of the scaled information",
          .next_step =
              "add views with other tilts, distances and places in the image, or use a smaller model"});
   } else if (is_unknown || focal_std > kFocalWeak) {
     findings.push_back(
         {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
          .id = "focal_uncertain",
-         .message = "the focal length is known to " + numberText("%.2g", 100 * focal_std) +
-                    " % only (one sigma, corners taken as no better than 0.05 px)",
+         .cause = "the focal length is not known well",
+         .evidence = "one sigma is " + numberText("%.2g", 100 * focal_std) +
+                     " % of it (corners taken as no better than 0.05 px)",
          .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image"});
   }
   if (result.views.size() < kFewViews) {
     findings.push_back({.severity = Severity::kWarning,
                         .id = "few_views",
-                        .message = std::to_string(result.views.size()) + " views are few",
+                        .cause = "there are few views to notice a mistake by",
+                        .evidence = std::to_string(result.views.size()) + " in use",
                         .next_step = "use at least " + std::to_string(kFewViews) + ", better 15 to 30"});
   }
 }
 
 void judgeConditioning(const CalibrationResult& result, std::vector<Finding>& findings) {
   const WeakPrior& held = result.weak_prior;
-  if (held.is_missing) {
-    findings.push_back(
-        {.severity = Severity::kWarning,
-         .id = "ill_conditioned",
-         .message = "these views do not determine the lens, and no lens of ordinary size explains them",
-         .next_step = "add views that reach the image's corners, or use a smaller model"});
-    return;
-  }
   if (held.isNone()) return;
-  std::string names;
+  std::string changes;
   for (const int i : held.least_known) {
     const auto at = static_cast<std::size_t>(i);
-    names += (names.empty() ? "" : ", ") + std::string(result.camera.parameterNames()[at]) + " (" +
-             numberText("%.3g", held.free_params[at]) + " without a prior)";
+    changes += (changes.empty() ? "" : ", ") + std::string(result.camera.parameterNames()[at]) + " from " +
+               numberText("%.3g", held.free_params[at]) + " to " +
+               numberText("%.3g", result.camera.parameters()[at]);
   }
-  findings.push_back({.severity = Severity::kWarning,
-                      .id = "ill_conditioned",
-                      .message = "these views do not determine the lens: " + names +
-                                 " may be exchanged for one another or hang on no corner at all. They are "
-                                 "held by the assumption that "
-                                 "each parameter moves the outermost corners by about " +
-                                 numberText("%g", held.width) + " times half the image's diagonal at most",
-                      .next_step = "use a smaller model, or add views that reach the image's corners"});
+  findings.push_back(
+      {.severity = Severity::kWarning,
+       .id = "ill_conditioned",
+       .cause = "these views leave the lens undetermined, so it is held by the weakest prior that keeps it "
+                "within reason; single parameters mean little, and projections are as good as their sigmas",
+       .evidence = "a prior of " + numberText("%g", held.width) +
+                   " natural sizes, by which a parameter moves the image's corner by half the diagonal, "
+                   "changed " +
+                   changes,
+       .next_step = "use a smaller model, or add views that reach the image's corners"});
 }
 
 void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings) {
@@ -128,22 +135,25 @@ void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings
   std::string where;
   if (const auto& pixel = result.domain.pixel_without_ray) {
     where =
-        ": pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
+        ", pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
   }
   if (!result.domain.cone.is_limited_by_fold) {
     // A wide lens leaves the image's corners dark: no ray of its ends there.
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "pixels_without_ray",
-         .message = "the model ends " + numberText("%.0f", degrees(result.domain.cone.max_angle_rad)) +
-                    " degrees from the axis, inside the image" + where,
+         .cause = "the model ends inside the image",
+         .evidence =
+             numberText("%.0f", degrees(result.domain.cone.max_angle_rad)) + " degrees from the axis" + where,
          .next_step = "look whether the lens leaves these pixels dark; if it does not, use another model"});
     return;
   }
   findings.push_back(
       {.severity = Severity::kFailure,
        .id = "folds_in_image",
-       .message = "the distortion folds over inside the image" + where,
+       .cause = "the distortion folds over inside the image",
+       .evidence =
+           numberText("%.0f", degrees(result.domain.cone.max_angle_rad)) + " degrees from the axis" + where,
        .next_step = "add views that reach the image's corners, or use a model that suits the lens"});
 }
 
@@ -151,25 +161,25 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.solver.termination != Termination::kConverged) {
     findings.push_back({.severity = Severity::kFailure,
                         .id = "not_converged",
-                        .message = "the solver stopped before the optimum: " + result.solver.reason,
+                        .cause = "the solver stopped before the optimum",
+                        .evidence = result.solver.reason,
                         .next_step = "look for wrong views; the worst ones are listed"});
   }
   for (const int i : result.solver.at_limit) {
     findings.push_back({.severity = Severity::kWarning,
                         .id = "parameter_at_limit",
-                        .message = std::string(result.camera.parameterNames()[static_cast<std::size_t>(i)]) +
-                                   " has come to the end of its range, " +
-                                   numberText("%g", result.camera.parameters()[static_cast<std::size_t>(i)]) +
-                                   ": the model would have to bend farther than it can",
+                        .cause = "the model would have to bend farther than it can",
+                        .evidence = std::string(result.camera.parameterNames()[static_cast<std::size_t>(i)]) +
+                                    " has come to the end of its range, " +
+                                    numberText("%g", result.camera.parameters()[static_cast<std::size_t>(i)]),
                         .next_step = "use a model that suits the lens"});
   }
   if (!result.is_settled) {
-    findings.push_back(
-        {.severity = Severity::kFailure,
-         .id = "not_settled",
-         .message =
-             "each fit changes which corners look like outliers: there is no stable answer to these views",
-         .next_step = "look for wrong views; the worst ones are listed"});
+    findings.push_back({.severity = Severity::kFailure,
+                        .id = "not_settled",
+                        .cause = "there is no stable answer to these views",
+                        .evidence = "each fit changes which corners look like outliers",
+                        .next_step = "look for wrong views; the worst ones are listed"});
   }
   const double diagonal = std::hypot(result.image_size.width, result.image_size.height);
   // Weighted: corners that say themselves that they are poor are no misfit.
@@ -178,56 +188,65 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back(
         {.severity = share <= kMisfitNo ? Severity::kWarning : Severity::kFailure,
          .id = "misfit",
-         .message = "an RMS of " + numberText("%.3g", result.weighted_rms_px) +
-                    " px is more than corners' noise: the lens does not follow the model, the board is not "
-                    "flat, or images are blurred",
+         .cause = "the errors are more than corners' noise; the lens does not follow the model, the board "
+                  "is not flat, or images are blurred",
+         .evidence = "RMS " + numberText("%.3g", result.weighted_rms_px) + " px",
          .next_step = "try another model; check that the board is flat and rigid; look at the worst views"});
   }
   if (result.better_model) {
     findings.push_back(
         {.severity = Severity::kFailure,
          .id = "model_too_lean",
-         .message = result.better_model->id + " explains the same corners with an RMS of " +
-                    numberText("%.3g", result.better_model->rms_px) + " px instead of " +
-                    numberText("%.3g", result.better_model->lean_rms_px) +
-                    " px: the lens has distortion that this model lacks, and its other parameters "
-                    "are bent to make up for it",
+         .cause = "the lens has distortion that this model lacks, and its other parameters are bent to make "
+                  "up for it",
+         .evidence = result.better_model->id + " explains the same corners with an RMS of " +
+                     numberText("%.3g", result.better_model->rms_px) + " px instead of " +
+                     numberText("%.3g", result.better_model->lean_rms_px) + " px",
          .next_step = "use --model " + result.better_model->id});
+  }
+  if (result.local_sigma_px > kUnsharpPx) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "unsharp",
+                        .cause = "corners are found badly: the images are unsharp, noisy or coarse",
+                        .evidence = "neighbouring corners differ by noise of " +
+                                    numberText("%.2g", result.local_sigma_px) + " px an axis",
+                        .next_step = "focus on the board's distance, give more light and shorter exposure, "
+                                     "and clean the lens"});
   }
   const double smoothness = result.smoothness();
   if (smoothness > kSmoothWarn && result.weighted_rms_px > kSmallRmsPx) {
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "systematic_errors",
-         .message =
-             "the errors are " + numberText("%.1f", smoothness) +
-             " times what neighbouring corners differ by, so they vary smoothly and are not noise alone: the "
-             "stated sigmas are too small",
+         .cause = "errors vary smoothly over the board and are not noise alone, so the stated sigmas are too "
+                  "small",
+         .evidence =
+             "they are " + numberText("%.1f", smoothness) + " times what neighbouring corners differ by",
          .next_step =
              "check that the board is flat and the images are sharp; a richer model may suit the lens"});
   }
   if (result.shape.bend_share > kBentShare) {
-    findings.push_back({.severity = Severity::kWarning,
-                        .id = "bent_board",
-                        .message = "the board's middle stands out by " +
-                                   numberText("%.2g", 100 * result.shape.bend_share) +
-                                   " % of its size; so bent a board is no paraboloid, which is what is "
-                                   "allowed for",
-                        .next_step = "mount the board on something flat and rigid, and photograph it again"});
-  }
-  if (!result.shape.is_determined && result.shape.is_requested) {
     findings.push_back(
         {.severity = Severity::kWarning,
-         .id = "bend_unknown",
-         .message = "these views do not tell whether the board is bent, so it was taken as flat",
-         .next_step = "take more views, tilted both ways, of a board with three or more "
-                      "corners a side"});
+         .id = "bent_board",
+         .cause = "the board is bent too much to be a paraboloid, which is what is allowed for",
+         .evidence = "its middle stands out by " + numberText("%.2g", 100 * result.shape.bend_share) +
+                     " % of its size",
+         .next_step = "mount the board on something flat and rigid, and photograph it again"});
+  }
+  if (!result.shape.is_determined && result.shape.is_requested) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "bend_unknown",
+                        .cause = "these views do not tell whether the board is bent, so it was taken as flat",
+                        .evidence = {},
+                        .next_step = "take more views, tilted both ways, of a board with three or more "
+                                     "corners a side"});
   }
   if (result.num_corners_outside > 0) {
     findings.push_back({.severity = Severity::kFailure,
                         .id = "corners_outside_domain",
-                        .message = std::to_string(result.num_corners_outside) +
-                                   " corners lie beyond the angle at which the distortion folds over",
+                        .cause = "corners lie beyond the angle at which the distortion folds over",
+                        .evidence = std::to_string(result.num_corners_outside) + " corners",
                         .next_step = "use a model that suits the lens"});
   }
   const auto params = result.camera.parameters();
@@ -237,8 +256,8 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back(
         {.severity = Severity::kFailure,
          .id = "principal_point_outside",
-         .message = "the principal point (" + numberText("%.0f", params[2]) + ", " +
-                    numberText("%.0f", params[3]) + ") lies outside the image",
+         .cause = "the principal point lies outside the image",
+         .evidence = "(" + numberText("%.0f", params[2]) + ", " + numberText("%.0f", params[3]) + ")",
          .next_step = "check that the images are neither cropped nor mixed from several cameras"});
   }
   const double aspect = params[0] / params[1];
@@ -247,7 +266,8 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "odd_aspect",
-         .message = "fx / fy is " + numberText("%.3f", aspect) + "; pixels of almost all sensors are square",
+         .cause = "pixels are not square, as those of almost all sensors are",
+         .evidence = "fx / fy is " + numberText("%.3f", aspect),
          .next_step = "check whether the images were stretched and whether the board's squares are square"});
   }
 }
@@ -268,11 +288,6 @@ double CalibrationResult::smoothness() const {
   return weighted_rms_px / std::sqrt(2.0) / local_sigma_px;
 }
 
-bool CalibrationResult::isTrustworthy() const {
-  return std::none_of(findings.begin(), findings.end(),
-                      [](const Finding& f) { return f.severity == Severity::kFailure; });
-}
-
 std::vector<Finding> judge(const CalibrationResult& result) {
   std::vector<Finding> findings;
   judgeFit(result, findings);
@@ -280,8 +295,8 @@ std::vector<Finding> judge(const CalibrationResult& result) {
   judgeConditioning(result, findings);
   judgeDomain(result, findings);
   judgeData(result, findings);
-  std::stable_partition(findings.begin(), findings.end(),
-                        [](const Finding& f) { return f.severity == Severity::kFailure; });
+  std::stable_sort(findings.begin(), findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   return findings;
 }
 

@@ -33,6 +33,11 @@ BundleSummary solveLarger(const Estimation& e, const std::string& id, BundleStat
                       .cancel = e.options.cancel});
 }
 
+// A prior's share is no error that a larger model could explain.
+double cornersCost(const Estimation& e) {
+  return e.summary.cost - e.weak_prior.prior.cost(e.state.params);
+}
+
 // Is the gain real? F test of the further parameters: the drop of the sum of squares for each of them over
 // the variance that the larger model leaves; 1 on average if they are not needed. A lens without distortion
 // is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to the last
@@ -48,9 +53,9 @@ bool isGain(const Estimation& e, double larger_cost, std::size_t num_larger_para
   const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -
                          6.0 * static_cast<double>(e.views.size());
   const double floor = 2 * kMinSigmaPx * kMinSigmaPx * static_cast<double>(num_corners);
-  const double drop = 2 * (e.summary.cost - larger_cost);
+  const double drop = 2 * (cornersCost(e) - larger_cost);
   return drop / extra > kNeededF * std::max(2 * larger_cost, floor) / freedom &&
-         drop > needed_share * 2 * e.summary.cost;
+         drop > needed_share * 2 * cornersCost(e);
 }
 
 // A larger model is only worth recommending if these views determine it and it sees the whole image.

@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 
-#include "alidade/calibrate/view_kernel.h"
 #include "alidade/camera/any_camera.h"
 
 namespace alidade {
@@ -23,15 +22,15 @@ struct LensPrior {
   [[nodiscard]] bool isNone() const { return precision.size() == 0; }
   /// Half the sum of squares, as the solver counts it.
   [[nodiscard]] double cost(std::span<const double> params) const;
-  /// Adds the prior's rows to the normal equations.
-  void addTo(const double* params, SharedSums& sums) const;
+  /// Adds the prior's rows to the normal equations, lower triangle of columns of parameters and error.
+  void addTo(std::span<const double> params, Eigen::MatrixXd& equations) const;
   /// The same to an information and a gradient of which the parameters are the first rows.
   void addTo(std::span<const double> params, Eigen::MatrixXd& information, Eigen::VectorXd& gradient) const;
 };
 
-/// Natural sizes of a lens' parameters: a change by one of them moves the outermost board corner that was
-/// seen by half the image's diagonal, so that a lens of which one is much larger is no lens that anybody
-/// makes. Zero for fx fy cx cy.
+/// Natural sizes of a lens' parameters: a change by one of them moves some ray of the image by half the
+/// image's diagonal, so that a lens of which one is much larger is no lens that anybody makes. The rays are
+/// those of the model's start. Zero for fx fy cx cy.
 struct LensScale {
   Eigen::VectorXd mean;  ///< the model's start, with fx and fy to go with it
   Eigen::VectorXd size;
@@ -50,14 +49,11 @@ struct WeakPrior {
   LensScale scale = {};
   std::vector<double> free_params = {};  ///< where the solver went without the prior
   std::vector<int> least_known = {};     ///< parameters that take most part in what the views do not see
-  bool is_missing = false;               ///< one is needed, and every one contradicts the corners
 
   [[nodiscard]] bool isNone() const { return prior.isNone(); }
 };
 
 /// @param like  a camera of any model with the focal length that the image has
-/// @param rays  of any length, on which board corners were seen
-[[nodiscard]] LensScale lensScale(std::string_view model_id, const AnyCamera& like,
-                                  std::span<const Eigen::Vector3d> rays, ImageSize size);
+[[nodiscard]] LensScale lensScale(std::string_view model_id, const AnyCamera& like, ImageSize size);
 
 }  // namespace alidade

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
+
 #include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/shape_information.h"
@@ -27,6 +29,15 @@ ViewResult viewResult(const Estimation& e, std::size_t v) {
   }
   view.rms_px = std::sqrt(sum / view.num_corners);
   return view;
+}
+
+// The information whose inverse along the directions is given; it is zero across them.
+Eigen::MatrixXd informationOf(const Eigen::MatrixXd& inverse, const Eigen::MatrixXd& directions) {
+  if (directions.cols() == 0) return Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
+  const Eigen::MatrixXd onto = squares.cwiseInverse().asDiagonal() * directions.transpose();
+  const Eigen::MatrixXd along = onto * inverse * onto.transpose();
+  return onto.transpose() * along.inverse() * onto;
 }
 
 // Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
@@ -83,6 +94,8 @@ CalibrationResult resultOf(const Estimation& e) {
   const IntrinsicsInformation information =
       intrinsicsInformation(e.options.model, e.observations, e.state, e.constraint);
   result.scaled_condition = information.scaled_condition;
+  result.free_directions = directions;
+  result.information = information.information;
   if (information.inverse) result.covariance = variance * *information.inverse;
   result.shape = e.shape;
   if (e.shape.is_estimated) {
@@ -94,6 +107,7 @@ CalibrationResult resultOf(const Estimation& e) {
     // Without the bend's share the covariance would be too small, so there is none then.
     result.covariance.reset();
     if (bent) result.covariance = variance * bent->params_inverse;
+    if (bent) result.information = informationOf(bent->params_inverse, directions);
     if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
   }
   result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,
@@ -106,6 +120,8 @@ CalibrationResult resultOf(const Estimation& e) {
   result.board_stretch = boardStretch(scores, directions, variance);
   const auto influences = viewInfluences(scores, directions, variance);
   for (std::size_t v = 0; v < influences.size(); ++v) result.views[v].influence = influences[v];
+
+  result.variations = viewVariations(e.options.model, e.observations, e.state, e.loss);
 
   result.domain = certifyDomain(result.camera, result.image_size);
   for (std::size_t v = 0; v < e.views.size(); ++v) {

@@ -106,13 +106,11 @@ bool StartSolver::solve(std::string_view model_id, StartCandidate& candidate, do
 
 LensPrior StartSolver::naturalPrior(std::string_view model_id, const AnyCamera& like,
                                     const StartCandidate& candidate) const {
-  std::vector<Eigen::Vector3d> rays;
-  for (std::size_t v = 0; v < observations_.size(); ++v) {
-    if (!candidate.poses[v]) continue;
-    for (const Observation& o : observations_[v]) rays.push_back(*candidate.poses[v] * o.p_board);
-  }
-  const double variance = candidate.cost / static_cast<double>(std::max<std::size_t>(1, rays.size()));
-  return lensScale(model_id, like, rays, size()).prior(1, variance);
+  std::size_t num_corners = 0;
+  for (std::size_t v = 0; v < observations_.size(); ++v)
+    if (candidate.poses[v]) num_corners += observations_[v].size();
+  const double variance = candidate.cost / static_cast<double>(std::max<std::size_t>(1, num_corners));
+  return lensScale(model_id, like, size()).prior(1, variance);
 }
 
 bool StartSolver::isSameOptimum(std::string_view model_id, const StartCandidate& a,

@@ -7,8 +7,9 @@
 #include <cstddef>
 
 #include "alidade/calibrate/elimination.h"
+#include "alidade/calibrate/pose_elimination.h"
+#include "alidade/calibrate/vector_call.h"
 #include "alidade/calibrate/view_equations.h"
-#include "alidade/camera/batch_kernel.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 
@@ -17,26 +18,30 @@ namespace {
 
 using detail::ViewCamera;
 
-#if defined(ALIDADE_HAS_AVX2_VARIANT)
-template <class F>
-ALIDADE_TARGET_AVX2 void callWithAvx2(const F& f) {
-  f();
-}
-#endif
-
-// Calls a lambda that is inlined, in a function for whatever the processor has.
-template <class F>
-void callVectorised(const F& f) {
-#if defined(ALIDADE_HAS_AVX2_VARIANT)
-  if (batch::usesAvx2()) return callWithAvx2(f);
-#endif
-  f();
-}
-
 template <CameraModel M>
 class ModelKernel final : public ViewKernel {
  public:
   [[nodiscard]] int numParams() const override { return kParams; }
+
+  [[nodiscard]] bool sum(const double* params, const SE3& camera_from_board,
+                         std::span<const CornerGroup> corners, HuberLoss loss, double* pose_rows,
+                         Eigen::MatrixXd& shared) const override {
+    using Layout = PoseRowLayout;
+    const ViewCamera<M> camera(params, camera_from_board);
+    bool is_seen = true;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      detail::ViewEquations<M> equations;
+      is_seen = detail::sumView<M>(camera, corners, loss, Unseen::kRefuse, equations);
+      if (!is_seen) return;
+      double* row = pose_rows;
+      for (std::size_t i = 0; i < kPose; ++i, row += Layout::stride(kParams)) {
+        std::copy_n(&equations.at(i, 0), kPose, row);
+        std::copy_n(&equations.at(i, kPose), kSize - kPose, row + Layout::kShared);
+      }
+      addShared(equations, shared);
+    });
+    return is_seen;
+  }
 
   [[nodiscard]] bool reduce(const double* params, const SE3& camera_from_board,
                             std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
@@ -50,10 +55,7 @@ class ModelKernel final : public ViewKernel {
       std::array<double, kSize> diagonal;
       for (std::size_t i = 0; i < kSize; ++i) diagonal[i] = equations.at(i, i);
       equations.template eliminate<0, kPose>(diagonal, rows.data(), kSize);
-      for (std::size_t i = kPose; i < kSize; ++i) {
-        double* to = sums.gram.col(static_cast<Eigen::Index>(i - kPose)).data();
-        for (std::size_t j = i; j < kSize; ++j) to[j - kPose] += equations.at(i, j);
-      }
+      addShared(equations, sums.gram);
       for (std::size_t i = kPose; i + 1 < kSize; ++i)
         sums.diagonal(static_cast<Eigen::Index>(i - kPose)) += diagonal[i];
     });
@@ -134,6 +136,14 @@ class ModelKernel final : public ViewKernel {
   static constexpr int kParams = kNumParams<M>;
   static constexpr std::size_t kPose = Rows::kPose;
   static constexpr std::size_t kSize = Rows::kSize;
+
+  ALIDADE_ALWAYS_INLINE static void addShared(const detail::ViewEquations<M>& equations,
+                                              Eigen::MatrixXd& to_lower) {
+    for (std::size_t i = kPose; i < kSize; ++i) {
+      double* to = to_lower.col(static_cast<Eigen::Index>(i - kPose)).data();
+      for (std::size_t j = i; j < kSize; ++j) to[j - kPose] += equations.at(i, j);
+    }
+  }
 };
 
 }  // namespace

@@ -42,11 +42,19 @@ class ViewKernel {
 
   [[nodiscard]] virtual int numParams() const = 0;
 
-  /// Eliminates the pose from the view's normal equations, rows being scaled by the root of their weight
-  /// times that of the loss, so that J^T r and J^T J are those of iteratively reweighted least squares; the
-  /// sum of rho stands in for r^T r. Adds what is left to `sums`, and writes to `rows` six rows that hold the
-  /// rest: rows^T rows + what is left = the view's normal equations. False if a corner is behind the camera,
-  /// beyond a pole, or where the lens has folded, unless it is left out; then nothing is added.
+  /// Sums the view's normal equations, rows being scaled by the root of their weight times that of the loss,
+  /// so that J^T r and J^T J are those of iteratively reweighted least squares; the sum of rho stands in for
+  /// r^T r. Writes the rows of its pose to `pose_rows`, as PoseRowLayout says, and adds the rest to `shared`,
+  /// lower triangle, a column each for the parameters and the error. False if a corner is not seen; then
+  /// nothing is added.
+  [[nodiscard]] virtual bool sum(const double* params, const SE3& camera_from_board,
+                                 std::span<const CornerGroup> corners, HuberLoss loss, double* pose_rows,
+                                 Eigen::MatrixXd& shared) const = 0;
+
+  /// Eliminates the pose from the view's normal equations, as sum() has them. Adds what is left to `sums`,
+  /// and writes to `rows` six rows that hold the rest: rows^T rows + what is left = the view's normal
+  /// equations. False if a corner is behind the camera, beyond a pole, or where the lens has folded, unless
+  /// it is left out; then nothing is added.
   [[nodiscard]] virtual bool reduce(const double* params, const SE3& camera_from_board,
                                     std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
                                     PoseRows& rows, SharedSums& sums) const = 0;

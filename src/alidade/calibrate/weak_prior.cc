@@ -16,18 +16,19 @@ namespace alidade {
 namespace {
 
 constexpr auto kNumAffine = static_cast<Eigen::Index>(kAffineParamNames.size());
-constexpr double kNatural = 1;                     // widths of priors are in natural sizes
-constexpr std::array<double, 2> kWider = {3, 10};  // at 100, rounding drowns the prior
-constexpr std::array<double, 3> kNarrower = {0.3, 0.1, 0.03};
-// One standard deviation from which on a combination of the lens' parameters counts as not seen. Where all
-// are seen, it is at most a hundredth for polynomials of few terms.
-constexpr double kUnseen = 0.3;
-// Size to which a prior should bring every parameter; where none does, to which it must.
-constexpr double kAtHome = 0.25;
-constexpr double kBounded = 1.5;
+// Widths of priors in natural sizes; at 100, rounding drowns the prior.
+constexpr std::array<double, 6> kWidths = {0.03, 0.1, 0.3, 1, 3, 10};
+// Lenses are taken to lie about their model's start by no less than this, whatever the prior's width.
+constexpr double kNatural = 1;
+// One standard deviation from which on a combination of the lens' parameters counts as not seen, in natural
+// sizes: it moves the corner of the image by a quarter of its diagonal.
+constexpr double kUnseen = 0.5;
+// Parameters of a lens that is held together, in natural sizes: what a prior should reach, for larger ones
+// bring poles close to the image, and what it must.
+constexpr std::array<double, 2> kBounds = {0.3, 1};
 // A prior that raises twice the cost of the corners by more variances than this contradicts them.
 constexpr double kContradiction = 25;
-constexpr double kDominant = 0.3;  // share of the unseen combination from which on a parameter is named
+constexpr double kDominant = 0.5;  // of the largest part in the unseen combination: parameters to be named
 constexpr double kSameCost = 1e-9;
 constexpr double kSingular = 1e-13;
 
@@ -73,19 +74,6 @@ struct Solution {
   [[nodiscard]] double cornersCost() const { return summary.cost - held.prior.cost(state.params); }
 };
 
-// Rays on which the corners in use are seen, as far as the camera explains them.
-std::vector<Eigen::Vector3d> explainedRays(const Estimation& e) {
-  std::vector<Eigen::Vector3d> rays;
-  for (std::size_t v = 0; v < e.observations.size(); ++v) {
-    for (std::size_t i = 0; i < e.observations[v].size(); ++i) {
-      const Observation& o = e.observations[v][i];
-      if (o.weight * e.errors[v][i].squaredNorm() < e.loss.threshold_px * e.loss.threshold_px)
-        rays.push_back(e.state.camera_from_board[v] * o.p_board);
-    }
-  }
-  return rays;
-}
-
 // The search for a prior, at the corners, weights and loss that the estimation has come to.
 class Ladder {
  public:
@@ -93,7 +81,7 @@ class Ladder {
       : e_(e),
         size_(e.views.front().size),
         variance_(noiseSigma(e) * noiseSigma(e)),
-        scale_(lensScale(e.options.model, cameraOf(e.state), explainedRays(e), size_)),
+        scale_(lensScale(e.options.model, cameraOf(e.state), size_)),
         directions_(freeDirections(static_cast<int>(e.state.params.size()), e.constraint)) {}
 
   // Is there nothing to be done?
@@ -107,22 +95,24 @@ class Ladder {
   // every prior contradicts the corners. From the model's own start, or else from where the solver went: a
   // lens that bends much is too far from the former for a loss that outliers do not move.
   [[nodiscard]] std::optional<Solution> climb(const Solution& free) const {
+    auto best = climbFrom(plain(free), free);
+    if (!best) best = climbFrom(free, free);
+    if (best) describe(free, *best);
+    return best;
+  }
+
+ private:
+  // The model's own start under the same poses.
+  [[nodiscard]] Solution plain(const Solution& free) const {
     Solution plain{.state = free.state, .summary = {}, .held = {}};
     for (Eigen::Index i = 0; i < scale_.mean.size(); ++i) {
       const bool is_principal_point = i == 2 || i == 3;
       if (!isFixed(i) && !is_principal_point)
         plain.state.params[static_cast<std::size_t>(i)] = scale_.mean(i);
     }
-    for (const Solution* start : {static_cast<const Solution*>(&plain), &free}) {
-      auto best = climbFrom(*start, free);
-      if (!best || 2 * (best->cornersCost() - free.cornersCost()) > kContradiction * variance_) continue;
-      describe(free, *best);
-      return best;
-    }
-    return std::nullopt;
+    return plain;
   }
 
- private:
   [[nodiscard]] bool seesAll(const AnyCamera& camera, const BundleState& state) const {
     for (std::size_t v = 0; v < e_.observations.size(); ++v) {
       for (const Observation& o : e_.observations[v]) {
@@ -158,16 +148,19 @@ class Ladder {
     return covariance && (!solution.held.isNone() || leastKnown(*covariance, scale_).sigma <= kUnseen);
   }
 
-  [[nodiscard]] bool isWithin(const Solution& solution, double limit) const {
+  // Of the lens' parameters that are free, in natural sizes.
+  [[nodiscard]] double largest(const Solution& solution) const {
+    double largest = 0;
     for (Eigen::Index i = 0; i < scale_.size.size(); ++i) {
-      if (!isFixed(i) && scale_.distance(solution.state.params, i) > limit) return false;
+      if (!isFixed(i)) largest = std::max(largest, scale_.distance(solution.state.params, i));
     }
-    return true;
+    return largest;
   }
 
-  // Of a size that a lens has, too.
-  [[nodiscard]] bool isGood(const Solution& solution) const {
-    return isWithin(solution, kBounded) && isSound(solution);
+  // Explains the corners no worse than noise allows, by a lens that is one all over the image.
+  [[nodiscard]] bool isGood(const Solution& solution, const Solution& free) const {
+    return 2 * (solution.cornersCost() - free.cornersCost()) <= kContradiction * variance_ &&
+           isSound(solution);
   }
 
   [[nodiscard]] std::optional<Eigen::MatrixXd> covarianceOf(const Solution& solution) const {
@@ -179,36 +172,23 @@ class Ladder {
     return variance_ * *inverse;
   }
 
+  // From narrow to wide, each from the one before, which keeps to the same valley.
   [[nodiscard]] std::optional<Solution> climbFrom(const Solution& start, const Solution& free) const {
-    Solution natural = start;
-    solve(natural, kNatural);
-    std::optional<Solution> passable;
-    if (isGood(natural)) {
-      if (isWithin(natural, kAtHome)) return widen(natural, free);
-      passable = natural;
+    std::array<std::optional<Solution>, kBounds.size()> widest;
+    Solution at = start;
+    for (const double width : kWidths) {
+      solve(at, width);
+      if (!isGood(at, free)) continue;
+      for (std::size_t i = 0; i < kBounds.size(); ++i) {
+        if (largest(at) <= kBounds[i]) widest[i] = at;
+      }
     }
-    Solution narrower = natural;
-    for (const double width : kNarrower) {
-      solve(narrower, width);
-      if (!isGood(narrower)) continue;
-      if (isWithin(narrower, kAtHome)) return narrower;
-      if (!passable) passable = narrower;
-    }
-    return passable;
-  }
-
-  // From a good one on to the widest, and to none if that leads to no worse an optimum than without.
-  [[nodiscard]] Solution widen(Solution good, const Solution& free) const {
-    for (const double width : kWider) {
-      Solution wider = good;
-      solve(wider, width);
-      if (!isWithin(wider, kAtHome) || !isGood(wider)) return good;
-      good = std::move(wider);
-    }
-    Solution released{.state = good.state, .summary = {}, .held = {}};
+    if (!widest.back()) return std::nullopt;
+    Solution released{.state = widest.back()->state, .summary = {}, .held = {}};
     released.summary = solveBundle(e_.options.model, e_.observations, released.state, optionsWith({}));
     const bool is_optimum = released.summary.cost <= (1 + kSameCost) * free.summary.cost;
-    return is_optimum && isGood(released) ? released : good;
+    if (is_optimum && isSound(released)) return released;
+    return widest.front() ? widest.front() : widest.back();
   }
 
   void describe(const Solution& free, Solution& held) const {
@@ -217,8 +197,9 @@ class Ladder {
     const auto covariance = covarianceOf(held);
     if (!covariance) return;
     const Eigen::VectorXd direction = leastKnown(*covariance, scale_).direction;
+    const double largest = direction.cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < direction.size(); ++i) {
-      if (std::abs(direction(i)) >= kDominant)
+      if (std::abs(direction(i)) >= kDominant * largest)
         held.held.least_known.push_back(static_cast<int>(kNumAffine + i));
     }
   }
@@ -235,17 +216,13 @@ class Ladder {
 void holdTogether(Estimation& e) {
   if (e.state.params.size() == kAffineParamNames.size()) return;
   const Ladder ladder(e);
-  e.weak_prior.is_missing = false;
   if (ladder.isSound({.state = e.state, .summary = e.summary, .held = e.weak_prior})) return;
   if (!e.weak_prior.isNone()) {
     e.weak_prior = {};
     solve(e);
   }
   auto held = ladder.climb({.state = e.state, .summary = e.summary, .held = {}});
-  if (!held) {
-    e.weak_prior.is_missing = true;
-    return;
-  }
+  if (!held) return;
   e.state = std::move(held->state);
   e.weak_prior = std::move(held->held);
   solve(e);

@@ -13,12 +13,11 @@ namespace alidade {
 /// Holds a lens together that the views leave undetermined, by the weakest prior (LensPrior) that does.
 ///
 /// If the views do not see some combination of the lens' parameters, the solver goes astray along it: to
-/// numbers beyond all reason, to a pole, or into a fold where no corner was seen. Then priors are tried, the
-/// one by which every parameter is about its natural size first (LensScale), from the model's own start, from
-/// which it leads to the best answer more surely than from where the solver went; then wider ones, and
-/// if it does not do, narrower ones. The widest is taken whose solution has come to rest, has no parameter
-/// far beyond its natural size, and does not fold inside the image. If even the widest is not needed for
-/// that, it is let go. Where every prior contradicts the corners, the solution stays as it was.
+/// numbers beyond all reason, to a pole, or into a fold where no corner was seen. Then priors are tried from
+/// narrow to wide, each from the solution of the one before. The widest is taken whose solution has come to
+/// rest, explains the corners as well as noise allows, does not fold inside the image and has no parameter
+/// far from the model's start: beyond 0.3 natural sizes (LensScale), or 1 where none stays within that. If
+/// the lens needs none once it was led there, there is none. If no prior does, everything stays as it was.
 ///
 /// Leaves alone what is determined.
 void holdTogether(Estimation& estimation);

@@ -7,24 +7,13 @@
 
 #include "alidade/core/lanes.h"
 
-// The loops are written once, for lanes; on x86-64 they are also compiled for AVX2 with fused multiplication,
-// and the processor decides.
-#if defined(ALIDADE_HAS_VECTORS) && defined(__x86_64__)
-#define ALIDADE_HAS_AVX2_VARIANT 1
-#define ALIDADE_TARGET_AVX2 __attribute__((target("avx2,fma")))
-#endif
-
 namespace alidade::batch {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Whether the loops use AVX2; a test may turn it off.
 inline bool& usesAvx2() {
-#if defined(ALIDADE_HAS_AVX2_VARIANT)
-  static bool uses = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-#else
-  static bool uses = false;
-#endif
+  static bool uses = hasAvx2();
   return uses;
 }
 

@@ -7,14 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#if defined(__GNUC__) || defined(__clang__)
-#define ALIDADE_ALWAYS_INLINE __attribute__((always_inline)) inline
-#define ALIDADE_INLINE_LAMBDA __attribute__((always_inline))
-#define ALIDADE_HAS_VECTORS 1
-#else
-#define ALIDADE_ALWAYS_INLINE inline
-#define ALIDADE_INLINE_LAMBDA
-#endif
+#include "alidade/core/vector_code.h"
 
 namespace alidade {
 

@@ -7,23 +7,16 @@
 #include <cstring>
 #include <utility>
 
-// The loops are written once, for short vectors of floats. GCC and Clang know such vectors on any processor;
-// on x86-64 the loops are also compiled for AVX2 with fused multiplication, and the processor decides. Other
-// compilers get vectors of one.
-#if defined(__GNUC__) || defined(__clang__)
-#define ALIDADE_ALWAYS_INLINE __attribute__((always_inline)) inline
+#include "alidade/core/vector_code.h"
+
+#if defined(ALIDADE_HAS_VECTORS)
 #pragma GCC diagnostic ignored "-Wpsabi"  // vectors cross no call that is not inlined
-#if defined(__x86_64__)
-#define ALIDADE_HAS_AVX2_VARIANT 1
-#endif
-#else
-#define ALIDADE_ALWAYS_INLINE inline
 #endif
 
 namespace alidade {
 namespace {
 
-#if defined(__GNUC__) || defined(__clang__)
+#if defined(ALIDADE_HAS_VECTORS)
 constexpr std::size_t kNumLanes = 8;
 using Lanes = float __attribute__((vector_size(32)));
 using IntLanes = std::int32_t __attribute__((vector_size(32)));
@@ -223,25 +216,19 @@ ALIDADE_ALWAYS_INLINE void evaluateAll(const EdgePixels& pixels, const EdgeModel
   }
 }
 
-#ifdef ALIDADE_HAS_AVX2_VARIANT
-bool hasAvx2() {
-  static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-  return has;
-}
-
-__attribute__((target("avx2,fma"))) void sumAllAvx2(const EdgePixels& pixels, const EdgeModel& model,
-                                                    double* totals) {
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
+ALIDADE_TARGET_AVX2 void sumAllAvx2(const EdgePixels& pixels, const EdgeModel& model, double* totals) {
   sumAll(pixels, model, totals);
 }
 
-__attribute__((target("avx2,fma"))) void evaluateAllAvx2(const EdgePixels& pixels, const EdgeModel& model,
-                                                         EdgeResiduals& out) {
+ALIDADE_TARGET_AVX2 void evaluateAllAvx2(const EdgePixels& pixels, const EdgeModel& model,
+                                         EdgeResiduals& out) {
   evaluateAll(pixels, model, out);
 }
 #endif
 
 void sumAllAnywhere(const EdgePixels& pixels, const EdgeModel& model, double* totals) {
-#ifdef ALIDADE_HAS_AVX2_VARIANT
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
   if (hasAvx2()) {
     sumAllAvx2(pixels, model, totals);
     return;
@@ -276,7 +263,7 @@ void evaluateResiduals(const EdgePixels& pixels, const EdgeModel& model, EdgeRes
     for (auto* column : {&residuals.residual, &residuals.slope1, &residuals.slope2, &residuals.pattern})
       column->resize(size);
   }
-#ifdef ALIDADE_HAS_AVX2_VARIANT
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
   if (hasAvx2()) {
     evaluateAllAvx2(pixels, model, residuals);
     return;

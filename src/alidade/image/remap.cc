@@ -9,6 +9,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
+#include "alidade/core/vector_code.h"
 
 namespace alidade {
 namespace {
@@ -62,7 +63,7 @@ Sample rounded(float value) {
 }
 
 // The samples of one pixel side by side. Three are read as four, so that one more pixel must follow.
-#if defined(__GNUC__) || defined(__clang__)
+#if defined(ALIDADE_HAS_VECTORS)
 template <class Sample>
 struct Four;
 template <>

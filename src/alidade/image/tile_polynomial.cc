@@ -11,19 +11,10 @@
 #include <Eigen/LU>
 
 #include "alidade/core/error.h"
+#include "alidade/core/vector_code.h"
 
-// The loop over pixels is written once, for short vectors of floats: x and y of some pixels one after
-// another, as the table has them. GCC and Clang know such vectors on any processor; on x86-64 it is also
-// compiled for AVX2 with fused multiplication, and the processor decides. Other compilers get
-// single pixels.
-#if defined(__GNUC__) || defined(__clang__)
-#define ALIDADE_ALWAYS_INLINE __attribute__((always_inline)) inline
+#if defined(ALIDADE_HAS_VECTORS)
 #pragma GCC diagnostic ignored "-Wpsabi"  // vectors cross no call that is not inlined
-#if defined(__x86_64__)
-#define ALIDADE_HAS_AVX2_VARIANT 1
-#endif
-#else
-#define ALIDADE_ALWAYS_INLINE inline
 #endif
 
 namespace alidade {
@@ -32,7 +23,8 @@ namespace {
 constexpr std::size_t kN = TilePolynomial::kNumNodes;
 using Matrix = Eigen::Matrix<double, kN, kN, Eigen::RowMajor>;
 
-#if defined(__GNUC__) || defined(__clang__)
+// The vectors of the loop over pixels: x and y of some pixels one after another, as the table has them.
+#if defined(ALIDADE_HAS_VECTORS)
 using Doubles4 = double __attribute__((vector_size(32)));
 struct Lanes8 {
   using Floats = float __attribute__((vector_size(32)));
@@ -188,23 +180,18 @@ ALIDADE_ALWAYS_INLINE void evaluateAll(const double* coefficients, const Places&
   }
 }
 
-#ifdef ALIDADE_HAS_AVX2_VARIANT
-bool hasAvx2() {
-  static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-  return has;
-}
-
-__attribute__((target("avx2,fma"))) void evaluateAllAvx2(const double* coefficients, const Places& places) {
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
+ALIDADE_TARGET_AVX2 void evaluateAllAvx2(const double* coefficients, const Places& places) {
   evaluateAll(coefficients, places);
 }
 
-__attribute__((target("avx2,fma"))) void writeRowsAvx2(const Rows& rows) {
+ALIDADE_TARGET_AVX2 void writeRowsAvx2(const Rows& rows) {
   writeRows<Lanes8>(rows);
 }
 #endif
 
 void writeRowsAnywhere(const Rows& rows) {
-#ifdef ALIDADE_HAS_AVX2_VARIANT
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
   if (hasAvx2()) return writeRowsAvx2(rows);
 #endif
   writeRows<Lanes8>(rows);
@@ -249,7 +236,7 @@ void TilePolynomial::evaluate(std::span<const double> s, std::span<const double>
                               double* y) const {
   expect(s.size() == t.size() && s.size() % kGroup == 0, "places come in whole groups");
   const Places places{s.data(), t.data(), s.size(), x, y};
-#ifdef ALIDADE_HAS_AVX2_VARIANT
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
   if (hasAvx2()) return evaluateAllAvx2(coefficients_.data(), places);
 #endif
   evaluateAll(coefficients_.data(), places);

@@ -8,6 +8,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/self_check.h"
+#include "alidade/core/verdict.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board_shape.h"
 
@@ -39,10 +40,10 @@ struct CalibrationRecord {
   std::vector<double> parameter_std;  ///< one sigma, in parameter order; empty = unknown
   std::vector<double> covariance;     ///< lower triangle row by row, in parameter order; empty = unknown
   std::string termination;            ///< why the solver stopped
-  bool is_trustworthy = true;         ///< false for a result that was written although the answer was no
-  std::string board;                  ///< SPEC
-  std::optional<WarpRecord> warp;     ///< none: the board was taken as flat
-  std::vector<std::string> findings;  ///< ids of warnings and failures
+  Verdict verdict = Verdict::kTrustworthy;  ///< kNo where it was written all the same
+  std::string board;                        ///< SPEC
+  std::optional<WarpRecord> warp;           ///< none: the board was taken as flat
+  std::vector<std::string> findings;        ///< ids of what the verdict rests on
   std::vector<ViewRecord> views;
   std::vector<Setting> settings;  ///< effective settings
 };

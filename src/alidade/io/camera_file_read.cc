@@ -73,6 +73,13 @@ Setting readSetting(const YamlNode& node, const std::string& key) {
   return setting;
 }
 
+Verdict readVerdict(const YamlNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict)
+    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'no'");
+  return *verdict;
+}
+
 WarpRecord readWarp(const YamlNode& node) {
   node.allowKeys({"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"});
   WarpRecord warp;
@@ -83,7 +90,8 @@ WarpRecord readWarp(const YamlNode& node) {
 
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   node.allowKeys({"rms_px", "num_views", "num_corners", "num_outliers", "parameter_std", "covariance",
-                  "termination", "trustworthy", "board", "board_warp", "findings", "views", "settings"});
+                  "termination", "verdict", "trustworthy", "board", "board_warp", "findings", "views",
+                  "settings"});
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
   record.num_views = readCount(node.at("num_views"));
@@ -98,7 +106,9 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     record.covariance = n->numbers(parameter_names.size() * (parameter_names.size() + 1) / 2);
   }
   if (const auto n = node.find("termination")) record.termination = n->text();
-  if (const auto n = node.find("trustworthy")) record.is_trustworthy = n->boolean();
+  // What files had before they had a verdict.
+  if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
+  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
   if (const auto n = node.find("board")) record.board = n->text();
   if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
   if (const auto n = node.find("findings")) {

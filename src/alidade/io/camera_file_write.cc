@@ -67,7 +67,7 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   out << YAML::BeginMap;
   out << YAML::Key << "rms_px" << YAML::Value << number(record.rms_px)
       << YAML::Comment("sqrt(mean over corners of dx^2 + dy^2)");
-  out << YAML::Key << "trustworthy" << YAML::Value << record.is_trustworthy;
+  out << YAML::Key << "verdict" << YAML::Value << std::string(verdictName(record.verdict));
   out << YAML::Key << "num_views" << YAML::Value << record.num_views;
   out << YAML::Key << "num_corners" << YAML::Value << record.num_corners;
   out << YAML::Key << "num_outliers" << YAML::Value << record.num_outliers;

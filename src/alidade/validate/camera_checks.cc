@@ -183,11 +183,21 @@ Check checkCalibration(const CameraClaims& claims) {
               .value = "not stated",
               .limit = "trustworthy",
               .message = "the file does not say how its numbers came about"};
-  if (!claims.is_trustworthy) return check;
-  check.status = *claims.is_trustworthy ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = *claims.is_trustworthy ? "trustworthy" : "not trustworthy";
-  check.message = *claims.is_trustworthy ? "the calibration found no reason to doubt itself"
-                                         : "the calibration itself said that it is not to be trusted";
+  if (!claims.verdict) return check;
+  check.value = verdictName(*claims.verdict);
+  switch (*claims.verdict) {
+    case Verdict::kTrustworthy:
+      check.status = CheckStatus::kPass;
+      check.message = "the calibration found no reason to doubt itself";
+      break;
+    case Verdict::kReservations:
+      check.message = "the calibration has reservations, which its findings name";
+      break;
+    case Verdict::kNo:
+      check.status = CheckStatus::kFail;
+      check.message = "the calibration itself said that it is not to be trusted";
+      break;
+  }
   return check;
 }
 

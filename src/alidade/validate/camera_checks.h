@@ -9,6 +9,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/self_check.h"
+#include "alidade/core/verdict.h"
 
 namespace alidade {
 
@@ -35,7 +36,7 @@ struct CameraClaims {
   std::span<const double> parameter_std;  ///< empty = not stated
   std::span<const double> covariance;     ///< lower triangle row by row; empty = not stated
   /// What the calibration said of itself; nothing = the file does not come from a calibration.
-  std::optional<bool> is_trustworthy = std::nullopt;
+  std::optional<Verdict> verdict = std::nullopt;
 };
 
 /// Focal lengths, aspect, principal point, one-to-one over the image, the stated domain, self-check points,

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/camera/projection_uncertainty.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/QR>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/geometry/so3.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+template <class List>
+struct MostParams;
+template <CameraModel... Models>
+struct MostParams<ModelList<Models...>> {
+  static constexpr int value = std::max({kNumParams<Models>...});
+};
+constexpr int kMostParams = MostParams<AllModels>::value;
+
+// Pixels from one border of a side to the other.
+double pixelAt(int i, int count, int side) {
+  return count == 1 ? 0.5 * (side - 1) : static_cast<double>(i) * (side - 1) / (count - 1);
+}
+
+int rowsFor(int columns, ImageSize size) {
+  if (size.width < 2 || size.height < 2) return size.height < 2 ? 1 : 2;
+  const double cell = static_cast<double>(size.width - 1) / (columns - 1);
+  return std::clamp(static_cast<int>(std::lround((size.height - 1) / cell)) + 1, 2, size.height);
+}
+
+// Two rows each: the change of the pixel by the parameters, and by the rotation and, in units of the
+// distance, by the position of the points.
+struct PixelJacobians {
+  Eigen::MatrixXd by_params;
+  Eigen::MatrixXd by_pose;
+
+  // Of the ray of `pixel`; false, and nothing written, if it has none.
+  bool set(const AnyCamera& camera, const Eigen::Vector2d& pixel, Eigen::Index row) {
+    return camera.visit([&](const auto& c) {
+      constexpr int kParams = std::decay_t<decltype(c)>::kNumParams;
+      const auto ray = c.unproject(pixel);
+      if (!ray) return false;
+      Eigen::Matrix<double, 2, kParams, Eigen::RowMajor> J_params;
+      Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
+      if (!c.project(*ray, J_point.data(), J_params.data()).ok()) return false;
+      by_params.middleRows<2>(row) = J_params;
+      by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
+      if (by_pose.cols() > 3) by_pose.block<2, 3>(row, 3) = J_point;
+      return true;
+    });
+  }
+};
+
+void checkSize(const Eigen::MatrixXd& parameter_covariance, Eigen::Index num_params) {
+  expect(parameter_covariance.rows() == num_params && parameter_covariance.cols() == num_params,
+         "the covariance has a row and a column for each of the camera's parameters");
+}
+
+double largerStd(const Eigen::Matrix2d& covariance) {
+  const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  const double half = 0.5 * (covariance(0, 0) - covariance(1, 1));
+  return std::sqrt(mean + std::sqrt(half * half + covariance(0, 1) * covariance(0, 1)));
+}
+
+}  // namespace
+
+ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize size, double distance_m,
+                                             std::optional<Freed> freed, int columns) {
+  if (!(distance_m > 0)) {
+    throw usageError({.where = "projection uncertainty",
+                      .found = "a distance of " + exactText(distance_m) + " m",
+                      .expected = "a positive one, or infinity"});
+  }
+  const Freed what = freed.value_or(std::isinf(distance_m) ? Freed::kRotation : Freed::kPose);
+  if (what == Freed::kPose && std::isinf(distance_m)) {
+    throw usageError({.where = "projection uncertainty",
+                      .found = "a pose to free at an infinite distance",
+                      .expected = "a finite distance, or a rotation: where the camera stands does not move "
+                                  "points that are infinitely far away"});
+  }
+  if (columns < 2) {
+    throw usageError({.where = "projection uncertainty",
+                      .found = std::to_string(columns) + " columns",
+                      .expected = "2 or more, from one border of the image to the other"});
+  }
+  columns_ = std::min(columns, size.width);
+  rows_ = rowsFor(columns_, size);
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column)
+      pixels_.emplace_back(pixelAt(column, columns_, size.width), pixelAt(row, rows_, size.height));
+  }
+
+  const auto num_pixels = static_cast<Eigen::Index>(pixels_.size());
+  const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
+  const Eigen::Index num_freed = what == Freed::kRotation ? 3 : 6;
+  PixelJacobians jacobians{.by_params = Eigen::MatrixXd::Zero(2 * num_pixels + 2, num_params),
+                           .by_pose = Eigen::MatrixXd::Zero(2 * num_pixels + 2, num_freed)};
+  for (Eigen::Index i = 0; i < num_pixels; ++i)
+    has_ray_.push_back(jacobians.set(camera, pixels_[static_cast<std::size_t>(i)], 2 * i));
+  const Eigen::Vector2d center(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+  center_has_ray_ = jacobians.set(camera, center, 2 * num_pixels);
+
+  // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
+  // only what they leave over counts.
+  const Eigen::MatrixXd& by_pose = jacobians.by_pose;
+  const Eigen::MatrixXd W = by_pose.topRows(2 * num_pixels)
+                                .completeOrthogonalDecomposition()
+                                .solve(jacobians.by_params.topRows(2 * num_pixels));
+  jacobians_ = (jacobians.by_params - by_pose * W).transpose();
+}
+
+Eigen::MatrixXd ProjectionUncertainty::jacobian(int i) const {
+  return jacobians_.middleCols<2>(2 * static_cast<Eigen::Index>(i)).transpose();
+}
+
+// In blocks of columns, whose products are much cheaper than one after the other.
+template <class F>
+void ProjectionUncertainty::forEachCovariance(Eigen::Index first, Eigen::Index end,
+                                              const Eigen::MatrixXd& parameter_covariance, F&& f) const {
+  checkSize(parameter_covariance, jacobians_.rows());
+  constexpr int kBlock = 32;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostParams, 2 * kBlock> product;
+  for (; first < end; first += kBlock) {
+    const Eigen::Index count = std::min<Eigen::Index>(kBlock, end - first);
+    const auto A = jacobians_.middleCols(2 * first, 2 * count);
+    product.noalias() = parameter_covariance * A;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      Eigen::Matrix2d covariance;
+      covariance(0, 0) = A.col(2 * i).dot(product.col(2 * i));
+      covariance(0, 1) = covariance(1, 0) = A.col(2 * i).dot(product.col(2 * i + 1));
+      covariance(1, 1) = A.col(2 * i + 1).dot(product.col(2 * i + 1));
+      f(static_cast<std::size_t>(first + i), covariance);
+    }
+  }
+}
+
+Eigen::Matrix2d ProjectionUncertainty::covariance(int i, const Eigen::MatrixXd& parameter_covariance) const {
+  Eigen::Matrix2d result = Eigen::Matrix2d::Constant(kNan);
+  if (!hasRay(i)) return result;
+  forEachCovariance(i, i + 1, parameter_covariance, [&](std::size_t, const auto& found) { result = found; });
+  return result;
+}
+
+UncertaintyGrid ProjectionUncertainty::grid(const Eigen::MatrixXd& parameter_covariance) const {
+  UncertaintyGrid result{.columns = columns_, .rows = rows_, .pixels = pixels_, .std_px = {}};
+  result.center_px = kNan;
+  // The last one is the image's centre.
+  forEachCovariance(0, jacobians_.cols() / 2, parameter_covariance, [&](std::size_t i, const auto& found) {
+    if (i < pixels_.size()) {
+      result.std_px.push_back(has_ray_[i] ? largerStd(found) : kNan);
+    } else if (center_has_ray_) {
+      result.center_px = largerStd(found);
+    }
+  });
+  const Worst found = worst(parameter_covariance);
+  result.worst_px = found.std_px;
+  result.worst_pixel =
+      found.index < 0 ? Eigen::Vector2d::Constant(kNan) : pixels_[static_cast<std::size_t>(found.index)];
+  return result;
+}
+
+ProjectionUncertainty::Worst ProjectionUncertainty::worst(const Eigen::MatrixXd& parameter_covariance) const {
+  Worst result{.std_px = kNan};
+  bool has_nan = false;
+  forEachCovariance(0, static_cast<Eigen::Index>(pixels_.size()), parameter_covariance,
+                    [&](std::size_t i, const auto& found) {
+                      if (!has_ray_[i]) return;
+                      const double std = largerStd(found);
+                      if (std::isnan(std)) has_nan = true;
+                      if (result.index < 0 || std > result.std_px)
+                        result = {.std_px = std, .index = static_cast<int>(i)};
+                    });
+  return has_nan ? Worst{.std_px = kNan} : result;
+}
+
+}  // namespace alidade

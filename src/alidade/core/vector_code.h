@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// What loops over short vectors take to be compiled well. They are written once, for vectors, which GCC and
+// Clang know on any processor; on x86-64 they are compiled for AVX2 with fused multiplication besides, and
+// the processor decides. Other compilers get vectors of one.
+#pragma once
+
+#if defined(__GNUC__) || defined(__clang__)
+#define ALIDADE_HAS_VECTORS 1
+/// Of what such loops call, as only code that is inlined uses the instructions of the loop.
+#define ALIDADE_ALWAYS_INLINE __attribute__((always_inline)) inline
+#define ALIDADE_INLINE_LAMBDA __attribute__((always_inline))
+#else
+#define ALIDADE_ALWAYS_INLINE inline
+#define ALIDADE_INLINE_LAMBDA
+#endif
+
+#if defined(ALIDADE_HAS_VECTORS) && defined(__x86_64__)
+#define ALIDADE_HAS_AVX2_VARIANT 1
+#define ALIDADE_TARGET_AVX2 __attribute__((target("avx2,fma")))
+#endif
+
+namespace alidade {
+
+/// Whether the processor has what ALIDADE_TARGET_AVX2 asks for.
+[[nodiscard]] inline bool hasAvx2() {
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
+  static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+  return has;
+#else
+  return false;
+#endif
+}
+
+}  // namespace alidade

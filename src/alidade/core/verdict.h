@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace alidade {
+
+/// Whether a calibration may be used.
+enum class Verdict {
+  kTrustworthy,   ///< nothing speaks against it
+  kReservations,  ///< usable, if what was found to be wrong does not matter to the user
+  kNo,            ///< not to be used
+};
+
+/// Stable name for files and JSON.
+[[nodiscard]] constexpr std::string_view verdictName(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kTrustworthy:
+      return "trustworthy";
+    case Verdict::kReservations:
+      return "usable_with_reservations";
+    case Verdict::kNo:
+      return "no";
+  }
+  return "unknown";
+}
+
+/// The verdict of this name, if there is one.
+[[nodiscard]] constexpr std::optional<Verdict> verdictOf(std::string_view name) {
+  for (const Verdict verdict : {Verdict::kTrustworthy, Verdict::kReservations, Verdict::kNo}) {
+    if (verdictName(verdict) == name) return verdict;
+  }
+  return std::nullopt;
+}
+
+}  // namespace alidade

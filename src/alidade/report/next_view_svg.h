@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "alidade/calibrate/calibration_result.h"
+#include "alidade/target/checkerboard.h"
+#include "alidade/target/view.h"
+#include "alidade/validate/guidance.h"
+
+namespace alidade {
+
+/// A drawing (SVG) of the image: the corners that the calibration used, the projection uncertainty as a
+/// coarse map of colours (left out where it is not determined), and where the board goes next, with the sides
+/// marked that are nearer to the camera.
+/// @param views  those that were given to the calibration
+[[nodiscard]] std::string nextViewSvg(const CalibrationResult& result, const Checkerboard& board,
+                                      std::span<const View> views, const Guidance& guidance);
+
+}  // namespace alidade

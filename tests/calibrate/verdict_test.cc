@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "alidade/core/error.h"
+#include "support/verdict_case.h"
+
+namespace alidade {
+namespace {
+
+std::string idsOf(const CalibrationResult& result) {
+  std::string ids;
+  for (const Finding& f : result.findings) ids += " " + f.id;
+  return ids;
+}
+
+// bench/verdict_bench has the same in hundreds.
+TEST(Verdict, NamesWhatIsWrong) {
+  int num_sets = 0;
+  for (const Flaw flaw : kFlaws) {
+    if (flaw == Flaw::kNone || flaw == Flaw::kTooLean || flaw == Flaw::kCentreOnly) continue;
+    const std::vector<std::string> expected = findingsFor(flaw);
+    for (const char* model : {"radtan", "kannala_brandt"}) {
+      for (std::uint64_t number = 0; number < 2; ++number) {
+        const VerdictCase c = makeVerdictCase(flaw, model, number);
+        const CalibrationResult result = calibrate(c.set.board, c.set.views, c.options);
+        EXPECT_NE(result.verdict(), Verdict::kTrustworthy) << flawName(flaw) << " " << model << " " << number;
+        EXPECT_TRUE(std::any_of(result.findings.begin(), result.findings.end(),
+                                [&](const Finding& f) {
+                                  return f.severity != Finding::Severity::kNote &&
+                                         std::find(expected.begin(), expected.end(), f.id) != expected.end();
+                                }))
+            << flawName(flaw) << " " << model << " " << number << ":" << idsOf(result);
+        ++num_sets;
+      }
+    }
+  }
+  EXPECT_EQ(num_sets, 36);
+}
+
+TEST(Verdict, HasNothingAgainstGoodSets) {
+  int num_trusted = 0;
+  for (const char* model : {"radtan", "kannala_brandt"}) {
+    for (std::uint64_t number = 0; number < 10; ++number) {
+      const VerdictCase c = makeVerdictCase(Flaw::kNone, model, number);
+      const CalibrationResult result = calibrate(c.set.board, c.set.views, c.options);
+      num_trusted += result.verdict() == Verdict::kTrustworthy ? 1 : 0;
+      if (result.verdict() != Verdict::kTrustworthy) ADD_FAILURE() << model << number << idsOf(result);
+    }
+  }
+  EXPECT_EQ(num_trusted, 20);
+}
+
+TEST(Verdict, TheWorstFindingDecides) {
+  const Finding note{
+      .severity = Finding::Severity::kNote, .id = "a", .cause = "", .evidence = "", .next_step = ""};
+  Finding warning = note;
+  warning.severity = Finding::Severity::kWarning;
+  Finding failure = note;
+  failure.severity = Finding::Severity::kFailure;
+  using Findings = std::vector<Finding>;
+  EXPECT_EQ(verdictOf(Findings{}), Verdict::kTrustworthy);
+  EXPECT_EQ(verdictOf(Findings{note}), Verdict::kTrustworthy);
+  EXPECT_EQ(verdictOf(Findings{note, warning}), Verdict::kReservations);
+  EXPECT_EQ(verdictOf(Findings{warning, failure, note}), Verdict::kNo);
+  for (const Verdict verdict : {Verdict::kTrustworthy, Verdict::kReservations, Verdict::kNo})
+    EXPECT_EQ(verdictOf(verdictName(verdict)), verdict);
+  EXPECT_EQ(verdictOf(std::string_view("yes")), std::nullopt);
+}
+
+}  // namespace
+}  // namespace alidade
