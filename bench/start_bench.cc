@@ -93,9 +93,9 @@ int main(int argc, char** argv) {
                 .num_held = is_held ? 1 : 0,
                 .num_silent = is_found || outcome.isWarned() ? 0 : 1,
                 .num_lonely = is_found && is_lonely ? 1 : 0,
-                .num_lonely_missed = !is_found && !is_held && is_lonely ? 1 : 0,
+                .num_lonely_missed = !is_found && !outcome.isHeld() && is_lonely ? 1 : 0,
                 .seconds = outcome.seconds};
-      if (!is_found && !is_held) printMiss(cell, number, outcome);
+      if (!is_found && !outcome.isHeld()) printMiss(cell, number, outcome);
     }
     printTally(cell.model.c_str(), cell.fov_deg, tally);
     std::fflush(stdout);
