@@ -57,7 +57,7 @@ std::string withViewsReversed(const std::string& corners) {
   std::vector<std::vector<std::string>> views;
   std::string last;
   for (const std::string& line : linesOf(corners)) {
-    if (line.starts_with('#') || line.starts_with("camera,")) {
+    if (line.starts_with('#') || line.starts_with("camera,image,")) {
       head.push_back(line);
       continue;
     }

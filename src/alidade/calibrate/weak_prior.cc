@@ -34,6 +34,7 @@ constexpr double kSingular = 1e-13;
 
 // Inverse of a symmetric matrix on what is free, or nothing where that is singular to working precision.
 std::optional<Eigen::MatrixXd> inverseOn(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& directions) {
+  if (directions.cols() == 0) return Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols());
   const Eigen::MatrixXd free = directions.transpose() * matrix * directions;
   const Eigen::VectorXd scale = free.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return std::nullopt;
