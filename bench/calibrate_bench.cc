@@ -63,11 +63,11 @@ void setCounters(benchmark::State& state, double rms_px, double fx) {
   state.counters["fx_error_px"] = fx - trueCamera().parameters()[0];
 }
 
-void runAlidade(benchmark::State& state) {
+void runAlidade(benchmark::State& state, const char* model) {
   const auto num_views = static_cast<int>(state.range(0));
   const std::vector<View> views = simulatedViews(num_views);
   for (auto _ : state) {
-    const CalibrationResult result = calibrate(kBoard, views);
+    const CalibrationResult result = calibrate(kBoard, views, {.model = model});
     setCounters(state, result.rms_px, result.camera.parameters()[0]);
     if (result.isUsable()) continue;
     state.SkipWithError("the calibration is not trustworthy");
@@ -114,7 +114,11 @@ void registerAll() {
   const auto common = [](benchmark::internal::Benchmark* b) {
     return b->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->ReportAggregatesOnly();
   };
-  common(benchmark::RegisterBenchmark("calibrate/alidade", runAlidade))
+  common(benchmark::RegisterBenchmark("calibrate/alidade_auto", runAlidade, kAutoModel))
+      ->Arg(10)
+      ->Arg(100)
+      ->Repetitions(kRepetitions);
+  common(benchmark::RegisterBenchmark("calibrate/alidade", runAlidade, "radtan"))
       ->Arg(10)
       ->Arg(30)
       ->Arg(100)
@@ -142,6 +146,10 @@ bool printSummary(const MedianReporter& reporter) {
       if (std::string(views) == "/100" && *ratio < kRequiredRatio) is_fast_enough = false;
     }
   }
+  if (const auto ratio = reporter.ratio("calibrate/alidade_auto/100", "calibrate/alidade/100"))
+    std::printf("with the choice of a model alidade takes %.3g times as long at 100 views\n", *ratio);
+  if (const auto ratio = reporter.ratio("calibrate/opencv_default/100", "calibrate/alidade_auto/100"))
+    std::printf("opencv_default/100 takes %.3g times as long as that\n", *ratio);
   const std::string largest = "calibrate/alidade/" + std::to_string(kMaxViews);
   if (const auto growth = reporter.ratio(largest, "calibrate/alidade/100")) {
     std::printf("alidade grows with the number of views to the power of %.2f between 100 and %d\n",

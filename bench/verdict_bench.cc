@@ -5,6 +5,7 @@
 // Exits with 1 unless 95 % of the sets with a flaw are given its finding and 95 % of those without are given
 // none.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -41,10 +42,14 @@ Row runRow(Flaw flaw, const std::string& model, int num_sets) {
       row.num_right += is_named ? 1 : 0;
       row.num_usable += result.isUsable() ? 1 : 0;
       if (std::getenv("ALIDADE_VERBOSE") != nullptr) {
-        std::printf("  %3d rms %.3f local %.3f focal F %.2f spread %.5f rows F %.2f spread %.5f share %.2f\n",
-                    i, result.rms_px, result.local_sigma_px, result.variations.focal.f,
-                    result.variations.focal.spread, result.variations.rows.f, result.variations.rows.spread,
-                    result.variations.focal_share);
+        const double worst = result.projection_far ? result.projection_far->worst_px : NAN;
+        const double centre = result.projection_far ? result.projection_far->center_px : NAN;
+        std::printf(
+            "  %3d worst %.3f centre %.3f bias z %.2f rms %.3f rms %.3f local %.3f focal F %.2f spread %.5f "
+            "rows F %.2f spread %.5f share %.2f\n",
+            i, worst, centre, result.image_bias.z, result.image_bias.rms_px, result.rms_px,
+            result.local_sigma_px, result.variations.focal.f, result.variations.focal.spread,
+            result.variations.rows.f, result.variations.rows.spread, result.variations.focal_share);
       }
     } catch (const Error& error) {
       ++row.ids["error"];

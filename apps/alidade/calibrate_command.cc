@@ -34,16 +34,21 @@ class CalibrateCommand final : public Command {
         "Exit code 3: done, but the result is not to be trusted; no camera file is written then.");
     app.add_option("input", inputs_, "Folders, image files or patterns; or one corners file (.csv)");
     addBoardOption(app, board_);
-    app.add_option("--model", model_, "Camera model: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
-        ->check(CLI::IsMember(modelIds()))
-        ->capture_default_str();
+    std::vector<std::string> models(modelIds().begin(), modelIds().end());
+    app.add_option(
+        "--model", model_,
+        fmt::format("Camera model: {}; or auto: the smallest that predicts corners it has not seen "
+                    "as well as any, with --init that of its file",
+                    fmt::join(models, ", ")));
+    models.emplace_back(kAutoModel);
+    app.get_option("--model")->check(CLI::IsMember(models))->capture_default_str();
     app.add_option(
         "--init", init_,
         "Camera file to start from, of the same image size; another model is converted. Default: a "
         "search that needs no guess");
     app.add_option("--fix", fixed_,
                    "Parameters that keep their value, for example cx,cy,k3: that of --init; without it the "
-                   "image's centre for cx and cy, 0 for the lens")
+                   "image's centre for cx and cy, 0 for the lens. With --model auto cx and cy alone")
         ->delimiter(',');
     app.add_flag("--same-focal", same_focal_, "One focal length: fx = fy");
     app.add_option("--board-shape", board_shape_,
@@ -79,6 +84,7 @@ class CalibrateCommand final : public Command {
     checkOutput(output_, sources, common_);
     checkDrawing(sources);
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
+    options.jobs = common_.jobs;
     options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
                           : board_shape_ == "warp" ? BoardShapeMode::kWarp
                                                    : BoardShapeMode::kAuto;
@@ -136,7 +142,7 @@ class CalibrateCommand final : public Command {
  private:
   static std::string pixelComplaint(const std::string& text) {
     try {
-      (void)parsePixels(text, "--target-sigma");
+      (void)parsePixels(text, {});  // the parser names the flag
     } catch (const Error& e) {
       return e.what();
     }
@@ -213,7 +219,7 @@ class CalibrateCommand final : public Command {
 
   std::vector<std::string> inputs_;
   std::string board_;
-  std::string model_ = "radtan";
+  std::string model_ = kAutoModel;
   std::string init_;
   std::vector<std::string> fixed_;
   bool same_focal_ = false;

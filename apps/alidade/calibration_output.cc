@@ -11,6 +11,8 @@
 #include "alidade/camera/self_check.h"
 #include "alidade/core/size_groups.h"
 #include "command.h"
+#include "model_choice_output.h"
+#include "uncertainty_output.h"
 
 namespace alidade {
 namespace {
@@ -38,25 +40,6 @@ std::string listed(const std::vector<std::string>& lines, const std::string& ind
   for (std::size_t i = 0; i < std::min(lines.size(), kMaxListed); ++i) text += indent + lines[i] + "\n";
   if (lines.size() > kMaxListed)
     text += fmt::format("{}... and {} more\n", indent, lines.size() - kMaxListed);
-  return text;
-}
-
-std::string parameterTable(const CalibrationResult& result) {
-  std::string text = "Parameters (value, one sigma)\n";
-  const auto names = result.camera.parameterNames();
-  const auto values = result.camera.parameters();
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const double std = result.parameterStd(static_cast<int>(i));
-    // Two digits of the sigma decide how many of the value are worth reading.
-    const bool is_held =
-        std::find(result.held.begin(), result.held.end(), static_cast<int>(i)) != result.held.end();
-    const bool has_sigma = std::isfinite(std) && std > 0;
-    const int decimals = has_sigma ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 9) : 6;
-    text += fmt::format("  {:<4} {:>14.{}f}", names[i], values[i], decimals);
-    text += has_sigma ? fmt::format("  +- {:.{}f}{}\n", std, decimals, i < 4 ? " px" : "")
-            : is_held ? "  held\n"
-                      : "  sigma unknown\n";
-  }
   return text;
 }
 
@@ -162,6 +145,8 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
                   .calibration = {},
                   .created_by = programName()};
   CalibrationRecord record;
+  record.holdout_rms_px = result.holdout.rms_px;
+  if (result.model_choice) record.model_choice = modelRecords(*result.model_choice);
   record.rms_px = result.rms_px;
   record.verdict = result.verdict();
   record.num_views = static_cast<int>(result.views.size());
@@ -171,12 +156,7 @@ CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput&
   record.board = specText(input.board);
   record.settings = std::move(settings);
   if (result.shape.is_estimated) record.warp = WarpRecord{result.shape.shape, result.shape.std_m};
-  if (result.covariance) {
-    for (Eigen::Index i = 0; i < result.covariance->rows(); ++i) {
-      record.parameter_std.push_back(result.parameterStd(static_cast<int>(i)));
-      for (Eigen::Index j = 0; j <= i; ++j) record.covariance.push_back((*result.covariance)(i, j));
-    }
-  }
+  recordUncertainty(result, record);
   for (const Finding& finding : result.findings) record.findings.push_back(finding.id);
   for (const ViewResult& view : result.views) {
     record.views.push_back({.image = view.image,
@@ -199,13 +179,16 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
   text += fmt::format(
       "RMS      {:.4g} px over {} corners (sqrt of the mean of dx^2 + dy^2); sigma {:.3g} px an axis\n",
       result.rms_px, result.num_corners, result.coordinate_sigma_px);
+  text += holdoutText(result.holdout);
   if (std::isfinite(result.unexplained_sigma_px)) {
     text += fmt::format("Noise    {:.3g} px an axis beyond what detection states of its corners\n",
                         result.unexplained_sigma_px);
   }
   text += shapeText(result);
+  if (result.model_choice) text += modelChoiceText(*result.model_choice);
   text += parameterTable(result);
   text += weakPriorText(result);
+  text += projectionText(result);
   text += domainText(result);
   text += "Worst views\n";
   for (const ViewResult* view : worstViews(result)) {
@@ -234,15 +217,6 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
 std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input,
                         const Advice& advice) {
   const auto orNull = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
-  json parameters = json::object();
-  json sigmas = json::object();
-  const auto names = result.camera.parameterNames();
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::string name(names[i]);
-    parameters[name] = result.camera.parameters()[i];
-    const double std = result.parameterStd(static_cast<int>(i));
-    sigmas[name] = orNull(std);
-  }
   json views = json::array();
   for (const ViewResult& view : result.views) {
     views.push_back({{"image", view.image},
@@ -255,6 +229,9 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
                       {{"move_sigmas", view.influence.move_sigmas},
                        {"surprise_sigmas", view.influence.surprise_sigmas}}}});
   }
+  json repeated_views = json::array();
+  for (const RepeatedView& view : result.repeated_views)
+    repeated_views.push_back({{"image", view.image}, {"same_as", view.same_as}});
   json excluded_views = json::array();
   for (const ExcludedView& view : result.excluded_views)
     excluded_views.push_back({{"image", view.image}, {"reason", view.reason}});
@@ -282,13 +259,18 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
         {"used", result.views.size()},
         {"reasons", input.reasons}}},
       {"rms_px", result.rms_px},
+      {"holdout_rms_px", orNull(result.holdout.rms_px)},
+      {"holdout",
+       {{"num_folds", result.holdout.num_folds},
+        {"num_corners", result.holdout.num_corners},
+        {"num_unseen", result.holdout.num_unseen}}},
+      {"image_bias", {{"z", orNull(result.image_bias.z)}, {"rms_px", orNull(result.image_bias.rms_px)}}},
+      {"model_choice", result.model_choice ? modelChoiceJson(*result.model_choice) : json(nullptr)},
       {"num_corners", result.num_corners},
       {"coordinate_sigma_px", result.coordinate_sigma_px},
       {"local_sigma_px", orNull(result.local_sigma_px)},
       {"weighted_rms_px", result.weighted_rms_px},
       {"unexplained_sigma_px", orNull(result.unexplained_sigma_px)},
-      {"parameters", parameters},
-      {"parameter_std", sigmas},
       {"domain",
        {{"max_angle_rad", result.domain.cone.max_angle_rad},
         {"full_image", result.domain.full_image},
@@ -318,6 +300,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"outliers", outliers},
       {"outlier_share", result.outlierShare()},
       {"excluded_views", excluded_views},
+      {"repeated_views", repeated_views},
       {"board_stretch", result.board_stretch ? json({{"stretch", result.board_stretch->stretch},
                                                      {"sigma", result.board_stretch->sigma}})
                                              : json(nullptr)},
@@ -331,6 +314,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
       {"notes", input.notes},
   };
   addAdvice(advice, document);
+  addUncertainty(result, document);
   return jsonText(document);
 }
 

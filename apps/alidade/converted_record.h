@@ -8,7 +8,8 @@ namespace alidade {
 
 /// What a calibration says of the camera of an edited image. Parameters, covariance and poses follow the edit
 /// exactly; RMS values count pixels of the new size, and where the axes were resized unequally take the
-/// geometric mean of both scales. Image names, counts, board, findings and settings stay: they tell how the
+/// geometric mean of both scales. What the covariance means in the image is
+/// found anew. Image names, counts, board, findings and settings stay: they tell how the
 /// calibration came about.
 /// @param edit  from the calibrated camera to the new one, all steps in one
 [[nodiscard]] CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera& calibrated,

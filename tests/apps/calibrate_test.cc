@@ -37,6 +37,36 @@ TEST(Calibrate, RecoversTheTrueCamera) {
   EXPECT_THAT(scratch.list(), ElementsAre("camera.yaml"));
 }
 
+TEST(Calibrate, StatesItsUncertaintyEverywhereAlike) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.path("camera.yaml");
+  const RunResult result = runAlidade({"calibrate", dataPath("corners.csv"), "-o", output});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("one sigma by the corners' noise, one by the views"),
+                                HasSubstr("far away"), HasSubstr("at worst"), HasSubstr("pose fitted")));
+  const RunResult as_json = runAlidade({"calibrate", dataPath("corners.csv"), "--json", "-o", output});
+  ASSERT_THAT(as_json, EndsWith(0));
+  const nlohmann::json document = nlohmann::json::parse(as_json.out);
+  const nlohmann::json& infinity = document.at("projection_std").at("infinity");
+  const nlohmann::json& near = document.at("projection_std").at("board_distance");
+  EXPECT_LT(near.at("worst_px").get<double>(), infinity.at("worst_px").get<double>());
+  ASSERT_EQ(infinity.at("std_px").size(), infinity.at("rows").get<std::size_t>());
+  ASSERT_EQ(infinity.at("std_px").at(0).size(), infinity.at("columns").get<std::size_t>());
+  EXPECT_EQ(document.at("covariance").size(), 45u);
+  EXPECT_GT(document.at("parameter_std_by_view").at("fx").get<double>(), 0);
+
+  const std::string text = scratch.read("camera.yaml");
+  const CameraFile file = parseCameraFile(text, "camera.yaml");
+  ASSERT_TRUE(file.calibration && file.calibration->projection_std);
+  const ProjectionStdRecord& record = *file.calibration->projection_std;
+  const double worst = infinity.at("worst_px").get<double>();
+  EXPECT_NEAR(record.worst_px, worst, 1e-3 * worst);
+  EXPECT_NEAR(record.center_px, infinity.at("center_px").get<double>(), 1e-3 * worst);
+  ASSERT_EQ(record.std_px.size(), static_cast<std::size_t>(record.columns * record.rows));
+  EXPECT_EQ(file.calibration->parameter_std_by_view.size(), 9u);
+  EXPECT_EQ(cameraFileText(file), text) << "read back equal";
+}
+
 TEST(Calibrate, GivesTheSameBytesForAnyOrderAndNumberOfThreads) {
   const ScratchFolder scratch;
   const std::vector<int> orders[] = {{1, 2, 3, 4, 5, 6}, {6, 5, 4, 3, 2, 1}, {3, 1, 6, 2, 5, 4, 3}};
@@ -194,7 +224,7 @@ TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
       settings += fmt::format(" {}={}", key, fmt::join(values, ","));
     return std::string(file.camera.modelId()) + ":" + settings;
   };
-  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=radtan");
+  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=auto");
   EXPECT_EQ(modelOf({"--config", config}),
             "pinhole: board=checkerboard:9x6:25mm board-shape=auto model=pinhole");
   EXPECT_EQ(modelOf({"--config", config, "--model", "radtan"}),

@@ -146,6 +146,14 @@ TEST(Convert, CarriesTheCalibrationAlong) {
   ASSERT_EQ(after.parameter_std.size(), 9u);
   EXPECT_DOUBLE_EQ(after.parameter_std[0], before.parameter_std[1] / 2);
   EXPECT_DOUBLE_EQ(after.parameter_std[6], before.parameter_std[7]);
+  // What a sigma means in the image goes with the size of its pixels; the grid is another one.
+  ASSERT_TRUE(before.projection_std && after.projection_std);
+  EXPECT_NEAR(after.projection_std->center_px, before.projection_std->center_px / 2,
+              0.02 * before.projection_std->center_px);
+  EXPECT_NEAR(after.projection_std->worst_px, before.projection_std->worst_px / 2,
+              0.02 * before.projection_std->worst_px);
+  EXPECT_NE(after.projection_std->columns * 1.0 / after.projection_std->rows,
+            before.projection_std->columns * 1.0 / before.projection_std->rows);
   // A corner of the board is seen where the turned, smaller image shows it.
   const AnyCamera old = cameraIn(scratch, "calibrated.yaml").camera;
   int num_views = 0;

@@ -82,6 +82,18 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
        "2 numbers; expected 3"},
       {good + "self_check: 7\n", ":5: self_check", "expected a list"},
       {good + calibration + "  covariance: [1, 2]\n", ":9: calibration.covariance", "2 numbers; expected 10"},
+      {good + calibration + "  projection_std_px: {center: 0.1, worst: 1}\n", ":6: calibration",
+       "no key 'projection_std_grid'"},
+      {good + calibration +
+           "  projection_std_px: {center: 0.1, worst: 1}\n"
+           "  projection_std_grid: {worst_pixel: [0, 0], columns: 2, rows: 2, std_px: [1, null, 1]}\n",
+       ":10: calibration.projection_std_grid.std_px", "3 numbers; expected columns times rows, 2 x 2"},
+      {good + calibration +
+           "  projection_std_px: {center: -0.1, worst: 1}\n"
+           "  projection_std_grid: {worst_pixel: [0, 0], columns: 1, rows: 1, std_px: [1]}\n",
+       ":9: calibration.projection_std_px.center", "a standard deviation"},
+      {good + calibration + "  stated_covariance: [1, 2]\n", ":9: calibration.stated_covariance",
+       "2 numbers; expected 10"},
       {good + calibration + "  settings: [1, 2]\n", ":9: calibration.settings",
        "found a list; expected a map"},
       {good + calibration + "  settings: 7\n", ":9: calibration.settings", "found '7'; expected a map"},
@@ -116,7 +128,7 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
                        [](const std::string& path) {
                          return runAlidade({"validate", path});
                        }),
-            54u);
+            58u);
   int num_commands = 0;
   scratch.write("bad.yaml", bad_files.front().text);
   for (const char* command : {"project", "unproject"}) {

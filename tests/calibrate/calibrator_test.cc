@@ -211,7 +211,7 @@ TEST(Calibrate, CountsCopiesOfAViewOnce) {
     set.views.push_back(copy);
   }
   const CalibrationResult copied = calibrate(set.board, set.views);
-  EXPECT_EQ(copied.excluded_views.size(), 50U);
+  EXPECT_EQ(copied.repeated_views.size(), 50U);
   EXPECT_EQ(copied.views.size(), 10U);
   // The views are summed in another order, and the solver stops a step sooner or later for it.
   for (int i = 0; i < 9; ++i) {

@@ -11,11 +11,16 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/finding.h"
+#include "alidade/calibrate/image_bias.h"
+#include "alidade/calibrate/model_candidate.h"
 #include "alidade/calibrate/start.h"
+#include "alidade/calibrate/view_covariance.h"
 #include "alidade/calibrate/view_scores.h"
 #include "alidade/calibrate/view_variation.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/projection_uncertainty.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board_shape.h"
 
@@ -38,6 +43,12 @@ struct ExcludedView {
   std::string reason;
 };
 
+/// A view that was taken together with another one of the same pose, see mergeRepeatedViews().
+struct RepeatedView {
+  std::string image;
+  std::string same_as;  ///< the view that stands for both
+};
+
 /// A corner left out of the estimate because it lies far from where the camera puts it.
 struct Outlier {
   std::string image;
@@ -52,6 +63,12 @@ struct BetterModel {
   double lean_rms_px = 0;  ///< that of the model in use
 };
 
+/// A bend of the board that the views show and the fit has left out.
+struct IgnoredBend {
+  BoardShape shape;
+  Eigen::VectorXd params_step;  ///< N parameters
+};
+
 /// What the views say of the board's shape.
 struct ShapeReport {
   BoardShape shape;           ///< flat unless it was estimated
@@ -63,6 +80,9 @@ struct ShapeReport {
   /// One sigma of bend_x and bend_y, or with the board held flat what it would be; NaN if unknown.
   Eigen::Vector2d std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   double bend_share = 0;  ///< the larger bend as a share of the board's extent along it
+  /// Where the board was held flat although a test says that it is bent: the bend, and the change of the
+  /// parameters that it would make, to first order.
+  std::optional<IgnoredBend> ignored;
   /// Where it was estimated: the camera that the same corners give under the same loss with the board held
   /// flat.
   std::vector<double> flat_params;
@@ -76,6 +96,7 @@ struct CalibrationResult {
   ImageSize image_size;
   std::vector<ViewResult> views;  ///< in order of image name
   std::vector<ExcludedView> excluded_views;
+  std::vector<RepeatedView> repeated_views;
   std::size_t num_misfits = 0;  ///< of the excluded views, those that do not fit the camera of the others
   std::vector<Outlier> outliers;
   int num_corners = 0;  ///< used
@@ -95,15 +116,21 @@ struct CalibrationResult {
   int num_corners_outside = 0;  ///< used corners that the final camera says it cannot see
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
   std::optional<Eigen::MatrixXd> covariance;
-  /// The same without taking the corners of one view for independent, see viewRobustCovariance(); where it is
-  /// much larger, the views have errors that the model and the noise do not explain.
-  std::optional<Eigen::MatrixXd> view_robust_covariance;
+  /// The same without taking the corners of one view for independent; nothing where there is no covariance,
+  /// or the views are too few. Where it is much larger, the views have errors that the model and the noise do
+  /// not explain.
+  std::optional<ViewCovariance> by_views;
   /// N x N, per px^2: what the corners say about the parameters with all poses free, and the board's bend
   /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
   /// inverse.
   Eigen::MatrixXd information;
   Eigen::MatrixXd free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
   double scaled_condition = 0;      ///< see IntrinsicsInformation
+  /// What statedCovariance() makes of the pixel of a point: infinitely far away with the best rotation taken
+  /// out, and near with the best pose. Nothing where there is no covariance.
+  std::optional<UncertaintyGrid> projection_far;
+  std::optional<UncertaintyGrid> projection_near;
+  double board_distance_m = 0;  ///< median of the boards' middles from the camera
   DomainCertificate domain;
   std::vector<int> held;  ///< indices of parameters that were not estimated; their sigma is 0
   StartReport start;      ///< how the search for a start went
@@ -111,8 +138,11 @@ struct CalibrationResult {
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   ShapeReport shape;
-  WeakPrior weak_prior;  ///< what holds a lens together that the views do not determine
-  std::optional<BetterModel> better_model;
+  WeakPrior weak_prior;                     ///< what holds a lens together that the views do not determine
+  std::optional<BetterModel> better_model;  ///< where the model was named
+  std::optional<ModelChoice> model_choice;  ///< where it was not
+  HoldoutReport holdout;
+  ImageBias image_bias;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;
   ViewVariations variations;  ///< what changes from view to view although it should not
@@ -120,11 +150,30 @@ struct CalibrationResult {
 
   /// One standard deviation of parameter i; NaN without a covariance.
   [[nodiscard]] double parameterStd(int i) const;
+  /// Whether the views disagree by more than the corners' noise makes them, beyond chance: then `covariance`
+  /// is too small, and `by_views` is what counts.
+  [[nodiscard]] bool isNoiseExceeded() const;
+  /// The covariance to go by: where noise is exceeded, in every direction the larger of both; a bend that
+  /// was ignored counts as an error of its size. There must be a covariance.
+  [[nodiscard]] Eigen::MatrixXd statedCovariance() const;
+  /// Its one standard deviation of parameter i; NaN without a covariance.
+  [[nodiscard]] double statedStd(int i) const;
   /// Of the corners of the views in use, how many were left out.
   [[nodiscard]] double outlierShare() const;
+  /// Two parameters of which the views tell a combination well and each alone badly.
+  struct Correlation {
+    int first = 0;
+    int second = 0;
+    double value = 0;  ///< -1 to 1
+  };
+  /// The strongest of statedCovariance() if it is above 0.95 in size. fx and fy that are held equal do not
+  /// count.
+  [[nodiscard]] std::optional<Correlation> strongestCorrelation() const;
   /// Errors over what neighbouring corners differ by: 1 for noise alone, more where they vary smoothly. NaN
   /// without neighbours.
   [[nodiscard]] double smoothness() const;
+  /// Do all views err in the same way at the same place of the image, and by enough to matter?
+  [[nodiscard]] bool hasBias() const;
   [[nodiscard]] Verdict verdict() const { return verdictOf(findings); }
   /// False if any finding is a failure: the parameters are then not to be used.
   [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }

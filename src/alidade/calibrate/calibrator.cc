@@ -4,36 +4,47 @@
 #include <utility>
 
 #include "alidade/calibrate/estimation.h"
-#include "alidade/calibrate/estimation_start.h"
+#include "alidade/calibrate/estimation_steps.h"
+#include "alidade/calibrate/held_params.h"
 #include "alidade/calibrate/larger_model.h"
-#include "alidade/calibrate/outlier_rounds.h"
+#include "alidade/calibrate/model_choice.h"
 #include "alidade/calibrate/result_of.h"
-#include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/shape_step.h"
 #include "alidade/calibrate/view_preparation.h"
 #include "alidade/calibrate/view_reason.h"
-#include "alidade/calibrate/weak_prior.h"
 #include "alidade/camera/model_list.h"
 
 namespace alidade {
+namespace {
+
+CalibrationResult withReasons(Estimation& estimation) {
+  noteIgnoredBend(estimation);
+  nameReasons(estimation);
+  return resultOf(estimation);
+}
+
+}  // namespace
 
 CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
                             const CalibratorOptions& options) {
-  static_cast<void>(parameterNames(options.model));  // throws for an unknown model
+  CalibratorOptions named = options;
+  named.model = namedModel(options);
+  if (named.model != kAutoModel)
+    static_cast<void>(parameterNames(named.model));  // throws for an unknown model
+  static_cast<void>(constraintOf(named));
   prepareViews(board, views);
-  Estimation estimation(board, std::move(views), options);
-  excludeUnusable(estimation);
-  startEstimation(estimation);
-  solveRobustly(estimation);
-  compareRivals(estimation);
-  holdTogether(estimation);
-  estimateShape(estimation);
-  leaveOutOutliers(estimation);
-  if (!refineShape(estimation)) leaveOutOutliers(estimation);
-  holdTogether(estimation);  // on the corners that are left
-  nameReasons(estimation);
-  CalibrationResult result = resultOf(estimation);
-  result.better_model = betterModel(estimation);
+  if (named.model == kAutoModel) {
+    ChosenModel chosen = chooseModel(board, views, named);
+    CalibrationResult result = withReasons(chosen.fit->estimation);
+    result.model_choice = std::move(chosen.choice);
+    result.findings = judge(result);
+    return result;
+  }
+  Estimation estimation(board, std::move(views), named);
+  fitPlainly(estimation);
+  settleData(estimation);
+  CalibrationResult result = withReasons(estimation);
+  result.better_model = neededModel(estimation);
   result.findings = judge(result);
   return result;
 }

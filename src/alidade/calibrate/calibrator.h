@@ -27,14 +27,15 @@ enum class BoardShapeMode {
 };
 
 struct CalibratorOptions {
-  std::string model = "radtan";                         ///< an id of the model list
+  /// An id of the model list, or kAutoModel: that of the initial camera, or the one chosen by held-out error.
+  std::string model = "radtan";
   std::optional<InitialCamera> initial = std::nullopt;  ///< nothing: a start is searched for
   /// Names of parameters that keep their value: that of `initial`; without one, the image's centre for cx and
   /// cy and 0 for the lens.
   std::vector<std::string> held = {};
   bool same_focal = false;  ///< fx = fy in pixels
   BoardShapeMode board_shape = BoardShapeMode::kAuto;
-  int jobs = 1;  ///< threads, 0: one per processor; the result is the same bit by bit
+  int jobs = 1;  ///< threads; 0 = one per processor. The result does not depend on it.
   const CancelFlag* cancel = nullptr;
 };
 

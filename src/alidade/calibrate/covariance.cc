@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/covariance.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
-
 #include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/scaled_inverse.h"
 #include "alidade/calibrate/view_kernel.h"
 
 namespace alidade {
@@ -33,20 +31,11 @@ IntrinsicsInformation intrinsicsInformation(std::string_view model_id,
     result.inverse = Eigen::MatrixXd::Zero(result.information.rows(), result.information.rows());
     return result;
   }
-  const Eigen::MatrixXd information = directions.transpose() * result.information * directions;
-  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return result;
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-  if (solver.info() != Eigen::Success) return result;
-  const Eigen::VectorXd& values = solver.eigenvalues();
-  result.scaled_condition = std::max(0.0, values(0) / values(values.size() - 1));
-  // Below this, the smallest eigenvalue is rounding: the Schur complement subtracts numbers of its own size.
-  constexpr double kSingular = 1e-13;
-  if (!(result.scaled_condition > kSingular)) return result;
-  const Eigen::MatrixXd& vectors = solver.eigenvectors();
-  const Eigen::MatrixXd inverse = vectors * values.cwiseInverse().asDiagonal() * vectors.transpose();
-  result.inverse = directions * (scale.asDiagonal() * inverse * scale.asDiagonal()) * directions.transpose();
+  // Below the limit, the smallest eigenvalue is rounding: the Schur complement subtracts numbers of its own
+  // size.
+  const ScaledInverse scaled = scaledInverse(directions.transpose() * result.information * directions);
+  result.scaled_condition = scaled.condition;
+  if (scaled.inverse) result.inverse = directions * *scaled.inverse * directions.transpose();
   return result;
 }
 
@@ -71,30 +60,6 @@ double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, Hube
   if (!(freedom > 0)) return std::numeric_limits<double>::infinity();
   const double slope = meanSlope(weighted_errors, loss);
   return sum_psi2 / freedom / (slope * slope);
-}
-
-std::optional<Eigen::MatrixXd> viewRobustCovariance(std::string_view model_id,
-                                                    std::span<const std::vector<Observation>> views,
-                                                    const BundleState& state, HuberLoss loss,
-                                                    double mean_slope, const ParamConstraint& constraint) {
-  const ViewKernel& kernel = viewKernel(model_id);
-  const Eigen::Index n = kernel.numParams();
-  const auto num_views = static_cast<double>(views.size());
-  if (!(num_views > static_cast<double>(n))) return std::nullopt;
-  const auto inverse = intrinsicsInformation(model_id, views, state, constraint).inverse;
-  if (!inverse) return std::nullopt;
-  const CornerGroups corners(views);
-  PoseRows rows(6, n + 7);
-  Eigen::MatrixXd pulls = Eigen::MatrixXd::Zero(n, n);
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    SharedSums sums(kernel.numParams());
-    static_cast<void>(kernel.reduce(state.params.data(), state.camera_from_board[v], corners.view(v), loss,
-                                    Unseen::kLeaveOut, rows, sums));
-    const Eigen::VectorXd pull = sums.gram.row(n).head(n).transpose();
-    pulls += pull * pull.transpose();
-  }
-  const double scale = num_views / (num_views - 1) / (mean_slope * mean_slope);
-  return scale * *inverse * pulls * *inverse;
 }
 
 }  // namespace alidade

@@ -41,15 +41,4 @@ struct IntrinsicsInformation {
 [[nodiscard]] double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
                                         int num_free_params);
 
-/// Covariance of the intrinsics that takes only views for independent of each other, whatever the corners of
-/// one view have in common (a bent board, motion blur): bread^-1 (sum of g g^T) bread^-1, g being the pull of
-/// one view on the intrinsics with its pose free and bread = mean slope * information. Liang and Zeger 1986,
-/// Longitudinal data analysis using generalized linear models, Biometrika 73(1), the empirical covariance;
-/// times V / (V - 1) for V views, whose pulls the fit has brought to balance. Nothing where the information
-/// is singular or there are not more views than intrinsics, which says too little.
-/// @param state  where the fit under `loss` has ended
-[[nodiscard]] std::optional<Eigen::MatrixXd> viewRobustCovariance(
-    std::string_view model_id, std::span<const std::vector<Observation>> views, const BundleState& state,
-    HuberLoss loss, double mean_slope, const ParamConstraint& constraint = {});
-
 }  // namespace alidade

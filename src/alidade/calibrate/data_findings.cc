@@ -47,6 +47,19 @@ void judgeLeftOut(const CalibrationResult& result, std::vector<Finding>& finding
   }
 }
 
+void judgeRepeated(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (result.repeated_views.empty()) return;
+  const RepeatedView& first = result.repeated_views.front();
+  const std::size_t count = result.repeated_views.size();
+  findings.push_back({.severity = Severity::kNote,
+                      .id = "repeated_views",
+                      .cause = "views show the board at the same place as others; those of one place were "
+                               "averaged and count as one",
+                      .evidence = std::to_string(count) + (count == 1 ? " view, " : " views, ") +
+                                  first.image + " as " + first.same_as + (count == 1 ? "" : ", ..."),
+                      .next_step = "move the board or the camera between photographs; copies add nothing"});
+}
+
 // A view that fits, more or less, but only because the camera was bent to it. Without noise there is nothing
 // to compare with.
 void judgeInfluence(const CalibrationResult& result, std::vector<Finding>& findings) {
@@ -129,6 +142,8 @@ void judgeVariations(const CalibrationResult& result, std::vector<Finding>& find
                      numberText("%.0f", variations.focal.f) + ")",
          .next_step = "fix zoom and focus (autofocus off), and calibrate the images of each setting apart"});
   }
+  // What the lens does that the model does not looks different from each pose.
+  if (result.better_model || result.hasBias()) return;
   // Squares that are not square shear each view by its own roll.
   const bool is_explained = std::any_of(findings.begin(), findings.end(),
                                         [](const Finding& f) { return f.id == "board_not_square"; });
@@ -148,6 +163,7 @@ void judgeVariations(const CalibrationResult& result, std::vector<Finding>& find
 
 void judgeData(const CalibrationResult& result, std::vector<Finding>& findings) {
   judgeLeftOut(result, findings);
+  judgeRepeated(result, findings);
   judgeInfluence(result, findings);
   judgeMirrored(result, findings);
   judgeBoard(result, findings);

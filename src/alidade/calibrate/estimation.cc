@@ -66,6 +66,17 @@ double meanWeightedSquare(const Estimation& estimation) {
   return sum / count;
 }
 
+double weightedRms(std::string_view model_id, const Observations& views, const BundleState& state) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto errors = reprojectionErrors(model_id, state.params, state.camera_from_board[v], views[v]);
+    for (std::size_t i = 0; i < errors.size(); ++i) sum += views[v][i].weight * errors[i].squaredNorm();
+    count += errors.size();
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
 namespace {
 
 void removeView(Estimation& estimation, std::size_t view) {
@@ -97,6 +108,8 @@ void requireViews(const Estimation& estimation) {
   if (estimation.views.size() >= kMinViews) return;
   std::vector<std::string> reasons;
   for (const ExcludedView& view : estimation.excluded) reasons.push_back(view.image + ": " + view.reason);
+  for (const RepeatedView& view : estimation.repeated)
+    reasons.push_back(view.image + ": shows the board at the same place as " + view.same_as);
   for (const View& view : estimation.misfits)
     reasons.push_back(view.image + ": does not fit the other views");
   throw inputError(

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -36,6 +37,7 @@ struct Estimation {
   ShapeReport shape;
   WeakPrior weak_prior;
   bool is_settled = false;
+  std::vector<RepeatedView> repeated;
   std::vector<Outlier> outliers;
   std::vector<View> misfits;           ///< out of use because they do not fit, in order of image name
   std::vector<ExcludedView> excluded;  ///< out of use for other reasons, and misfits once these have one
@@ -52,6 +54,10 @@ double weigh(const CornerNoise& noise, Observations& views);
 
 /// Mean over the corners in use of weight (dx^2 + dy^2), px^2.
 [[nodiscard]] double meanWeightedSquare(const Estimation& estimation);
+
+/// Root of the same for any camera and its poses, px.
+[[nodiscard]] double weightedRms(std::string_view model_id, const Observations& views,
+                                 const BundleState& state);
 
 /// Puts a view that does not fit aside.
 void setAside(Estimation& estimation, std::size_t view);

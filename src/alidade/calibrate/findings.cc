@@ -7,6 +7,7 @@
 
 #include "alidade/calibrate/calibration_result.h"
 #include "alidade/calibrate/data_findings.h"
+#include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/number_text.h"
 
 namespace alidade {
@@ -30,6 +31,13 @@ constexpr double kMisfitWarn = 0.0005;
 constexpr double kSmoothWarn = 1.5;
 constexpr double kSmallRmsPx = 0.02;  // below this, smooth or not, nobody is hurt
 constexpr int kFewViews = 8;
+// Where the lens errs in the same way in all views by more than this, in sigmas of a corner's coordinate and
+// in px, the model does not suit it at all.
+constexpr double kBiasSigmas = 0.3;
+constexpr double kBiasHarmfulPx = 0.5;
+// A pixel known to one sigma no better than this is a guess, and this share of the image may be one.
+constexpr double kGuessPx = 1.0;
+constexpr double kGuessedShare = 0.1;
 // Sharp images give corners to 0.02 to 0.15 px.
 constexpr double kUnsharpPx = 0.3;
 // A board bent by this share of its size is no longer the paraboloid that two numbers describe.
@@ -130,6 +138,32 @@ void judgeConditioning(const CalibrationResult& result, std::vector<Finding>& fi
        .next_step = "use a smaller model, or add views that reach the image's corners"});
 }
 
+// Corners of the image that no board reached hold what the model makes of the rest. A few are usual.
+void judgeReach(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (!result.projection_far) return;
+  const UncertaintyGrid& grid = *result.projection_far;
+  std::size_t num_rays = 0;
+  std::size_t num_guessed = 0;
+  for (const double std_px : grid.std_px) {
+    if (std::isnan(std_px)) continue;
+    ++num_rays;
+    if (std_px > kGuessPx) ++num_guessed;
+  }
+  const double share =
+      static_cast<double>(num_guessed) / static_cast<double>(std::max<std::size_t>(num_rays, 1));
+  if (share <= kGuessedShare) return;
+  findings.push_back(
+      {.severity = Severity::kWarning,
+       .id = "poor_coverage",
+       .cause = "the views leave parts of the image to guesswork",
+       .evidence = "one sigma of a projected point is above 1 px in " + numberText("%.0f", 100 * share) +
+                   " % of the image, " + numberText("%.3g", grid.worst_px) + " px at (" +
+                   numberText("%.0f", grid.worst_pixel.x()) + ", " +
+                   numberText("%.0f", grid.worst_pixel.y()) + ")",
+       .next_step = "take the view that is suggested as the next one, and others that fill the image to its "
+                    "corners"});
+}
+
 void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.domain.full_image) return;
   std::string where;
@@ -137,7 +171,7 @@ void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings
     where =
         ", pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
   }
-  if (!result.domain.cone.is_limited_by_fold) {
+  if (!foldsInsideImage(result.domain)) {
     // A wide lens leaves the image's corners dark: no ray of its ends there.
     findings.push_back(
         {.severity = Severity::kWarning,
@@ -204,7 +238,8 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                      numberText("%.3g", result.better_model->lean_rms_px) + " px",
          .next_step = "use --model " + result.better_model->id});
   }
-  if (result.local_sigma_px > kUnsharpPx) {
+  // A lens that is fitted badly makes neighbours differ too.
+  if (result.local_sigma_px > kUnsharpPx && !result.better_model && !result.hasBias()) {
     findings.push_back({.severity = Severity::kWarning,
                         .id = "unsharp",
                         .cause = "corners are found badly: the images are unsharp, noisy or coarse",
@@ -212,6 +247,16 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                                     numberText("%.2g", result.local_sigma_px) + " px an axis",
                         .next_step = "focus on the board's distance, give more light and shorter exposure, "
                                      "and clean the lens"});
+  }
+  if (!result.better_model && result.hasBias()) {
+    findings.push_back(
+        {.severity = result.image_bias.rms_px > kBiasHarmfulPx ? Severity::kFailure : Severity::kWarning,
+         .id = "model_too_lean",
+         .cause = "the lens bends light in a way that this model cannot follow",
+         .evidence = "all views err in the same way at the same place of the image, by " +
+                     numberText("%.2g", result.image_bias.rms_px) + " px (" +
+                     numberText("%.1f", result.image_bias.z) + " sigma)",
+         .next_step = "use --model auto, or a model with more parameters; else expect this error"});
   }
   const double smoothness = result.smoothness();
   if (smoothness > kSmoothWarn && result.weighted_rms_px > kSmallRmsPx) {
@@ -225,6 +270,18 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .next_step =
              "check that the board is flat and the images are sharp; a richer model may suit the lens"});
   }
+  if (result.isNoiseExceeded()) {
+    findings.push_back(
+        {.severity = Severity::kNote,
+         .id = "noise_exceeded",
+         .cause =
+             "the views disagree about the camera by more than corners' noise explains, so the sigmas by "
+             "noise are too small; those by the views and those of the projection allow for it",
+         .evidence = numberText("%.1f", std::sqrt(result.by_views->excess)) + " times as much (" +
+                     numberText("%.0f", result.by_views->excess_sigmas) + " sigma)",
+         .next_step = "look for blur, a board that moves or is bent otherwise in each view, and for a model "
+                      "that suits the lens"});
+  }
   if (result.shape.bend_share > kBentShare) {
     findings.push_back(
         {.severity = Severity::kWarning,
@@ -233,6 +290,18 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .evidence = "its middle stands out by " + numberText("%.2g", 100 * result.shape.bend_share) +
                      " % of its size",
          .next_step = "mount the board on something flat and rigid, and photograph it again"});
+  }
+  if (result.shape.ignored) {
+    const BoardShape& bend = result.shape.ignored->shape;
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .id = "bend_ignored",
+         .cause = "the board is bent but was taken as flat; the stated uncertainty allows for it",
+         .evidence = numberText("%.2g", 1e3 * bend.bend_x_m) + " mm from left to right and " +
+                     numberText("%.2g", 1e3 * bend.bend_y_m) +
+                     " mm from top to bottom; with the bend fx would change by " +
+                     numberText("%.2g", result.shape.ignored->params_step(0)) + " px",
+         .next_step = "use --board-shape auto, and a model that suits the lens"});
   }
   if (!result.shape.is_determined && result.shape.is_requested) {
     findings.push_back({.severity = Severity::kWarning,
@@ -279,9 +348,47 @@ double CalibrationResult::parameterStd(int i) const {
   return std::sqrt((*covariance)(i, i));
 }
 
+bool CalibrationResult::isNoiseExceeded() const {
+  constexpr double kBeyondChance = 4;  // normal deviates; of clean sets fewer than 1 in 300 exceed it
+  constexpr double kExactPx = 1e-4;    // corners without noise: rounding is no disagreement
+  return by_views && coordinate_sigma_px > kExactPx && by_views->excess_sigmas > kBeyondChance;
+}
+
+Eigen::MatrixXd CalibrationResult::statedCovariance() const {
+  Eigen::MatrixXd stated = isNoiseExceeded() ? by_views->larger : *covariance;
+  if (shape.ignored) stated += shape.ignored->params_step * shape.ignored->params_step.transpose();
+  return stated;
+}
+
+double CalibrationResult::statedStd(int i) const {
+  if (!covariance) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt(statedCovariance()(i, i));
+}
+
+std::optional<CalibrationResult::Correlation> CalibrationResult::strongestCorrelation() const {
+  constexpr double kStrong = 0.95;
+  constexpr double kSame = 1 - 1e-9;
+  if (!covariance) return std::nullopt;
+  const Eigen::MatrixXd stated = statedCovariance();
+  Correlation strongest;
+  for (int i = 0; i < stated.rows(); ++i) {
+    for (int j = 0; j < i; ++j) {
+      const double value = stated(i, j) / std::sqrt(stated(i, i) * stated(j, j));  // NaN if one is held
+      if (std::abs(value) > std::abs(strongest.value) && std::abs(value) < kSame)
+        strongest = {.first = j, .second = i, .value = value};
+    }
+  }
+  if (!(std::abs(strongest.value) > kStrong)) return std::nullopt;
+  return strongest;
+}
+
 double CalibrationResult::outlierShare() const {
   const auto num_out = static_cast<double>(outliers.size());
   return num_out / (num_out + num_corners);
+}
+
+bool CalibrationResult::hasBias() const {
+  return image_bias.isSeen() && image_bias.rms_px > kBiasSigmas * coordinate_sigma_px;
 }
 
 double CalibrationResult::smoothness() const {
@@ -294,6 +401,7 @@ std::vector<Finding> judge(const CalibrationResult& result) {
   judgeObservability(result, findings);
   judgeConditioning(result, findings);
   judgeDomain(result, findings);
+  judgeReach(result, findings);
   judgeData(result, findings);
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });

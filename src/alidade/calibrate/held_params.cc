@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <string_view>
 
+#include "alidade/calibrate/model_candidate.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
@@ -41,8 +44,15 @@ bool isHeld(const ParamConstraint& constraint, int i) {
 
 }  // namespace
 
+std::string namedModel(const CalibratorOptions& options) {
+  const bool is_open = options.model == kAutoModel && options.initial.has_value();
+  return is_open ? std::string(options.initial->camera.modelId()) : options.model;
+}
+
 ParamConstraint constraintOf(const CalibratorOptions& options) {
-  const auto names = parameterNames(options.model);
+  const std::string model = namedModel(options);
+  const bool is_open = model == kAutoModel;
+  const auto names = is_open ? std::span<const std::string_view>(kAffineParamNames) : parameterNames(model);
   const std::vector<std::string> known(names.begin(), names.end());
   ParamConstraint constraint{.held = {}, .same_focal = options.same_focal};
   for (const std::string& name : options.held) {
@@ -51,11 +61,16 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
       const auto nearest = nearestName(name, known);
       throw usageError({.where = "parameters to hold",
                         .found = "'" + name + "'",
-                        .expected = "parameters of " + options.model + ": " + join(known, ", "),
-                        .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
+                        .expected = (is_open ? "parameters that all models have, since the model is to be "
+                                               "chosen: "
+                                             : "parameters of " + model + ": ") +
+                                    join(known, ", "),
+                        .next_step = is_open   ? "name the model with --model"
+                                     : nearest ? "did you mean '" + *nearest + "'?"
+                                               : ""});
     }
     const int i = static_cast<int>(at - known.begin());
-    if (!options.initial && !hasOwnValue(options.model, i)) {
+    if (!options.initial && !hasOwnValue(model, i)) {
       throw usageError({.where = "parameters to hold",
                         .found = "'" + name + "' without a value",
                         .expected = "a camera to start from, whose value it keeps",

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
+
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/param_constraint.h"
 
 namespace alidade {
 
-/// The constraint that the options name.
+/// The model that the options name; that of the initial camera where they leave it open and give one. Still
+/// kAutoModel where it is to be chosen.
+[[nodiscard]] std::string namedModel(const CalibratorOptions& options);
+
+/// The constraint that the options name. Where the model is to be chosen, only parameters that all models
+/// have can be held.
 /// @throws Error (kUsage) for a name that the model does not have, or a parameter that needs an initial
 /// camera to have a value
 [[nodiscard]] ParamConstraint constraintOf(const CalibratorOptions& options);

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <utility>
 
-#include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/cross_validation.h"
+#include "alidade/calibrate/model_comparison.h"
+#include "alidade/calibrate/model_soundness.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/init/lens_shapes.h"
 
@@ -30,6 +33,7 @@ BundleSummary solveLarger(const Estimation& e, const std::string& id, BundleStat
                      {.loss = e.loss,
                       .max_iterations = max_iterations,
                       .function_tolerance = kFunctionTolerance,
+                      .constraint = e.constraint,
                       .cancel = e.options.cancel});
 }
 
@@ -52,63 +56,85 @@ bool isGain(const Estimation& e, double larger_cost, std::size_t num_larger_para
   const auto extra = static_cast<double>(num_larger_params - e.state.params.size());
   const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -
                          6.0 * static_cast<double>(e.views.size());
-  const double floor = 2 * kMinSigmaPx * kMinSigmaPx * static_cast<double>(num_corners);
   const double drop = 2 * (cornersCost(e) - larger_cost);
-  return drop / extra > kNeededF * std::max(2 * larger_cost, floor) / freedom &&
+  return drop / extra > kNeededF * std::max(2 * larger_cost, noiseFloor(num_corners)) / freedom &&
          drop > needed_share * 2 * cornersCost(e);
 }
 
-// A larger model is only worth recommending if these views determine it and it sees the whole image.
-bool isSound(const Estimation& e, const std::string& id, const BundleState& larger) {
-  constexpr double kMinCondition = 1e-11;  // of parameters scaled to the same size
-  const IntrinsicsInformation information = intrinsicsInformation(id, e.observations, larger);
-  if (!information.inverse || information.scaled_condition < kMinCondition) return false;
-  const AnyCamera camera = AnyCamera::make(id, larger.params);
-  if (!certifyDomain(camera, e.views.front().size).full_image) return false;
-  for (std::size_t v = 0; v < e.views.size(); ++v) {
-    for (const Observation& observation : e.observations[v]) {
-      if (!camera.project(larger.camera_from_board[v] * observation.p_board).ok()) return false;
-    }
-  }
-  return true;
+// A few steps tell whether there is anything to gain.
+constexpr int kGlance = 5;
+
+BundleState enlarged(const Estimation& e, const std::string& id) {
+  BundleState larger = e.state;
+  larger.params = parametersByName(e.options.model, e.state.params, id);
+  return larger;
 }
 
-}  // namespace
+struct LargerSolution {
+  std::string id;
+  BundleState state;
+};
 
-// After run(): the next larger model, if it says beyond doubt that this one lacks something. It is solved
-// from this one's answer, on the same corners and with the same loss, so that the two costs compare.
-std::optional<BetterModel> betterModel(const Estimation& e) {
+// The next larger model solved on the same corners, if it explains them better beyond doubt and is sound.
+std::optional<LargerSolution> largerSolution(const Estimation& e) {
   const auto id = nextLargerModel(NestedModels{}, e.options.model);
   // Held parameters are the user's will; a larger model would be compared with something else.
   if (!id || !e.constraint.isNone() || e.summary.termination == Termination::kFailed) return std::nullopt;
-  BundleState larger = e.state;
-  larger.params = parametersByName(e.options.model, e.state.params, *id);
-  // A few steps tell whether there is anything to gain; most often there is not.
-  constexpr int kGlance = 5;
-  const BundleSummary glance = solveLarger(e, *id, larger, kGlance);
-  if (!isGain(e, glance.cost, larger.params.size())) return std::nullopt;
+  BundleState larger = enlarged(e, *id);
+  if (!isGain(e, solveLarger(e, *id, larger, kGlance).cost, larger.params.size())) return std::nullopt;
   // Where the larger model has parameters that these views cannot tell apart, the solver drifts without
   // end.
   constexpr int kPatience = 100;
   const BundleSummary summary = solveLarger(e, *id, larger, kPatience);
-  if (summary.termination != Termination::kConverged || !isGain(e, summary.cost, larger.params.size()) ||
-      !isSound(e, *id, larger)) {
+  if (!isGain(e, summary.cost, larger.params.size()) ||
+      unsoundnessOf(*id, e.views.front().size, e.observations, larger, summary, e.constraint)) {
     return std::nullopt;
   }
-  // Both by the weights of this model, as the comparison was.
-  double sum = 0;
-  std::size_t num_corners = 0;
-  for (std::size_t v = 0; v < e.views.size(); ++v) {
-    const auto errors =
-        reprojectionErrors(*id, larger.params, larger.camera_from_board[v], e.observations[v]);
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      sum += e.observations[v][i].weight * errors[i].squaredNorm();
-      ++num_corners;
-    }
-  }
-  return BetterModel{.id = *id,
-                     .rms_px = std::sqrt(sum / static_cast<double>(num_corners)),
-                     .lean_rms_px = std::sqrt(meanWeightedSquare(e))};
+  return LargerSolution{.id = *id, .state = std::move(larger)};
+}
+
+// Both by the weights of the model in use, as the comparison was.
+BetterModel betterModelOf(const Estimation& e, const LargerSolution& larger) {
+  return {.id = larger.id,
+          .rms_px = weightedRms(larger.id, e.observations, larger.state),
+          .lean_rms_px = std::sqrt(meanWeightedSquare(e))};
+}
+
+// Where some of the views alone do not determine one of the two, or its camera does not see what the other
+// views show, the fit alone decides.
+bool predictsBetter(const Estimation& e, const LargerSolution& larger) {
+  const BundleOptions options = {.loss = e.loss, .cancel = e.options.cancel};
+  BundleOptions lean_options = options;
+  lean_options.prior = e.weak_prior.prior;
+  const auto lean = heldOutErrors(e.options.model, e.board.square_m, e.observations, e.state, lean_options);
+  const auto rich = heldOutErrors(larger.id, e.board.square_m, e.observations, larger.state, options);
+  if (!lean || !rich) return true;
+  if (holdoutReport(lean).num_unseen > 0 || holdoutReport(rich).num_unseen > 0) return true;
+  return excessOf(scoreOf(*lean, e.observations, e.loss), scoreOf(*rich, e.observations, e.loss))
+      .isWorth(larger.state.params.size() - e.state.params.size());
+}
+
+}  // namespace
+
+std::optional<BetterModel> betterModel(const Estimation& e) {
+  const auto larger = largerSolution(e);
+  if (!larger) return std::nullopt;
+  return betterModelOf(e, *larger);
+}
+
+std::optional<BetterModel> neededModel(const Estimation& e) {
+  const auto larger = largerSolution(e);
+  if (!larger || !predictsBetter(e, *larger)) return std::nullopt;
+  return betterModelOf(e, *larger);
+}
+
+double dropAtAGlance(const Estimation& e, const std::string& larger_id) {
+  BundleState larger = enlarged(e, larger_id);
+  const BundleSummary glance = solveLarger(e, larger_id, larger, kGlance);
+  if (glance.termination == Termination::kFailed) return 0;
+  double floor = 0;
+  for (const auto& view : e.observations) floor += noiseFloor(view.size());
+  return 2 * (cornersCost(e) - glance.cost) / (2 * cornersCost(e) + floor);
 }
 
 }  // namespace alidade

@@ -8,9 +8,13 @@
 #include <Eigen/LU>
 
 #include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/cross_validation.h"
+#include "alidade/calibrate/image_bias.h"
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/shape_information.h"
+#include "alidade/calibrate/view_pulls.h"
 #include "alidade/calibrate/weak_prior.h"
+#include "alidade/core/median.h"
 #include "alidade/core/text.h"
 
 namespace alidade {
@@ -47,16 +51,55 @@ double unexplainedSigma(const Estimation& e, double variance) {
   return std::sqrt(std::max(0.0, variance - e.noise.statedVariance(e.observations[0][0].sigma_px)));
 }
 
-// The covariances that the views alone give, as they are under the prior.
-void holdCovariances(const Eigen::MatrixXd& information, double variance, const ParamConstraint& constraint,
-                     CalibrationResult& result) {
-  const WeakPrior& held = result.weak_prior;
-  // A bend takes its share of the information, which the covariance with the prior in it has already.
-  if (!result.shape.is_estimated) result.covariance = heldCovariance(information, held, variance, constraint);
-  if (result.view_robust_covariance) {
-    result.view_robust_covariance =
-        heldRobustCovariance(information, *result.view_robust_covariance, held, variance, constraint);
+std::optional<ViewCovariance> byViews(const Estimation& e, const Eigen::MatrixXd& directions, double variance,
+                                      std::span<const Eigen::Vector2d> weighted_errors) {
+  const double slope = meanSlope(weighted_errors, e.loss);
+  const auto num_params = static_cast<int>(directions.rows());
+  if (!e.shape.is_estimated) {
+    return viewCovariance(viewPulls(e.options.model, e.observations, e.state, e.loss), directions, num_params,
+                          variance, slope);
   }
+  const auto pulls =
+      viewPullsWithBend(e.options.model, e.board, e.observations, e.state, e.loss, LossWeights::kLeaveOut);
+  return viewCovariance(pulls, withBend(directions), num_params, variance, slope);
+}
+
+// What the prior says of what is free.
+Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& prior) {
+  if (prior.isNone()) return Eigen::MatrixXd::Zero(directions.rows(), directions.rows());
+  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
+  const Eigen::MatrixXd onto = directions * squares.cwiseInverse().asDiagonal() * directions.transpose();
+  return onto * prior.precision.asDiagonal() * onto;
+}
+
+// The covariances that the views alone give, as they are under the prior.
+void holdCovariances(const Estimation& e, double variance, CalibrationResult& result) {
+  result.weak_prior = e.weak_prior;
+  if (e.weak_prior.isNone()) return;
+  result.covariance = heldCovariance(result.information, e.weak_prior, variance, e.constraint);
+  if (!result.covariance) result.by_views.reset();
+  if (!result.by_views) return;
+  const auto under = [&](const Eigen::MatrixXd& free) {
+    return heldRobustCovariance(result.information, free, e.weak_prior, variance, e.constraint);
+  };
+  const auto covariance = under(result.by_views->covariance);
+  const auto larger = under(result.by_views->larger);
+  result.by_views->covariance = covariance.value();
+  result.by_views->larger = larger.value();
+}
+
+void setProjection(const Estimation& e, CalibrationResult& result) {
+  std::vector<double> distances;
+  const Eigen::Vector3d middle = 0.5 * e.board.corner(e.board.numCorners() - 1);
+  for (const SE3& pose : e.state.camera_from_board) distances.push_back((pose * middle).norm());
+  result.board_distance_m = medianOf(distances);
+  if (!result.covariance) return;
+  const Eigen::MatrixXd stated = result.statedCovariance();
+  const auto grid = [&](double distance_m) {
+    return ProjectionUncertainty(result.camera, result.image_size, distance_m).grid(stated);
+  };
+  result.projection_far = grid(std::numeric_limits<double>::infinity());
+  result.projection_near = grid(result.board_distance_m);
 }
 
 }  // namespace
@@ -80,11 +123,12 @@ CalibrationResult resultOf(const Estimation& e) {
   result.excluded_views = e.excluded;
   std::sort(result.excluded_views.begin(), result.excluded_views.end(),
             [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
+  result.repeated_views = e.repeated;
   result.num_misfits = e.misfits.size();
   result.outliers = e.outliers;
 
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(e.state.params.size()), e.constraint);
-  const int num_bends = e.shape.is_estimated ? 2 : 0;
+  const int num_bends = e.shape.is_estimated ? kNumBends : 0;
   const int num_free =
       static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(e.views.size())) + num_bends;
   result.held = e.constraint.held;
@@ -96,8 +140,11 @@ CalibrationResult resultOf(const Estimation& e) {
   result.scaled_condition = information.scaled_condition;
   result.free_directions = directions;
   result.information = information.information;
-  if (information.inverse) result.covariance = variance * *information.inverse;
+  // Without a corner more than are needed there is no telling how good they are.
+  const bool has_variance = std::isfinite(variance);
+  if (information.inverse && has_variance) result.covariance = variance * *information.inverse;
   result.shape = e.shape;
+  bool is_bend_known = true;
   if (e.shape.is_estimated) {
     const BoardShape& shape = e.shape.shape;
     result.shape.bend_share = std::max(std::abs(shape.bend_x_m) / (e.board.square_m * (e.board.columns - 1)),
@@ -106,15 +153,15 @@ CalibrationResult resultOf(const Estimation& e) {
                                        e.constraint, e.weak_prior.prior);
     // Without the bend's share the covariance would be too small, so there is none then.
     result.covariance.reset();
-    if (bent) result.covariance = variance * bent->params_inverse;
-    if (bent) result.information = informationOf(bent->params_inverse, directions);
+    is_bend_known = bent.has_value();
+    if (bent && has_variance) result.covariance = variance * bent->params_inverse;
+    if (bent)
+      result.information =
+          informationOf(bent->params_inverse, directions) - precisionOn(directions, e.weak_prior.prior);
     if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
   }
-  result.view_robust_covariance = viewRobustCovariance(e.options.model, e.observations, e.state, e.loss,
-                                                       meanSlope(weighted_errors, e.loss), e.constraint);
-
-  result.weak_prior = e.weak_prior;
-  if (!e.weak_prior.isNone()) holdCovariances(information.information, variance, e.constraint, result);
+  if (result.covariance) result.by_views = byViews(e, directions, variance, weighted_errors);
+  if (has_variance && is_bend_known) holdCovariances(e, variance, result);
 
   const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
   result.board_stretch = boardStretch(scores, directions, variance);
@@ -123,6 +170,7 @@ CalibrationResult resultOf(const Estimation& e) {
 
   result.variations = viewVariations(e.options.model, e.observations, e.state, e.loss);
 
+  setProjection(e, result);
   result.domain = certifyDomain(result.camera, result.image_size);
   for (std::size_t v = 0; v < e.views.size(); ++v) {
     for (const Observation& observation : e.observations[v]) {
@@ -130,6 +178,11 @@ CalibrationResult resultOf(const Estimation& e) {
       if (!projection.ok()) ++result.num_corners_outside;
     }
   }
+  result.holdout = holdoutReport(heldOutErrors(
+      e.options.model, e.board.square_m, e.observations, e.state,
+      {.loss = e.loss, .constraint = e.constraint, .prior = e.weak_prior.prior, .cancel = e.options.cancel}));
+  result.image_bias =
+      imageBias(e.options.model, result.image_size, e.observations, e.state, e.loss, e.constraint);
   result.solver = e.summary;
   result.start = e.start_report;
   result.loss = e.loss;

@@ -17,12 +17,16 @@ namespace alidade {
 /// the intrinsics following every change of it.
 struct ShapeInformation {
   Eigen::Vector2d step_m;  ///< the change of the bend that leads to the least cost, as far as a parabola says
-  double drop = 0;         ///< of twice the cost by this step, px^2 of a corner of weight 1
+  Eigen::VectorXd params_step;  ///< the change of the intrinsics with it
+  double drop = 0;              ///< of twice the cost by this step, px^2 of a corner of weight 1
   /// (J^T W J)^-1 restricted to the bend, m^2 / px^2, and to the intrinsics, with bend and poses free: times
   /// the variance of a corner of weight 1, covariances.
   Eigen::Matrix2d bend_inverse;
   Eigen::MatrixXd params_inverse;
 };
+
+/// Free directions of the intrinsics, see freeDirections(), and behind them the two of the bend.
+[[nodiscard]] Eigen::MatrixXd withBend(const Eigen::MatrixXd& directions);
 
 /// @param state  the optimum for the present bend, which the observations' p_board have
 /// @returns nothing where the views do not determine bend and intrinsics

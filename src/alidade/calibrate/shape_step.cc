@@ -10,11 +10,11 @@
 #include "alidade/calibrate/larger_model.h"
 #include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/shape_information.h"
+#include "alidade/calibrate/view_pulls.h"
 
 namespace alidade {
 namespace {
 
-constexpr int kNumBends = 2;
 constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
 
 std::optional<ShapeInformation> information(const Estimation& e) {
@@ -53,17 +53,6 @@ void takeAsFlat(Estimation& e, BundleState state) {
   e.shape.flat_rms_px = std::numeric_limits<double>::quiet_NaN();
   e.state = std::move(state);
   flatten(e.observations);
-}
-
-double weightedRms(std::string_view model, const Observations& views, const BundleState& state) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto errors = reprojectionErrors(model, state.params, state.camera_from_board[v], views[v]);
-    for (std::size_t i = 0; i < errors.size(); ++i) sum += views[v][i].weight * errors[i].squaredNorm();
-    count += errors.size();
-  }
-  return std::sqrt(sum / static_cast<double>(count));
 }
 
 // Steps until the cost has nothing left to gain. The cost is a parabola of the bend but for the poses, which
@@ -140,6 +129,14 @@ bool refineShape(Estimation& e) {
   takeAsFlat(e, std::move(flat));
   solve(e);
   return false;
+}
+
+void noteIgnoredBend(Estimation& e) {
+  if (e.options.board_shape != BoardShapeMode::kFlat) return;
+  const auto info = information(e);
+  if (!info || !(info->drop / kNumBends > kBendF * varianceLeft(e, info->drop))) return;
+  e.shape.ignored = IgnoredBend{.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()},
+                                .params_step = info->params_step};
 }
 
 }  // namespace alidade

@@ -15,6 +15,10 @@ void estimateShape(Estimation& estimation);
 /// outlier is to be judged anew
 bool refineShape(Estimation& estimation);
 
+/// Where the board is held flat by the user's wish, looks whether it is bent all the same, and notes what
+/// that does to the parameters.
+void noteIgnoredBend(Estimation& estimation);
+
 /// F statistic from which a board counts as bent. A flat one exceeds it once in a thousand times.
 inline constexpr double kBendF = 6.9;
 

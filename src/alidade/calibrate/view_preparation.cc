@@ -2,10 +2,9 @@
 #include "alidade/calibrate/view_preparation.h"
 
 #include <algorithm>
-#include <numeric>
-#include <tuple>
 #include <utility>
 
+#include "alidade/calibrate/repeated_views.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -38,34 +37,6 @@ void checkView(const Checkerboard& board, const View& view, ImageSize size) {
          .found = "corner " + std::to_string(corner.id) + " with a position that is not a number",
          .expected = "finite pixel coordinates"});
   }
-}
-
-// Copies of one image see the same noise and would feign more certainty than there is.
-void excludeTwins(Estimation& e) {
-  const auto position = [](const View& view) {
-    const Corner& first = view.corners.front();
-    return std::tuple(first.pixel.x(), first.pixel.y(), first.id);
-  };
-  std::vector<std::size_t> order(e.views.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return position(e.views[a]) < position(e.views[b]); });
-  const auto is_same = [&](std::size_t a, std::size_t b) {
-    return std::equal(e.views[a].corners.begin(), e.views[a].corners.end(), e.views[b].corners.begin(),
-                      e.views[b].corners.end(),
-                      [](const Corner& x, const Corner& y) { return x.id == y.id && x.pixel == y.pixel; });
-  };
-  std::vector<std::pair<std::size_t, std::string>> twins;
-  std::size_t original = 0;  // of the run of equal views, as an index into `order`
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    if (is_same(order[original], order[i])) {
-      twins.emplace_back(order[i], e.views[order[original]].image);
-    } else {
-      original = i;
-    }
-  }
-  std::sort(twins.rbegin(), twins.rend());
-  for (const auto& [v, image] : twins) exclude(e, v, "shows exactly the corners of " + image);
 }
 
 }  // namespace
@@ -101,7 +72,7 @@ void excludeUnusable(Estimation& e) {
                   std::to_string(kMinCornersPerView) + " are needed");
     }
   }
-  excludeTwins(e);
+  mergeRepeatedViews(e);
   requireViews(e);
 }
 

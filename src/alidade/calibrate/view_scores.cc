@@ -7,7 +7,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/reprojection.h"
+#include "alidade/calibrate/scaled_inverse.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/median.h"
 
@@ -42,26 +44,10 @@ ViewScore scoreOf(const double* params, const SE3& camera_from_board, std::span<
           .gradient = reduced.template topRightCorner<kN + 1, 1>()};
 }
 
-// Inverse of a symmetric positive matrix, or nothing where it is singular to working precision.
+// Scores come from corners weighted by the loss; they are coarser than what the covariance is made of.
 std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
-  const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
-                                                              scale.asDiagonal());
   constexpr double kSingular = 1e-12;
-  const Eigen::VectorXd& values = solver.eigenvalues();
-  if (solver.info() != Eigen::Success || !(values(0) > kSingular * values(values.size() - 1)))
-    return std::nullopt;
-  const Eigen::MatrixXd& vectors = solver.eigenvectors();
-  return scale.asDiagonal() * (vectors * values.cwiseInverse().asDiagonal() * vectors.transpose()) *
-         scale.asDiagonal();
-}
-
-// The normal variable that is exceeded as often as this mean of `count` squares of normal variables (Wilson
-// and Hilferty 1931, The distribution of chi-square).
-double normalOfMeanSquare(double mean, double count) {
-  const double spread = 2 / (9 * count);
-  return (std::cbrt(mean) - (1 - spread)) / std::sqrt(spread);
+  return scaledInverse(matrix, kSingular).inverse;
 }
 
 }  // namespace

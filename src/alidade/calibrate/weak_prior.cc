@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 
+#include "alidade/calibrate/model_soundness.h"
+#include "alidade/calibrate/scaled_inverse.h"
 #include "alidade/calibrate/view_fit.h"
 #include "alidade/camera/model_list.h"
 
@@ -30,21 +31,13 @@ constexpr std::array<double, 2> kBounds = {0.3, 1};
 constexpr double kContradiction = 25;
 constexpr double kDominant = 0.5;  // of the largest part in the unseen combination: parameters to be named
 constexpr double kSameCost = 1e-9;
-constexpr double kSingular = 1e-13;
 
 // Inverse of a symmetric matrix on what is free, or nothing where that is singular to working precision.
 std::optional<Eigen::MatrixXd> inverseOn(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& directions) {
   if (directions.cols() == 0) return Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols());
-  const Eigen::MatrixXd free = directions.transpose() * matrix * directions;
-  const Eigen::VectorXd scale = free.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * free * scale.asDiagonal());
-  const Eigen::VectorXd& values = solver.eigenvalues();
-  if (solver.info() != Eigen::Success || !(values(0) > kSingular * values(values.size() - 1)))
-    return std::nullopt;
-  const Eigen::MatrixXd& vectors = solver.eigenvectors();
-  const Eigen::MatrixXd inverse = vectors * values.cwiseInverse().asDiagonal() * vectors.transpose();
-  return directions * (scale.asDiagonal() * inverse * scale.asDiagonal()) * directions.transpose();
+  const auto inverse = scaledInverse(directions.transpose() * matrix * directions).inverse;
+  if (!inverse) return std::nullopt;
+  return directions * *inverse * directions.transpose();
 }
 
 // The combination of the lens' parameters that is known least.
@@ -63,7 +56,7 @@ LeastKnown leastKnown(const Eigen::MatrixXd& covariance, const LensScale& scale)
 }
 
 bool foldsInImage(const AnyCamera& camera, ImageSize size) {
-  return camera.cone().is_limited_by_fold && !certifyDomain(camera, size).full_image;
+  return camera.cone().is_limited_by_fold && foldsInsideImage(certifyDomain(camera, size));
 }
 
 // One way in which the views may be explained.

@@ -31,7 +31,7 @@ void holdTogether(Estimation& estimation);
                                                             const WeakPrior& held, double variance,
                                                             const ParamConstraint& constraint);
 
-/// What the views alone would say, see viewRobustCovariance(), as it is under the prior.
+/// What the views alone would say, see viewCovariance(), as it is under the prior.
 /// @param robust  without the prior
 [[nodiscard]] std::optional<Eigen::MatrixXd> heldRobustCovariance(const Eigen::MatrixXd& information,
                                                                   const Eigen::MatrixXd& robust,

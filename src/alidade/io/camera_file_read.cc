@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "alidade/io/camera_node.h"
 #include "alidade/io/pose_node.h"
@@ -88,22 +89,90 @@ WarpRecord readWarp(const YamlNode& node) {
   return warp;
 }
 
+// A sigma, or null where there is no ray.
+double readStd(const YamlNode& node) {
+  if (node.isNull()) return std::numeric_limits<double>::quiet_NaN();
+  const double std = node.number();
+  if (std < 0) throw node.error(std::to_string(std), "a standard deviation, or null where there is no ray");
+  return std;
+}
+
+ProjectionStdRecord readProjectionStd(const YamlNode& std_px, const YamlNode& grid) {
+  std_px.allowKeys({"center", "worst"});
+  grid.allowKeys({"worst_pixel", "columns", "rows", "std_px"});
+  ProjectionStdRecord record;
+  record.center_px = readStd(std_px.at("center"));
+  record.worst_px = readStd(std_px.at("worst"));
+  const std::vector<double> pixel = grid.at("worst_pixel").numbers(2);
+  record.worst_pixel = {pixel[0], pixel[1]};
+  record.columns = readCount(grid.at("columns"));
+  record.rows = readCount(grid.at("rows"));
+  for (const YamlNode& item : grid.at("std_px").items()) record.std_px.push_back(readStd(item));
+  if (record.std_px.size() !=
+      static_cast<std::size_t>(record.columns) * static_cast<std::size_t>(record.rows)) {
+    throw grid.at("std_px").error(
+        std::to_string(record.std_px.size()) + " numbers",
+        "columns times rows, " + std::to_string(record.columns) + " x " + std::to_string(record.rows));
+  }
+  return record;
+}
+
+std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
+  node.allowKeys(strings(names));
+  std::vector<double> values;
+  for (const std::string& name : strings(names)) values.push_back(node.at(name).number());
+  return values;
+}
+
+ModelRecord readModel(const YamlNode& node) {
+  node.allowKeys({"model", "num_parameters", "rms_px", "holdout_rms_px", "excess", "excess_std", "verdict"});
+  ModelRecord model;
+  model.model = node.at("model").text();
+  model.num_parameters = readCount(node.at("num_parameters"));
+  if (const auto n = node.find("rms_px")) model.rms_px = n->number();
+  if (const auto n = node.find("holdout_rms_px")) model.holdout_rms_px = n->number();
+  if (const auto n = node.find("excess")) model.excess = n->number();
+  if (const auto n = node.find("excess_std")) model.excess_std = n->number();
+  model.verdict = node.at("verdict").text();
+  return model;
+}
+
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
-  node.allowKeys({"rms_px", "num_views", "num_corners", "num_outliers", "parameter_std", "covariance",
-                  "termination", "verdict", "trustworthy", "board", "board_warp", "findings", "views",
+  node.allowKeys({"rms_px",
+                  "holdout_rms_px",
+                  "model_choice",
+                  "num_views",
+                  "num_corners",
+                  "num_outliers",
+                  "parameter_std",
+                  "covariance",
+                  "parameter_std_by_view",
+                  "stated_covariance",
+                  "projection_std_px",
+                  "projection_std_grid",
+                  "termination",
+                  "verdict",
+                  "trustworthy",
+                  "board",
+                  "board_warp",
+                  "findings",
+                  "views",
                   "settings"});
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
+  if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
   record.num_views = readCount(node.at("num_views"));
   record.num_corners = readCount(node.at("num_corners"));
   if (const auto n = node.find("num_outliers")) record.num_outliers = readCount(*n);
-  if (const auto n = node.find("parameter_std")) {
-    n->allowKeys(strings(parameter_names));
-    for (const std::string& name : strings(parameter_names))
-      record.parameter_std.push_back(n->at(name).number());
-  }
-  if (const auto n = node.find("covariance")) {
-    record.covariance = n->numbers(parameter_names.size() * (parameter_names.size() + 1) / 2);
+  const std::size_t triangle = parameter_names.size() * (parameter_names.size() + 1) / 2;
+  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
+  if (const auto n = node.find("covariance")) record.covariance = n->numbers(triangle);
+  if (const auto n = node.find("parameter_std_by_view"))
+    record.parameter_std_by_view = readByName(*n, parameter_names);
+  if (const auto n = node.find("stated_covariance")) record.stated_covariance = n->numbers(triangle);
+  // The one without the other says too little: at() names the one that is missing.
+  if (node.has("projection_std_px") || node.has("projection_std_grid")) {
+    record.projection_std = readProjectionStd(node.at("projection_std_px"), node.at("projection_std_grid"));
   }
   if (const auto n = node.find("termination")) record.termination = n->text();
   // What files had before they had a verdict.
@@ -111,6 +180,9 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
   if (const auto n = node.find("board")) record.board = n->text();
   if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
+  if (const auto n = node.find("model_choice")) {
+    for (const YamlNode& item : n->items()) record.model_choice.push_back(readModel(item));
+  }
   if (const auto n = node.find("findings")) {
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }

@@ -62,11 +62,53 @@ void writeViews(YAML::Emitter& out, const std::vector<ViewRecord>& views) {
   out << YAML::EndSeq;
 }
 
+// NaN, of a pixel without a ray, is null.
+std::string numberOrNull(double value) {
+  return std::isnan(value) ? "null" : number(value);
+}
+
+void writeProjectionStd(YAML::Emitter& out, const ProjectionStdRecord& record) {
+  out << YAML::Key << "projection_std_px" << YAML::Value << YAML::Flow << YAML::BeginMap  //
+      << YAML::Key << "center" << YAML::Value << numberOrNull(record.center_px)           //
+      << YAML::Key << "worst" << YAML::Value << number(record.worst_px) << YAML::EndMap
+      << YAML::Comment("one sigma, at infinity, best rotation taken out");
+  out << YAML::Key << "projection_std_grid" << YAML::Value << YAML::BeginMap;
+  out << YAML::Key << "worst_pixel" << YAML::Value;
+  writeNumbers(out, record.worst_pixel);
+  out << YAML::Key << "columns" << YAML::Value << record.columns;
+  out << YAML::Key << "rows" << YAML::Value << record.rows;
+  out << YAML::Key << "std_px" << YAML::Value << YAML::Flow << YAML::BeginSeq;
+  for (const double std : record.std_px) out << numberOrNull(std);
+  out << YAML::EndSeq << YAML::EndMap;
+}
+
+void writeModels(YAML::Emitter& out, const std::vector<ModelRecord>& models) {
+  out << YAML::BeginSeq;
+  for (const ModelRecord& model : models) {
+    const auto write = [&](const char* key, double value) {
+      if (std::isfinite(value)) out << YAML::Key << key << YAML::Value << number(value);
+    };
+    out << YAML::Flow << YAML::BeginMap;
+    out << YAML::Key << "model" << YAML::Value << model.model;
+    out << YAML::Key << "num_parameters" << YAML::Value << model.num_parameters;
+    write("rms_px", model.rms_px);
+    write("holdout_rms_px", model.holdout_rms_px);
+    write("excess", model.excess);
+    write("excess_std", model.excess_std);
+    out << YAML::Key << "verdict" << YAML::Value << model.verdict << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+}
+
 void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
                       std::span<const std::string_view> parameter_names) {
   out << YAML::BeginMap;
   out << YAML::Key << "rms_px" << YAML::Value << number(record.rms_px)
       << YAML::Comment("sqrt(mean over corners of dx^2 + dy^2)");
+  if (std::isfinite(record.holdout_rms_px)) {
+    out << YAML::Key << "holdout_rms_px" << YAML::Value << number(record.holdout_rms_px)
+        << YAML::Comment("of corners that had no part in camera and pose");
+  }
   out << YAML::Key << "verdict" << YAML::Value << std::string(verdictName(record.verdict));
   out << YAML::Key << "num_views" << YAML::Value << record.num_views;
   out << YAML::Key << "num_corners" << YAML::Value << record.num_corners;
@@ -79,6 +121,15 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
     out << YAML::Key << "covariance" << YAML::Value;
     writeNumbers(out, record.covariance);
   }
+  if (!record.parameter_std_by_view.empty()) {
+    out << YAML::Key << "parameter_std_by_view" << YAML::Value;
+    writeByName(out, parameter_names, record.parameter_std_by_view);
+  }
+  if (!record.stated_covariance.empty()) {
+    out << YAML::Key << "stated_covariance" << YAML::Value;
+    writeNumbers(out, record.stated_covariance);
+  }
+  if (record.projection_std) writeProjectionStd(out, *record.projection_std);
   if (!record.termination.empty()) out << YAML::Key << "termination" << YAML::Value << record.termination;
   if (!record.board.empty()) out << YAML::Key << "board" << YAML::Value << record.board;
   if (record.warp) {
@@ -87,6 +138,10 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
         << YAML::Key << "bend_y_m" << YAML::Value << number(record.warp->shape.bend_y_m)  //
         << YAML::Key << "bend_x_std_m" << YAML::Value << number(record.warp->std_m.x())   //
         << YAML::Key << "bend_y_std_m" << YAML::Value << number(record.warp->std_m.y()) << YAML::EndMap;
+  }
+  if (!record.model_choice.empty()) {
+    out << YAML::Key << "model_choice" << YAML::Value;
+    writeModels(out, record.model_choice);
   }
   out << YAML::Key << "findings" << YAML::Value << YAML::Flow << record.findings;
   out << YAML::Key << "views" << YAML::Value;

@@ -24,6 +24,7 @@ class YamlNode {
   void allowKeys(const std::vector<std::string>& keys) const;
 
   [[nodiscard]] bool isMap() const { return node_.IsMap(); }
+  [[nodiscard]] bool isNull() const { return node_.IsNull(); }
   [[nodiscard]] bool isSequence() const { return node_.IsSequence(); }
   [[nodiscard]] bool has(const std::string& key) const;
   /// The value of a key of this map; missing is an error.

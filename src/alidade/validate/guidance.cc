@@ -25,13 +25,13 @@ bool isHeldUpright(const CalibrationResult& result) {
   return 2 * static_cast<std::size_t>(num_upright) > result.views.size();
 }
 
-// Worst uncertainty by the covariance between views over that by the ordinary one, 1 or more.
+// Worst uncertainty by the stated covariance over that by noise alone, 1 or more.
 double inflationOf(const CalibrationResult& result) {
-  if (!result.covariance || !result.view_robust_covariance) return 1;
+  if (!result.covariance) return 1;
   const ProjectionUncertainty uncertainty(result.camera, result.image_size,
                                           std::numeric_limits<double>::infinity());
   const double ratio =
-      uncertainty.worst(*result.view_robust_covariance).std_px / uncertainty.worst(*result.covariance).std_px;
+      uncertainty.worst(result.statedCovariance()).std_px / uncertainty.worst(*result.covariance).std_px;
   return std::isfinite(ratio) ? std::max(1.0, ratio) : 1;
 }
 

@@ -120,14 +120,15 @@ void NextViewSearch::addPriorIfUndetermined() {
   // To first order a standard deviation beyond the image says no more than that nothing is known.
   const double diagonal = std::hypot(size_.width, size_.height);
   is_determined_ = worst() < diagonal;
-  if (is_determined_) return;
+  if (is_determined_ || jacobians_.cols() == 0) return;
   for (Eigen::Index i = 0; i < jacobians_.rows(); ++i) {
-    const double px_per_unit = jacobians_.cols() == 0 ? 0 : jacobians_.row(i).cwiseAbs().maxCoeff();
+    const double px_per_unit = jacobians_.row(i).cwiseAbs().maxCoeff();
     information_(i, i) += px_per_unit * px_per_unit / (diagonal * diagonal);
   }
 }
 
 double NextViewSearch::worst() const {
+  if (jacobians_.cols() == 0) return std::numeric_limits<double>::quiet_NaN();
   return sigma_px_ * std::sqrt(WorstPixel(jacobians_).variance(information_, kInfinity));
 }
 

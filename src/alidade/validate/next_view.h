@@ -9,6 +9,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/target/checkerboard.h"
+#include "alidade/validate/board_sighting.h"
 #include "alidade/validate/view_candidates.h"
 
 namespace alidade {
@@ -41,9 +42,9 @@ struct NextView {
 /// outside of the image must be better by a tenth than one that is seen as a whole.
 ///
 /// This is G-optimal design (Kiefer and Wolfowitz 1960, The equivalence of two extremum problems), one
-/// observation at a time. Where the views leave a direction undetermined, a prior that lets every parameter
-/// move pixels by as much as the image's diagonal makes the information regular; the largest gain is then
-/// that in the weakest direction.
+/// observation at a time. Where the views leave a direction undetermined, so that some pixel is uncertain by
+/// more than the image's diagonal, a prior is added: corners of variance 1 px^2 would know each parameter to
+/// what moves some pixel by the diagonal. The largest gain is then that in the weakest direction.
 class NextViewSearch {
  public:
   /// Builds all candidates and their information, once for any number of searches.
@@ -52,7 +53,8 @@ class NextViewSearch {
   [[nodiscard]] std::size_t numCandidates() const { return candidates_.size(); }
   /// False where the prior was needed.
   [[nodiscard]] bool isDetermined() const { return is_determined_; }
-  /// The largest standard deviation of a pixel over the image, px; with the prior where that is needed.
+  /// The largest standard deviation of a pixel over the image, px; with the prior where that is needed. NaN
+  /// where no pixel has a ray.
   [[nodiscard]] double worst() const;
   /// Nothing where no candidate can be taken, or none tells anything.
   [[nodiscard]] std::optional<NextView> best() const;

@@ -9,6 +9,8 @@
 
 #include <Eigen/Geometry>
 
+#include "alidade/validate/board_sighting.h"
+
 namespace alidade {
 namespace {
 
@@ -64,7 +66,7 @@ class CandidateMaker {
         for (const double along : kTiltsDeg) {
           const BoardTilt tilt = {.right_rad = kRadPerDeg * across, .lower_rad = kRadPerDeg * along};
           const SE3 pose = poseOf(*square * tiltedBoard(tilt), *distance * *ray);
-          if (auto candidate = look(pose, tilt)) candidates.push_back(std::move(*candidate));
+          if (auto candidate = look(pose)) candidates.push_back(std::move(*candidate));
         }
       }
     }
@@ -93,8 +95,8 @@ class CandidateMaker {
       project(poseOf(square, distance * ray));
       Eigen::AlignedBox2d box;
       for (const Projection& projection : projections_) {
-        // What a lens does not show any more is too near; the pinhole's distance stands then.
-        if (!projection.ok()) return i > 1 ? std::optional(distance) : std::nullopt;
+        // Of a board this near the lens does not show all, and how much it would span cannot be told better.
+        if (!projection.ok()) return i > 0 ? std::optional(distance) : std::nullopt;
         box.extend(projection.pixel);
       }
       distance *= box.sizes().maxCoeff() / (span * std::min(size_.width, size_.height));
@@ -128,9 +130,9 @@ class CandidateMaker {
     return least;
   }
 
-  [[nodiscard]] std::optional<ViewCandidate> look(const SE3& pose, const BoardTilt& tilt) {
+  [[nodiscard]] std::optional<ViewCandidate> look(const SE3& pose) {
     project(pose);
-    ViewCandidate candidate{.camera_from_board = pose, .tilt = tilt, .corners = {}};
+    ViewCandidate candidate{.camera_from_board = pose, .corners = {}};
     const Eigen::Vector3d normal = pose.rotation * Eigen::Vector3d::UnitZ();
     for (std::size_t i = 0; i < projections_.size(); ++i) {
       if (!isInside(projections_[i])) continue;

@@ -8,14 +8,12 @@
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/checkerboard.h"
-#include "alidade/validate/board_sighting.h"
 
 namespace alidade {
 
 /// A view that someone could take.
 struct ViewCandidate {
   SE3 camera_from_board;
-  BoardTilt tilt;
   /// Some of the corners that would be seen, evenly over the board, at the pixels where the camera puts them;
   /// their weights sum to the number of all that would be seen.
   std::vector<Observation> corners;

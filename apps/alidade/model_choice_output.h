@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "alidade/calibrate/cross_validation.h"
+#include "alidade/calibrate/model_candidate.h"
+#include "alidade/io/camera_file.h"
+
+namespace alidade {
+
+/// A line for people.
+[[nodiscard]] std::string holdoutText(const HoldoutReport& holdout);
+
+/// The table of models for people.
+[[nodiscard]] std::string modelChoiceText(const ModelChoice& choice);
+
+[[nodiscard]] nlohmann::json modelChoiceJson(const ModelChoice& choice);
+
+[[nodiscard]] std::vector<ModelRecord> modelRecords(const ModelChoice& choice);
+
+}  // namespace alidade

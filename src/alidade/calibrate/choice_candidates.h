@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/calibrate/model_choice.h"
+#include "alidade/calibrate/model_comparison.h"
+#include "alidade/calibrate/model_soundness.h"
+
+namespace alidade {
+
+/// A model on the way to a choice.
+struct Candidate {
+  explicit Candidate(std::string_view model_id);
+
+  std::string id;
+  std::size_t num_params;
+  /// As fitPlainly() leaves it. None: see `unsoundness` and `not_better_than`; with neither, the model needs
+  /// no search of its own.
+  std::unique_ptr<ModelFit> fit;
+  std::exception_ptr error;  ///< why no camera of the model explains the views
+  std::optional<Unsoundness> unsoundness;
+  std::string not_better_than;  ///< a smaller model that fits the corners as well at a glance
+
+  // On the corners in common.
+  std::optional<HeldOutScore> score;
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
+  double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
+};
+
+using Candidates = std::vector<Candidate>;
+
+/// Fits the models that come into question, by number of parameters.
+/// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
+[[nodiscard]] Candidates fitCandidates(const Checkerboard& board, const std::vector<View>& views,
+                                       const CalibratorOptions& options, ModelChoice& choice);
+
+/// The smallest of the fitted models that fits all corners about as well as any; there is one.
+[[nodiscard]] Candidate& fittest(Candidates& candidates);
+
+}  // namespace alidade

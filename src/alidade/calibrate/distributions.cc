@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/distributions.h"
+
+#include <cmath>
+#include <limits>
+
+namespace alidade {
+
+double studentT95(double freedom) {
+  constexpr double kFewest = 2;
+  if (!(freedom >= kFewest)) return std::numeric_limits<double>::infinity();
+  constexpr double x = kNormal95;
+  constexpr double x2 = x * x;
+  const double n = freedom;
+  const double g1 = x * (x2 + 1) / 4;
+  const double g2 = x * ((5 * x2 + 16) * x2 + 3) / 96;
+  const double g3 = x * (((3 * x2 + 19) * x2 + 17) * x2 - 15) / 384;
+  const double g4 = x * ((((79 * x2 + 776) * x2 + 1482) * x2 - 1920) * x2 - 945) / 92160;
+  return x + (g1 + (g2 + (g3 + g4 / n) / n) / n) / n;
+}
+
+double normalOfMeanSquare(double mean, double count) {
+  const double spread = 2 / (9 * count);
+  return (std::cbrt(mean) - (1 - spread)) / std::sqrt(spread);
+}
+
+}  // namespace alidade

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/image_bias.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include "alidade/calibrate/reprojection.h"
+#include "alidade/camera/model_list.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kCellsAlong = 6;  // the longer side
+
+// Nodes of the field, and its two displacements at each.
+class FieldGrid {
+ public:
+  explicit FieldGrid(ImageSize size)
+      : side_(static_cast<double>(std::max(size.width, size.height)) / kCellsAlong),
+        columns_(static_cast<int>(std::ceil(size.width / side_))),
+        rows_(static_cast<int>(std::ceil(size.height / side_))) {}
+
+  [[nodiscard]] int size() const { return 2 * (columns_ + 1) * (rows_ + 1); }
+
+  // The four displacements along an axis that a pixel depends on, and how much on each.
+  struct Share {
+    std::array<int, 4> index;
+    std::array<double, 4> weight;
+  };
+  [[nodiscard]] Share at(const Eigen::Vector2d& pixel, int axis) const {
+    const double x = (pixel.x() + 0.5) / side_;
+    const double y = (pixel.y() + 0.5) / side_;
+    const int column = std::clamp(static_cast<int>(std::floor(x)), 0, columns_ - 1);
+    const int row = std::clamp(static_cast<int>(std::floor(y)), 0, rows_ - 1);
+    const double a = x - column;
+    const double b = y - row;
+    const auto node = [&](int c, int r) { return 2 * ((row + r) * (columns_ + 1) + column + c) + axis; };
+    return {.index = {node(0, 0), node(1, 0), node(0, 1), node(1, 1)},
+            .weight = {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}};
+  }
+
+ private:
+  double side_;
+  int columns_;
+  int rows_;
+};
+
+// What the views say of intrinsics and field, their poses following.
+struct Votes {
+  Eigen::MatrixXd information;  // of all views
+  Eigen::MatrixXd gradients;    // a column a view
+};
+
+template <CameraModel M>
+void addView(const double* params, const SE3& camera_from_board, std::span<const Observation> view,
+             HuberLoss loss, const FieldGrid& grid, Eigen::MatrixXd& information,
+             Eigen::Ref<Eigen::VectorXd> gradient) {
+  constexpr int kN = kNumParams<M>;
+  const Eigen::Index num_all = information.rows();
+  Eigen::Matrix<double, 6, 6> pose = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(6, num_all + 1);  // and the error
+  const Eigen::Matrix3d R = camera_from_board.rotation.matrix();
+  Reprojection<M> corner;
+  for (const Observation& o : view) {
+    if (!reproject<M>(params, R, camera_from_board.translation, o.p_board, corner)) continue;
+    const Eigen::Vector2d error = corner.pixel - o.pixel;
+    const double weight = o.weight * loss.weight(o.weight * error.squaredNorm());
+    for (int axis = 0; axis < 2; ++axis) {
+      // The columns that are not zero: intrinsics, then those of the field.
+      std::array<Eigen::Index, kN + 4> index;
+      std::array<double, kN + 4> value;
+      for (int i = 0; i < kN; ++i) {
+        index[static_cast<std::size_t>(i)] = i;
+        value[static_cast<std::size_t>(i)] = corner.J_px_params(axis, i);
+      }
+      const FieldGrid::Share share = grid.at(o.pixel, axis);
+      for (std::size_t k = 0; k < 4; ++k) {
+        index[kN + k] = kN + share.index[k];
+        value[kN + k] = share.weight[k];
+      }
+      const Eigen::Matrix<double, 6, 1> J_pose = weight * corner.J_px_pose.row(axis).transpose();
+      pose.noalias() += J_pose * corner.J_px_pose.row(axis);
+      coupling.col(num_all) += J_pose * error(axis);
+      for (std::size_t i = 0; i < index.size(); ++i) {
+        coupling.col(index[i]) += J_pose * value[i];
+        gradient(index[i]) += weight * value[i] * error(axis);
+        for (std::size_t j = 0; j <= i; ++j) information(index[i], index[j]) += weight * value[i] * value[j];
+      }
+    }
+  }
+  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factor(pose);
+  if (factor.info() != Eigen::Success) return;
+  factor.matrixL().solveInPlace(coupling);
+  information.selfadjointView<Eigen::Lower>().rankUpdate(coupling.leftCols(num_all).transpose(), -1);
+  gradient -= coupling.leftCols(num_all).transpose() * coupling.col(num_all);
+}
+
+Votes votesOf(std::string_view model_id, const FieldGrid& grid,
+              std::span<const std::vector<Observation>> views, const BundleState& state, HuberLoss loss) {
+  const auto size = static_cast<Eigen::Index>(state.params.size()) + grid.size();
+  Votes votes{.information = Eigen::MatrixXd::Zero(size, size),
+              .gradients = Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(views.size()))};
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    if (M::kId != model_id) return;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      addView<M>(state.params.data(), state.camera_from_board[v], views[v], loss, grid, votes.information,
+                 votes.gradients.col(static_cast<Eigen::Index>(v)));
+    }
+  });
+  votes.information = votes.information.selfadjointView<Eigen::Lower>();
+  return votes;
+}
+
+// Inverse on what the views determine.
+Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
+  constexpr double kUndetermined = 1e-11;
+  if (matrix.size() == 0) return matrix;  // all parameters are held
+  const Eigen::VectorXd scale =
+      matrix.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
+                                                              scale.asDiagonal());
+  const double largest = solver.eigenvalues().maxCoeff();
+  const Eigen::VectorXd inverse = solver.eigenvalues().unaryExpr(
+      [&](double value) { return value > kUndetermined * largest ? 1 / value : 0.0; });
+  return scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
+         solver.eigenvectors().transpose() * scale.asDiagonal();
+}
+
+}  // namespace
+
+ImageBias imageBias(std::string_view model_id, ImageSize size,
+                    std::span<const std::vector<Observation>> views, const BundleState& state, HuberLoss loss,
+                    const ParamConstraint& constraint) {
+  const FieldGrid grid(size);
+  const Votes votes = votesOf(model_id, grid, views, state, loss);
+  const auto n = static_cast<Eigen::Index>(state.params.size());
+  const Eigen::Index m = grid.size();
+  // The intrinsics follow as well.
+  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(n), constraint);
+  const Eigen::MatrixXd coupling = directions.transpose() * votes.information.topRightCorner(n, m);
+  const Eigen::MatrixXd back =
+      coupling.transpose() *
+      inverseOfDetermined(directions.transpose() * votes.information.topLeftCorner(n, n) * directions);
+  const Eigen::MatrixXd scores =
+      votes.gradients.bottomRows(m) - back * (directions.transpose() * votes.gradients.topRows(n));
+  Eigen::MatrixXd information = votes.information.bottomRightCorner(m, m) - back * coupling;
+  // What poses and intrinsics would take up of the field has next to no information: it must not be divided
+  // by.
+  constexpr double kPrior = 0.05;  // of the mean information
+  const double prior = kPrior * information.trace() / static_cast<double>(m);
+  if (!(prior > 0)) return {};
+  information.diagonal().array() += prior;
+  const Eigen::MatrixXd whitened = information.llt().matrixL().solve(scores);
+  const Eigen::MatrixXd products = whitened.transpose() * whitened;  // of two views each
+  const double agreed = products.sum() - products.trace();
+  // Flipping the sign of whole views leaves everything as it is if they have nothing in common. Over all
+  // flips the sum has the mean 0 and this variance.
+  const double variance = 2 * (products.squaredNorm() - products.diagonal().squaredNorm());
+  std::size_t num_corners = 0;
+  for (const auto& view : views) num_corners += view.size();
+  if (!(variance > 0)) return {};
+  return {.z = agreed / std::sqrt(variance),
+          .rms_px = std::sqrt(std::max(0.0, agreed / static_cast<double>(num_corners)))};
+}
+
+}  // namespace alidade

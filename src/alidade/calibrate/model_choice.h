@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "alidade/calibrate/estimation.h"
+#include "alidade/calibrate/model_candidate.h"
+
+namespace alidade {
+
+/// A calibration with a model of its own.
+struct ModelFit {
+  ModelFit(const Checkerboard& board, const std::vector<View>& views, CalibratorOptions options_in)
+      : options(std::move(options_in)), estimation(board, views, options) {}
+  ModelFit(const ModelFit&) = delete;
+  ModelFit& operator=(const ModelFit&) = delete;
+
+  CalibratorOptions options;
+  Estimation estimation;
+};
+
+struct ChosenModel {
+  std::unique_ptr<ModelFit> fit;  ///< with what settleData() leaves
+  ModelChoice choice;
+};
+
+/// Chooses the smallest model beside which none with further parameters has significantly smaller held-out
+/// errors, by a share that is worth them, among those that the views determine. One that folds inside the
+/// image is chosen only where no other fits as well, and the findings then say no. See docs/model_choice.md.
+///
+/// Models that other models contain are given up where a few steps of the larger one take less off the cost
+/// than would count.
+///
+/// All candidates are compared on the same corners with the same weights, those that the smallest model which
+/// fits as well as any settles on: a lean model would leave out as outliers what a better one explains.
+/// The chosen model then settles by itself what an outlier is, as if it had been named.
+/// @param views  as prepareViews() leaves them
+/// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
+[[nodiscard]] ChosenModel chooseModel(const Checkerboard& board, const std::vector<View>& views,
+                                      const CalibratorOptions& options);
+
+}  // namespace alidade

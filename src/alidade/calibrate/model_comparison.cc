@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/model_comparison.h"
+
+#include <cmath>
+
+#include "alidade/calibrate/corner_noise.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+// The value that Student's t exceeds once in 20 times (Abramowitz and Stegun 1964, Handbook of mathematical
+// functions, 26.7.5, two terms).
+double oneSidedLimit(double freedom) {
+  constexpr double kZ = 1.6448536;
+  constexpr double kZ3 = kZ * kZ * kZ;
+  constexpr double kZ5 = kZ3 * kZ * kZ;
+  return kZ + (kZ3 + kZ) / (4 * freedom) + (5 * kZ5 + 16 * kZ3 + 3 * kZ) / (96 * freedom * freedom);
+}
+
+}  // namespace
+
+double farOff(HuberLoss loss) {
+  constexpr double kThresholds = 10;
+  const double error_px = kThresholds * loss.threshold_px;
+  return loss.rho(error_px * error_px);
+}
+
+double noiseFloor(std::size_t num_corners) {
+  return 2 * kMinSigmaPx * kMinSigmaPx * static_cast<double>(num_corners);
+}
+
+HeldOutScore scoreOf(const HeldOutErrors& errors, std::span<const std::vector<Observation>> views,
+                     HuberLoss loss) {
+  HeldOutScore score;
+  for (std::size_t v = 0; v < errors.px.size(); ++v) {
+    double sum = noiseFloor(errors.px[v].size());
+    for (std::size_t i = 0; i < errors.px[v].size(); ++i) {
+      const Eigen::Vector2d& error = errors.px[v][i];
+      sum += error.allFinite() ? loss.rho(views[v][i].weight * error.squaredNorm()) : farOff(loss);
+    }
+    score.of_view.push_back(sum);
+    score.sum += sum;
+  }
+  return score;
+}
+
+bool HeldOutExcess::isWorth(std::size_t num_further_params) const {
+  return is_significant && share > kShareOfParameter * static_cast<double>(num_further_params);
+}
+
+HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b) {
+  expect(a.of_view.size() == b.of_view.size(), "two models' errors on the same views");
+  const auto num_views = static_cast<double>(a.of_view.size());
+  const double difference = a.sum - b.sum;
+  double scatter = 0;
+  for (std::size_t v = 0; v < a.of_view.size(); ++v) {
+    const double d = a.of_view[v] - b.of_view[v] - difference / num_views;
+    scatter += d * d;
+  }
+  const double std = std::sqrt(num_views / (num_views - 1) * scatter);
+  const double ratio = std::sqrt(a.sum / b.sum);  // of the RMS
+  return {.share = ratio - 1,
+          .std = std / (2 * b.sum * ratio),
+          .is_significant = difference > oneSidedLimit(num_views - 1) * std};
+}
+
+}  // namespace alidade

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "alidade/calibrate/cross_validation.h"
+
+namespace alidade {
+
+/// Held-out errors view by view, as they are compared.
+struct HeldOutScore {
+  std::vector<double> of_view;  ///< sum of rho over a view's corners, px^2 of a corner of weight 1
+  double sum = 0;               ///< over all views
+};
+
+/// What a corner counts that is not seen at all: as if it were off by ten thresholds of the loss.
+[[nodiscard]] double farOff(HuberLoss loss);
+
+/// What is added to the squares of so many corners, so that rounding decides nothing where they fit
+/// perfectly: no corner is known better than kMinSigmaPx.
+[[nodiscard]] double noiseFloor(std::size_t num_corners);
+
+/// A corner that is not seen counts as far off.
+[[nodiscard]] HeldOutScore scoreOf(const HeldOutErrors& errors,
+                                   std::span<const std::vector<Observation>> views, HuberLoss loss);
+
+/// How much larger one model's held-out errors are than another's on the same corners.
+struct HeldOutExcess {
+  double share = 0;             ///< of the other's held-out RMS; negative: they are smaller
+  double std = 0;               ///< its standard error, by how much the views differ in it
+  bool is_significant = false;  ///< larger than by chance in 19 of 20 cases (one-sided)
+
+  /// Significantly larger, and by enough to be worth so many further parameters.
+  [[nodiscard]] bool isWorth(std::size_t num_further_params) const;
+};
+
+/// The paired comparison of two models view by view: corners of one view have its pose and its mistakes in
+/// common, so that views are what varies independently.
+/// @param a,b  of the same views and corners
+[[nodiscard]] HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b);
+
+/// What a further parameter must take off the held-out RMS, as a share of it; see docs/model_choice.md.
+inline constexpr double kShareOfParameter = 0.005;
+
+}  // namespace alidade

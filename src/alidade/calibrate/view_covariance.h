@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/view_pulls.h"
+
+namespace alidade {
+
+/// What the views' disagreement says of the intrinsics' uncertainty.
+struct ViewCovariance {
+  Eigen::MatrixXd covariance;  ///< N x N, parameters in storage order
+  /// Degrees of freedom of each parameter's variance: it is a multiple of chi square, roughly, and the
+  /// parameter's error over its root follows Student's t. 0 for a parameter that is held.
+  Eigen::VectorXd freedom;
+  /// Variance by this covariance over that by the corners' noise, averaged over the free directions in which
+  /// the latter is 1; about 1 where there is nothing but independent noise.
+  double excess = 0;
+  /// The same in standard deviations of a normal variable: how surely it is more than chance.
+  double excess_sigmas = 0;
+
+  /// N x N: in every direction the larger of the covariance by the corners' noise and of this one, the latter
+  /// made larger for its few degrees of freedom (the least of a free parameter), so that 1.96 of its standard
+  /// deviations hold 95 %.
+  Eigen::MatrixXd larger;
+
+  /// Half the width of parameter i's 95 % interval over 1.96: one standard deviation that can be used like
+  /// one of a normal variable. 0 for a parameter that is held.
+  [[nodiscard]] double effectiveStd(int i) const;
+};
+
+/// Covariance of the intrinsics that takes only views for independent of each other, whatever the corners of
+/// one view have in common (a moving board, blur): the sum of g g^T over the views between two inverses of
+/// the slope times the information, g being the pull of one view on what is free (Liang and Zeger 1986,
+/// Longitudinal data analysis using generalized linear models, Biometrika 73(1), the empirical covariance).
+///
+/// The fit has drawn all views towards itself, so that their pulls are too small, those of views with much
+/// say most. They are scaled up so that under independent noise their expected squares are right, and the
+/// degrees of freedom are found under the same assumption: Bell and McCaffrey 2002, Bias reduction in
+/// standard errors for linear regression with multi-stage samples, Survey Methodology 28(2) ("CR2");
+/// Imbens and Kolesar 2016, Robust standard errors in small samples, Review of Economics and Statistics
+/// 98(4).
+///
+/// What is wrong in the same way in all views (a bent board held flat) shows only as far as it pulls
+/// different views differently.
+///
+/// @param pulls       one a view, at the optimum; columns as the rows of `directions`
+/// @param directions  what is free, one direction a column; the first `num_params` rows are the intrinsics
+/// @param variance    of the coordinate of a corner of weight 1, px^2, see coordinateVariance()
+/// @param mean_slope  see meanSlope()
+/// @returns nothing where the views do not determine what is free, where nothing is, or where there are not
+/// more views than free directions, which says too little
+[[nodiscard]] std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
+                                                           const Eigen::MatrixXd& directions, int num_params,
+                                                           double variance, double mean_slope);
+
+}  // namespace alidade

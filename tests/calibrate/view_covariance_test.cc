@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/view_covariance.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "alidade/calibrate/covariance.h"
+#include "alidade/calibrate/distributions.h"
+#include "alidade/calibrate/start.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{.width = 1280, .height = 960};
+constexpr HuberLoss kLoss{.threshold_px = 0.2};
+
+struct RobustFit {
+  std::vector<std::vector<Observation>> views;
+  BundleState state;
+  Checkerboard board;
+
+  [[nodiscard]] std::vector<Eigen::Vector2d> errors() const {
+    std::vector<Eigen::Vector2d> all;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const auto found = reprojectionErrors("radtan", state.params, state.camera_from_board[v], views[v]);
+      all.insert(all.end(), found.begin(), found.end());
+    }
+    return all;
+  }
+  [[nodiscard]] double variance() const {
+    return coordinateVariance(errors(), kLoss, 9 + 6 * static_cast<int>(views.size()));
+  }
+  [[nodiscard]] std::optional<ViewCovariance> byViews(const ParamConstraint& constraint = {}) const {
+    return viewCovariance(viewPulls("radtan", views, state, kLoss), freeDirections(9, constraint), 9,
+                          variance(), meanSlope(errors(), kLoss));
+  }
+};
+
+RobustFit fitViews(int num_views) {
+  const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, num_views, 0.1, 1);
+  RobustFit fit{.views = observationsOf(set.board, set.views),
+                .state = {.params = truth, .camera_from_board = set.poses},
+                .board = set.board};
+  EXPECT_EQ(solveBundle("radtan", fit.views, fit.state, {.loss = kLoss}).termination,
+            Termination::kConverged);
+  return fit;
+}
+
+// Every corner seen twice with the same error brings no news, which only the views' own pulls can tell.
+TEST(ViewCovariance, IsNotFooledByRepeatedCorners) {
+  RobustFit fit = fitViews(20);
+  ASSERT_LT(meanSlope(fit.errors(), kLoss), 0.99);
+  const auto once = fit.byViews();
+  const auto plain_once = intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  for (auto& view : fit.views) {
+    const std::vector<Observation> copy = view;
+    view.insert(view.end(), copy.begin(), copy.end());
+  }
+  const auto twice = fit.byViews();
+  const auto plain_twice = intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  ASSERT_TRUE(once && twice && plain_once && plain_twice);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR(twice->covariance(i, i), once->covariance(i, i), 1e-6 * once->covariance(i, i)) << i;
+    EXPECT_NEAR(twice->freedom(i), once->freedom(i), 1e-6 * once->freedom(i)) << i;
+    EXPECT_NEAR((*plain_twice)(i, i), 0.5 * (*plain_once)(i, i), 1e-6 * (*plain_once)(i, i)) << i;
+  }
+}
+
+// Independent corners: both covariances estimate the same. The sums over 400 views scatter by about 7 %.
+TEST(ViewCovariance, AgreesWithThePlainOneOnIndependentCorners) {
+  const RobustFit fit = fitViews(400);
+  const auto robust = fit.byViews();
+  const auto inverse = intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  ASSERT_TRUE(robust && inverse);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR(robust->covariance(i, i) / (fit.variance() * (*inverse)(i, i)), 1.0, 0.3) << i;
+    EXPECT_GT(robust->freedom(i), 40) << i;
+    EXPECT_LT(robust->freedom(i), 400) << i;
+  }
+  EXPECT_NEAR(robust->excess, 1, 0.1);
+  EXPECT_LT(std::abs(robust->excess_sigmas), 4);
+}
+
+// Where only one direction is free and the views say equally much, it is the textbook: the jackknife's
+// neighbour with V - 1 degrees of freedom.
+TEST(ViewCovariance, IsTheVarianceOfAMeanForEqualViews) {
+  const std::vector<double> samples = {1, 4, -2, 0.5, 3, -1};
+  double mean = 0;
+  for (const double x : samples) mean += x / 6;
+  std::vector<ViewPull> pulls;
+  double squares = 0;
+  for (const double x : samples) {
+    pulls.push_back({.information = Eigen::MatrixXd::Constant(1, 1, 2.0),
+                     .gradient = Eigen::VectorXd::Constant(1, 2.0 * (mean - x))});
+    squares += (x - mean) * (x - mean);
+  }
+  const auto by_views = viewCovariance(pulls, Eigen::MatrixXd::Identity(1, 1), 1, 1.0, 1.0);
+  ASSERT_TRUE(by_views);
+  EXPECT_NEAR(by_views->covariance(0, 0), squares / 5 / 6, 1e-12);
+  EXPECT_NEAR(by_views->freedom(0), 5, 1e-9);
+  EXPECT_NEAR(by_views->effectiveStd(0) * kNormal95, 2.5706 * std::sqrt(squares / 30), 2e-3);
+}
+
+TEST(ViewCovariance, IsLargerThanBothInEveryDirection) {
+  const RobustFit fit = fitViews(14);
+  const auto by_views = fit.byViews();
+  ASSERT_TRUE(by_views);
+  const Eigen::MatrixXd plain =
+      fit.variance() * *intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  Random random(3);
+  for (int trial = 0; trial < 100; ++trial) {
+    Eigen::VectorXd direction(9);
+    for (double& x : direction) x = random.normal();
+    direction.array() /= plain.diagonal().array().sqrt();
+    const auto along = [&](const Eigen::MatrixXd& matrix) { return direction.dot(matrix * direction); };
+    EXPECT_GE(along(by_views->larger), along(plain) * (1 - 1e-9));
+    EXPECT_GE(along(by_views->larger), along(by_views->covariance) * (1 - 1e-9));
+  }
+}
+
+TEST(ViewCovariance, IsZeroForWhatIsHeld) {
+  const auto by_views = fitViews(20).byViews({.held = {8}});
+  ASSERT_TRUE(by_views);
+  EXPECT_EQ(by_views->covariance(8, 8), 0);
+  EXPECT_EQ(by_views->larger(8, 8), 0);
+  EXPECT_EQ(by_views->effectiveStd(8), 0);
+  EXPECT_GT(by_views->effectiveStd(0), 0);
+}
+
+TEST(ViewCovariance, HasTheBendAmongTheFree) {
+  const RobustFit fit = fitViews(20);
+  const auto pulls =
+      viewPullsWithBend("radtan", fit.board, fit.views, fit.state, kLoss, LossWeights::kLeaveOut);
+  const auto without = viewPulls("radtan", fit.views, fit.state, kLoss);
+  ASSERT_EQ(pulls.size(), without.size());
+  for (std::size_t v = 0; v < pulls.size(); ++v) {
+    ASSERT_EQ(pulls[v].gradient.size(), 11);
+    EXPECT_LE((pulls[v].gradient.head(9) - without[v].gradient).norm(), 1e-6 * without[v].gradient.norm());
+    EXPECT_LE((pulls[v].information.topLeftCorner(9, 9) - without[v].information).norm(),
+              1e-6 * without[v].information.norm());
+  }
+  const auto by_views = viewCovariance(pulls, Eigen::MatrixXd::Identity(11, 11), 9, fit.variance(), 1.0);
+  ASSERT_TRUE(by_views);
+  EXPECT_EQ(by_views->covariance.rows(), 9);
+  EXPECT_EQ(by_views->larger.rows(), 9);
+}
+
+TEST(ViewCovariance, NeedsMoreViewsThanFreeDirections) {
+  EXPECT_FALSE(fitViews(9).byViews());
+  EXPECT_TRUE(fitViews(10).byViews());
+}
+
+TEST(Distributions, StudentsTAsTabulated) {
+  EXPECT_NEAR(studentT95(3), 3.1824, 0.01 * 3.1824);
+  EXPECT_NEAR(studentT95(5), 2.5706, 1e-3 * 2.5706);
+  EXPECT_NEAR(studentT95(10), 2.2281, 1e-4 * 2.2281);
+  EXPECT_NEAR(studentT95(1e6), kNormal95, 1e-5);
+  EXPECT_TRUE(std::isinf(studentT95(1.9)));
+  EXPECT_TRUE(std::isinf(studentT95(std::nan(""))));
+}
+
+}  // namespace
+}  // namespace alidade
