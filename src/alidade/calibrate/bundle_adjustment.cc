@@ -88,8 +88,7 @@ class Bundle {
     solver_.num_threads = 1;
     solver_.function_tolerance = options.function_tolerance;
     solver_.gradient_tolerance = 1e-10;
-    // Small steps say nothing: at the end of a range, larger ones are refused far from any optimum.
-    solver_.parameter_tolerance = 0;
+    solver_.parameter_tolerance = 1e-12;
     solver_.logging_type = ceres::SILENT;
     solver_.callbacks.push_back(&watch_);
   }
