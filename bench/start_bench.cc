@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Does calibrate() find the true optimum without any guess? A table over all models and fields of view.
-//   start_bench [sets a cell, default 5] [model]
+//   start_bench [sets a cell, default 5] [model, default all] [seed, default 0]
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -10,24 +11,27 @@
 namespace {
 
 constexpr double kRequiredShare = 0.995;
+constexpr int kMaxSets = 100000;  // a cell; another seed has none of them in common
 
 struct Tally {
   int num_sets = 0;
   int num_found = 0;
   int num_undetermined = 0;  // not counted as found or missed
+  int num_held = 0;          // nor these: the result says that the views do not determine the model
   int num_silent = 0;        // neither found nor warned of
   int num_lonely = 0;        // found, but by one start of several
   int num_lonely_missed = 0;
   double seconds = 0;
 
   [[nodiscard]] double share() const {
-    return num_sets == num_undetermined ? 1.0
-                                        : static_cast<double>(num_found) / (num_sets - num_undetermined);
+    const int num_counted = num_sets - num_undetermined - num_held;
+    return num_counted == 0 ? 1.0 : static_cast<double>(num_found) / num_counted;
   }
   void operator+=(const Tally& other) {
     num_sets += other.num_sets;
     num_found += other.num_found;
     num_undetermined += other.num_undetermined;
+    num_held += other.num_held;
     num_lonely += other.num_lonely;
     num_lonely_missed += other.num_lonely_missed;
     num_silent += other.num_silent;
@@ -55,8 +59,8 @@ void printMiss(const alidade::SweepCell& cell, int number, const alidade::SweepO
 }
 
 void printTally(const char* name, double fov_deg, const Tally& tally) {
-  std::printf("%-16s %6g %6d %13d %7.2f%% %8d %10.1f\n", name, fov_deg, tally.num_sets,
-              tally.num_undetermined, 100 * tally.share(), tally.num_silent,
+  std::printf("%-16s %6g %6d %13d %6d %7.2f%% %8d %10.1f\n", name, fov_deg, tally.num_sets,
+              tally.num_undetermined, tally.num_held, 100 * tally.share(), tally.num_silent,
               1000 * tally.seconds / tally.num_sets);
 }
 
@@ -64,30 +68,34 @@ void printTally(const char* name, double fov_deg, const Tally& tally) {
 
 int main(int argc, char** argv) {
   const int num_sets = argc > 1 ? std::atoi(argv[1]) : 5;
-  const std::string only = argc > 2 ? argv[2] : "";
-  if (num_sets < 1) {
-    std::fprintf(stderr, "usage: start_bench [sets a cell, at least 1] [model]\n");
+  const std::string only = argc > 2 ? argv[2] : "all";
+  const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 0;
+  if (num_sets < 1 || num_sets > kMaxSets) {
+    std::fprintf(stderr, "usage: start_bench [sets a cell, at least 1] [model or all] [seed]\n");
     return 2;
   }
-  std::printf("%-16s %6s %6s %13s %8s %8s %10s\n", "model", "fov", "sets", "undetermined", "found", "silent",
-              "ms a set");
+  std::printf("%-16s %6s %6s %13s %6s %8s %8s %10s\n", "model", "fov", "sets", "undetermined", "held",
+              "found", "silent", "ms a set");
   Tally total;
   for (const alidade::SweepCell& cell : alidade::sweepCells()) {
-    if (!only.empty() && cell.model != only) continue;
+    if (only != "all" && cell.model != only) continue;
     Tally tally;
     for (int number = 0; number < num_sets; ++number) {
-      const alidade::SweepOutcome outcome = alidade::runSweepSet(cell, static_cast<std::uint64_t>(number));
+      const alidade::SweepOutcome outcome =
+          alidade::runSweepSet(cell, seed * kMaxSets + static_cast<std::uint64_t>(number));
+      const bool is_held = outcome.is_determined && outcome.isHeld();
       const bool is_found = outcome.isAtOptimum();
       const auto& start = outcome.result.start;
       const bool is_lonely = start.num_solved > 1 && start.num_agreed == 1;
       tally += {.num_sets = 1,
-                .num_found = is_found && outcome.is_determined ? 1 : 0,
+                .num_found = is_found && outcome.is_determined && !is_held ? 1 : 0,
                 .num_undetermined = outcome.is_determined ? 0 : 1,
+                .num_held = is_held ? 1 : 0,
                 .num_silent = is_found || outcome.isWarned() ? 0 : 1,
                 .num_lonely = is_found && is_lonely ? 1 : 0,
-                .num_lonely_missed = !is_found && is_lonely ? 1 : 0,
+                .num_lonely_missed = !is_found && !outcome.isHeld() && is_lonely ? 1 : 0,
                 .seconds = outcome.seconds};
-      if (!is_found) printMiss(cell, number, outcome);
+      if (!is_found && !outcome.isHeld()) printMiss(cell, number, outcome);
     }
     printTally(cell.model.c_str(), cell.fov_deg, tally);
     std::fflush(stdout);

@@ -94,6 +94,7 @@ class CalibrateCommand final : public Command {
     }
     static_cast<void>(constraintOf(options));  // wrong names are told before the images are read
     const CancelFlag* cancel = catchInterrupts();
+    options.jobs = common_.jobs;
     options.cancel = cancel;
     CalibrationInput input;
     std::vector<View> views = isCornersFile(inputs_.front()) ? readViews(input) : detectViews(input, cancel);

@@ -17,6 +17,8 @@
 namespace alidade {
 namespace {
 
+using nlohmann::json;
+
 constexpr std::size_t kNumWorstViews = 3;
 constexpr std::size_t kMaxListed = 12;
 
@@ -73,6 +75,28 @@ std::string shapeText(const CalibrationResult& result) {
       shape.f, millimetres(shape.shape.bend_x_m, shape.std_m.x()),
       millimetres(shape.shape.bend_y_m, shape.std_m.y()), shape.flat_rms_px, shape.flat_params[0],
       parameters[0]);
+}
+
+// The least known of what a weak prior holds together.
+std::string weakPriorText(const CalibrationResult& result) {
+  const WeakPrior& held = result.weak_prior;
+  if (held.isNone()) return "";
+  std::string text = fmt::format("Prior    {:g} natural sizes a lens parameter; without it:", held.width);
+  const auto names = result.camera.parameterNames();
+  for (const int i : held.least_known) {
+    const auto at = static_cast<std::size_t>(i);
+    text += fmt::format(" {} {:.4g}", names[at], held.free_params[at]);
+  }
+  return text + "\n";
+}
+
+json weakPriorJson(const CalibrationResult& result) {
+  const WeakPrior& held = result.weak_prior;
+  if (held.isNone()) return nullptr;
+  json least_known = json::array();
+  for (const int i : held.least_known)
+    least_known.push_back(result.camera.parameterNames()[static_cast<std::size_t>(i)]);
+  return {{"width", held.width}, {"least_known", least_known}, {"free_parameters", held.free_params}};
 }
 
 std::string domainText(const CalibrationResult& result) {
@@ -163,6 +187,7 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
   text += shapeText(result);
   if (result.model_choice) text += modelChoiceText(*result.model_choice);
   text += parameterTable(result);
+  text += weakPriorText(result);
   text += projectionText(result);
   text += domainText(result);
   text += "Worst views\n";
@@ -191,7 +216,6 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
 
 std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input,
                         const Advice& advice) {
-  using nlohmann::json;
   const auto orNull = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
   json views = json::array();
   for (const ViewResult& view : result.views) {
@@ -261,6 +285,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
         {"bend_y_std_m", orNull(result.shape.std_m.y())},
         {"flat_rms_px", orNull(result.shape.flat_rms_px)},
         {"flat_parameters", result.shape.flat_params}}},
+      {"weak_prior", weakPriorJson(result)},
       {"start",
        {{"num_tried", result.start.num_tried},
         {"num_solved", result.start.num_solved},

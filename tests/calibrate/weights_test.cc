@@ -89,6 +89,7 @@ TEST(Weights, OnlyRatiosMatterWhereSigmasAreTooWide) {
 
 // What detection does not know is found, and makes corners count nearly alike.
 TEST(Weights, AnUnmodelledErrorIsFoundAndEvensThemOut) {
+  int num_compared = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SimulatedSet set = mixedSet(0.01, 0.05, seed, 0.1);
     const CalibrationResult weighted = calibrate(set.board, set.views);
@@ -96,6 +97,9 @@ TEST(Weights, AnUnmodelledErrorIsFoundAndEvensThemOut) {
     EXPECT_NEAR(weighted.coordinate_sigma_px, 0.106, 0.01);
     stateSigmas(set, [](const Corner&) { return kUnknown; });
     const CalibrationResult plain = calibrate(set.board, set.views);
+    // A lens that would fold is held by a prior, which may be another one.
+    if (!weighted.weak_prior.isNone() || !plain.weak_prior.isNone()) continue;
+    ++num_compared;
     for (int i = 0; i < 9; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const double std = plain.parameterStd(i);
@@ -103,6 +107,7 @@ TEST(Weights, AnUnmodelledErrorIsFoundAndEvensThemOut) {
       EXPECT_NEAR(weighted.parameterStd(i), std, 0.1 * std);
     }
   }
+  EXPECT_GE(num_compared, 8);
 }
 
 TEST(Weights, TrueSigmasLeaveNothingUnexplained) {

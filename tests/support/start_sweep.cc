@@ -46,10 +46,17 @@ std::vector<SweepCell> sweepCells() {
   return cells;
 }
 
+bool SweepOutcome::usesEverything() const {
+  return error.empty() && result.outliers.empty() && result.excluded_views.empty();
+}
+
 bool SweepOutcome::isAtOptimum() const {
   constexpr double kRelative = 1e-6;
-  return error.empty() && result.outliers.empty() && result.excluded_views.empty() &&
-         result.solver.cost <= (1 + kRelative) * cost_from_truth;
+  return usesEverything() && result.solver.cost <= (1 + kRelative) * cost_from_truth;
+}
+
+bool SweepOutcome::isHeld() const {
+  return usesEverything() && !result.weak_prior.isNone();
 }
 
 bool SweepOutcome::isWarned() const {

@@ -32,8 +32,11 @@ struct SweepOutcome {
   double seconds = 0;  ///< CPU time of the calibration
   std::string error;   ///< what calibrate() said instead of a result; `result` is then the truth
 
-  /// Every view and corner was used, and the cost is that of the true optimum to 1e-6 relative, or lower.
+  [[nodiscard]] bool usesEverything() const;  ///< every view and corner
+  /// Uses everything, and the cost is that of the true optimum to 1e-6 relative, or lower.
   [[nodiscard]] bool isAtOptimum() const;
+  /// Uses everything, and the result says that the views do not determine the model (`ill_conditioned`).
+  [[nodiscard]] bool isHeld() const;
   /// Did the user learn that something is wrong? Views that are few are no such warning.
   [[nodiscard]] bool isWarned() const;
 };

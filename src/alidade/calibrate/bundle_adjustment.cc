@@ -81,6 +81,7 @@ class Bundle {
         state_(state),
         bundle_(model_id, views, options.loss, state.params, state.camera_from_board),
         watch_(bundle_, options) {
+    bundle_.setPrior(options.prior);
     for (const auto& view : views) num_residuals_ += 2 * static_cast<double>(view.size());
     // By orthogonal transformations, which do not fail where parameters all but make up for each other.
     solver_.linear_solver_type = ceres::DENSE_QR;

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/calibrate/lens_prior.h"
 #include "alidade/calibrate/observation.h"
 #include "alidade/calibrate/param_constraint.h"
 #include "alidade/core/cancel.h"
@@ -27,6 +28,7 @@ struct BundleOptions {
   /// not depend on where the iteration started.
   double function_tolerance = 1e-14;
   ParamConstraint constraint = {};
+  LensPrior prior = {};
   const CancelFlag* cancel = nullptr;
 };
 
@@ -45,7 +47,8 @@ struct BundleSummary {
   std::string reason;         ///< the solver's own words
   int num_iterations = 0;     ///< steps tried
   std::vector<int> at_limit;  ///< parameters that the optimum pushes against the end of their range
-  /// Half the sum of rho over all corners, px^2 of a corner of weight 1; NaN where the start has none.
+  /// Half the sum of rho over all corners, px^2 of a corner of weight 1, with the prior's share; NaN where
+  /// the start has none.
   double cost = 0;
 };
 

@@ -150,6 +150,7 @@ void BundleProblem::sum(Point& point) const {
     point.is_evaluable = kernel_.sum(point.params.data(), point.poses[v], corners_.view(v), loss_,
                                      point.pose_rows.data() + v * size, point.shared);
   }
+  if (prior_ != nullptr) prior_->addTo(point.params, point.shared);
   point.is_evaluable = point.is_evaluable && point.shared.allFinite();
 }
 

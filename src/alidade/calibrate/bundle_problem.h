@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/lens_prior.h"
 #include "alidade/calibrate/param_constraint.h"
 #include "alidade/calibrate/pose_elimination.h"
 #include "alidade/calibrate/view_kernel.h"
@@ -47,6 +48,8 @@ class BundleProblem final : public ceres::EvaluationCallback {
   [[nodiscard]] ceres::Problem& problem() { return problem_; }
   /// The unknowns: `params`, and the way of the poses.
   [[nodiscard]] double* path() { return &path_; }
+  /// Adds a prior to the cost, before begin(); refers to it.
+  void setPrior(const LensPrior& prior) { prior_ = &prior; }
   /// Lets the parameters move only as the constraint says; none of them may be left.
   void constrain(const ParamConstraint& constraint);
   /// Starts at the parameters as they are now and the poses as they have become. False if a corner does not
@@ -90,6 +93,7 @@ class BundleProblem final : public ceres::EvaluationCallback {
   const PoseElimination& elimination_;
   CornerGroups corners_;
   HuberLoss loss_;
+  const LensPrior* prior_ = nullptr;
   std::vector<double>& params_;
   double path_ = 0;
 

@@ -138,6 +138,7 @@ struct CalibrationResult {
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   ShapeReport shape;
+  WeakPrior weak_prior;                     ///< what holds a lens together that the views do not determine
   std::optional<BetterModel> better_model;  ///< where the model was named
   std::optional<ModelChoice> model_choice;  ///< where it was not
   HoldoutReport holdout;

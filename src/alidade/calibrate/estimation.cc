@@ -24,6 +24,7 @@ void solve(Estimation& estimation, double function_tolerance) {
                                    {.loss = estimation.loss,
                                     .function_tolerance = function_tolerance,
                                     .constraint = estimation.constraint,
+                                    .prior = estimation.weak_prior.prior,
                                     .cancel = estimation.options.cancel});
   estimation.errors.clear();
   for (std::size_t v = 0; v < estimation.views.size(); ++v) {

@@ -35,6 +35,7 @@ struct Estimation {
   BundleSummary summary;
   StartReport start_report;
   ShapeReport shape;
+  WeakPrior weak_prior;
   bool is_settled = false;
   std::vector<RepeatedView> repeated;
   std::vector<Outlier> outliers;

@@ -10,7 +10,9 @@ namespace alidade {
 namespace {
 
 std::optional<Start> searchedOrGivenStart(const Estimation& e) {
-  if (!e.options.initial) return findStart(e.options.model, e.board, e.views, e.options.cancel);
+  if (!e.options.initial) {
+    return findStart(e.options.model, e.board, e.views, {.jobs = e.options.jobs, .cancel = e.options.cancel});
+  }
   return startFrom(e.options.model, initialParameters(e.options, e.views.front().size), e.board, e.views);
 }
 

@@ -6,6 +6,7 @@
 #include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/shape_step.h"
 #include "alidade/calibrate/view_preparation.h"
+#include "alidade/calibrate/weak_prior.h"
 
 namespace alidade {
 
@@ -17,9 +18,11 @@ void fitPlainly(Estimation& estimation) {
 }
 
 void settleData(Estimation& estimation) {
+  holdTogether(estimation);
   estimateShape(estimation);
   leaveOutOutliers(estimation);
   if (!refineShape(estimation)) leaveOutOutliers(estimation);
+  holdTogether(estimation);  // on the corners that are left
 }
 
 }  // namespace alidade

@@ -9,7 +9,8 @@ namespace alidade {
 /// @throws Error (kInput) if no camera of the model explains the views
 void fitPlainly(Estimation& estimation);
 
-/// Settles what the corners are: the board's bend, outliers, views that do not fit, weights.
+/// Settles what the corners are: the board's bend, outliers, views that do not fit, weights. Holds a lens
+/// together that they do not determine.
 void settleData(Estimation& estimation);
 
 }  // namespace alidade

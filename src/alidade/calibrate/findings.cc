@@ -116,6 +116,28 @@ void judgeObservability(const CalibrationResult& result, std::vector<Finding>& f
   }
 }
 
+void judgeConditioning(const CalibrationResult& result, std::vector<Finding>& findings) {
+  const WeakPrior& held = result.weak_prior;
+  if (held.isNone()) return;
+  std::string changes;
+  for (const int i : held.least_known) {
+    const auto at = static_cast<std::size_t>(i);
+    changes += (changes.empty() ? "" : ", ") + std::string(result.camera.parameterNames()[at]) + " from " +
+               numberText("%.3g", held.free_params[at]) + " to " +
+               numberText("%.3g", result.camera.parameters()[at]);
+  }
+  findings.push_back(
+      {.severity = Severity::kWarning,
+       .id = "ill_conditioned",
+       .cause = "these views leave the lens undetermined, so it is held by the weakest prior that keeps it "
+                "within reason; single parameters mean little, and projections are as good as their sigmas",
+       .evidence = "a prior of " + numberText("%g", held.width) +
+                   " natural sizes, by which a parameter moves the image's corner by half the diagonal, "
+                   "changed " +
+                   changes,
+       .next_step = "use a smaller model, or add views that reach the image's corners"});
+}
+
 // Corners of the image that no board reached hold what the model makes of the rest. A few are usual.
 void judgeReach(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (!result.projection_far) return;
@@ -377,6 +399,7 @@ std::vector<Finding> judge(const CalibrationResult& result) {
   std::vector<Finding> findings;
   judgeFit(result, findings);
   judgeObservability(result, findings);
+  judgeConditioning(result, findings);
   judgeDomain(result, findings);
   judgeReach(result, findings);
   judgeData(result, findings);

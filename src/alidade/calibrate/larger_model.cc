@@ -37,6 +37,11 @@ BundleSummary solveLarger(const Estimation& e, const std::string& id, BundleStat
                       .cancel = e.options.cancel});
 }
 
+// A prior's share is no error that a larger model could explain.
+double cornersCost(const Estimation& e) {
+  return e.summary.cost - e.weak_prior.prior.cost(e.state.params);
+}
+
 // Is the gain real? F test of the further parameters: the drop of the sum of squares for each of them over
 // the variance that the larger model leaves; 1 on average if they are not needed. A lens without distortion
 // is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to the last
@@ -51,9 +56,9 @@ bool isGain(const Estimation& e, double larger_cost, std::size_t num_larger_para
   const auto extra = static_cast<double>(num_larger_params - e.state.params.size());
   const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -
                          6.0 * static_cast<double>(e.views.size());
-  const double drop = 2 * (e.summary.cost - larger_cost);
+  const double drop = 2 * (cornersCost(e) - larger_cost);
   return drop / extra > kNeededF * std::max(2 * larger_cost, noiseFloor(num_corners)) / freedom &&
-         drop > needed_share * 2 * e.summary.cost;
+         drop > needed_share * 2 * cornersCost(e);
 }
 
 // A few steps tell whether there is anything to gain.
@@ -99,7 +104,9 @@ BetterModel betterModelOf(const Estimation& e, const LargerSolution& larger) {
 // views show, the fit alone decides.
 bool predictsBetter(const Estimation& e, const LargerSolution& larger) {
   const BundleOptions options = {.loss = e.loss, .cancel = e.options.cancel};
-  const auto lean = heldOutErrors(e.options.model, e.board.square_m, e.observations, e.state, options);
+  BundleOptions lean_options = options;
+  lean_options.prior = e.weak_prior.prior;
+  const auto lean = heldOutErrors(e.options.model, e.board.square_m, e.observations, e.state, lean_options);
   const auto rich = heldOutErrors(larger.id, e.board.square_m, e.observations, larger.state, options);
   if (!lean || !rich) return true;
   if (holdoutReport(lean).num_unseen > 0 || holdoutReport(rich).num_unseen > 0) return true;
@@ -127,7 +134,7 @@ double dropAtAGlance(const Estimation& e, const std::string& larger_id) {
   if (glance.termination == Termination::kFailed) return 0;
   double floor = 0;
   for (const auto& view : e.observations) floor += noiseFloor(view.size());
-  return 2 * (e.summary.cost - glance.cost) / (2 * e.summary.cost + floor);
+  return 2 * (cornersCost(e) - glance.cost) / (2 * cornersCost(e) + floor);
 }
 
 }  // namespace alidade

@@ -13,6 +13,7 @@
 #include "alidade/calibrate/local_sigma.h"
 #include "alidade/calibrate/shape_information.h"
 #include "alidade/calibrate/view_pulls.h"
+#include "alidade/calibrate/weak_prior.h"
 #include "alidade/core/median.h"
 #include "alidade/core/text.h"
 
@@ -61,6 +62,30 @@ std::optional<ViewCovariance> byViews(const Estimation& e, const Eigen::MatrixXd
   const auto pulls =
       viewPullsWithBend(e.options.model, e.board, e.observations, e.state, e.loss, LossWeights::kLeaveOut);
   return viewCovariance(pulls, withBend(directions), num_params, variance, slope);
+}
+
+// What the prior says of what is free.
+Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& prior) {
+  if (prior.isNone()) return Eigen::MatrixXd::Zero(directions.rows(), directions.rows());
+  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
+  const Eigen::MatrixXd onto = directions * squares.cwiseInverse().asDiagonal() * directions.transpose();
+  return onto * prior.precision.asDiagonal() * onto;
+}
+
+// The covariances that the views alone give, as they are under the prior.
+void holdCovariances(const Estimation& e, double variance, CalibrationResult& result) {
+  result.weak_prior = e.weak_prior;
+  if (e.weak_prior.isNone()) return;
+  result.covariance = heldCovariance(result.information, e.weak_prior, variance, e.constraint);
+  if (!result.covariance) result.by_views.reset();
+  if (!result.by_views) return;
+  const auto under = [&](const Eigen::MatrixXd& free) {
+    return heldRobustCovariance(result.information, free, e.weak_prior, variance, e.constraint);
+  };
+  const auto covariance = under(result.by_views->covariance);
+  const auto larger = under(result.by_views->larger);
+  result.by_views->covariance = covariance.value();
+  result.by_views->larger = larger.value();
 }
 
 void setProjection(const Estimation& e, CalibrationResult& result) {
@@ -119,19 +144,24 @@ CalibrationResult resultOf(const Estimation& e) {
   const bool has_variance = std::isfinite(variance);
   if (information.inverse && has_variance) result.covariance = variance * *information.inverse;
   result.shape = e.shape;
+  bool is_bend_known = true;
   if (e.shape.is_estimated) {
     const BoardShape& shape = e.shape.shape;
     result.shape.bend_share = std::max(std::abs(shape.bend_x_m) / (e.board.square_m * (e.board.columns - 1)),
                                        std::abs(shape.bend_y_m) / (e.board.square_m * (e.board.rows - 1)));
-    const auto bent =
-        shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint);
+    const auto bent = shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss,
+                                       e.constraint, e.weak_prior.prior);
     // Without the bend's share the covariance would be too small, so there is none then.
     result.covariance.reset();
+    is_bend_known = bent.has_value();
     if (bent && has_variance) result.covariance = variance * bent->params_inverse;
-    if (bent) result.information = informationOf(bent->params_inverse, directions);
+    if (bent)
+      result.information =
+          informationOf(bent->params_inverse, directions) - precisionOn(directions, e.weak_prior.prior);
     if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
   }
   if (result.covariance) result.by_views = byViews(e, directions, variance, weighted_errors);
+  if (has_variance && is_bend_known) holdCovariances(e, variance, result);
 
   const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
   result.board_stretch = boardStretch(scores, directions, variance);
@@ -148,9 +178,9 @@ CalibrationResult resultOf(const Estimation& e) {
       if (!projection.ok()) ++result.num_corners_outside;
     }
   }
-  result.holdout =
-      holdoutReport(heldOutErrors(e.options.model, e.board.square_m, e.observations, e.state,
-                                  {.loss = e.loss, .constraint = e.constraint, .cancel = e.options.cancel}));
+  result.holdout = holdoutReport(heldOutErrors(
+      e.options.model, e.board.square_m, e.observations, e.state,
+      {.loss = e.loss, .constraint = e.constraint, .prior = e.weak_prior.prior, .cancel = e.options.cancel}));
   result.image_bias =
       imageBias(e.options.model, result.image_size, e.observations, e.state, e.loss, e.constraint);
   result.solver = e.summary;

@@ -31,12 +31,13 @@ Eigen::MatrixXd withBend(const Eigen::MatrixXd& directions) {
 std::optional<ShapeInformation> shapeInformation(std::string_view model_id, const Checkerboard& board,
                                                  std::span<const std::vector<Observation>> views,
                                                  const BundleState& state, HuberLoss loss,
-                                                 const ParamConstraint& constraint) {
+                                                 const ParamConstraint& constraint, const LensPrior& prior) {
   const auto pull = [&](LossWeights weights) {
     return sumOf(viewPullsWithBend(model_id, board, views, state, loss, weights));
   };
-  const ViewPull robust = pull(LossWeights::kUse);
-  const ViewPull plain = pull(LossWeights::kLeaveOut);
+  ViewPull robust = pull(LossWeights::kUse);
+  ViewPull plain = pull(LossWeights::kLeaveOut);
+  for (ViewPull* sum : {&robust, &plain}) prior.addTo(state.params, sum->information, sum->gradient);
   const Eigen::Index num_params = robust.gradient.size() - kNumBends;
 
   // What may move: the free directions of the intrinsics, and the bend.

@@ -32,6 +32,7 @@ struct ShapeInformation {
 /// @returns nothing where the views do not determine bend and intrinsics
 [[nodiscard]] std::optional<ShapeInformation> shapeInformation(
     std::string_view model_id, const Checkerboard& board, std::span<const std::vector<Observation>> views,
-    const BundleState& state, HuberLoss loss, const ParamConstraint& constraint = {});
+    const BundleState& state, HuberLoss loss, const ParamConstraint& constraint = {},
+    const LensPrior& prior = {});
 
 }  // namespace alidade

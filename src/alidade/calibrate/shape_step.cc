@@ -18,7 +18,8 @@ namespace {
 constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
 
 std::optional<ShapeInformation> information(const Estimation& e) {
-  return shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint);
+  return shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint,
+                          e.weak_prior.prior);
 }
 
 // Twice the cost by the degrees of freedom that are left with the bend free: the variance of a coordinate.
@@ -116,6 +117,7 @@ bool refineShape(Estimation& e) {
                                             {.loss = e.loss,
                                              .function_tolerance = kFlatTolerance,
                                              .constraint = e.constraint,
+                                             .prior = e.weak_prior.prior,
                                              .cancel = e.options.cancel});
   const double drop = 2 * (summary.cost - e.summary.cost);
   e.shape.f = drop / kNumBends / varianceLeft(e, 0);

@@ -9,41 +9,16 @@
 #include <string>
 #include <utility>
 
+#include "alidade/calibrate/start_solver.h"
 #include "alidade/camera/model_list.h"
+#include "alidade/core/parallel.h"
 #include "alidade/init/lens_shapes.h"
-#include "alidade/init/pose_from_rays.h"
 
 namespace alidade {
 namespace {
 
-using Observations = std::vector<std::vector<Observation>>;
-
 constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the rest joins in the full solve
-constexpr std::size_t kMinPosed = 3;   // views with a pose, or the start says nothing
 constexpr std::size_t kMaxOptima = 3;  // compared on all views
-constexpr int kMaxIterations = 100;
-// Relative change of the cost at which to stop.
-constexpr double kFine = 1e-6;    // tells optima apart; the full solve goes on to the optimum
-constexpr double kCoarse = 1e-3;  // on the way to another solve
-
-struct Candidate : PosedCamera {
-  double cost = 0;  // with what is charged for views without a pose
-};
-
-// Half the sum of rho, as the solver counts it; NaN if a corner does not project.
-double viewCost(std::string_view model_id, std::span<const double> params, const SE3& pose,
-                std::span<const Observation> view, HuberLoss loss) {
-  double cost = 0;
-  for (const Eigen::Vector2d& error : reprojectionErrors(model_id, params, pose, view))
-    cost += 0.5 * loss.rho(error.squaredNorm());
-  return cost;
-}
-
-Eigen::Vector3d meanPoint(std::span<const Observation> view) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Observation& observation : view) sum += observation.p_board;
-  return sum / static_cast<double>(view.size());
-}
 
 // To what solves of this tolerance reach. Optima of two shapes may have all but the same projections.
 bool isSameLens(std::span<const double> a, std::span<const double> b) {
@@ -54,7 +29,7 @@ bool isSameLens(std::span<const double> a, std::span<const double> b) {
   return true;
 }
 
-bool isCheaper(const Candidate& a, const Candidate& b) {
+bool isCheaper(const StartCandidate& a, const StartCandidate& b) {
   return a.cost < b.cost;
 }
 
@@ -102,33 +77,40 @@ void poseAll(std::string_view model_id, const Checkerboard& board, std::span<con
   improvePoses(model_id, board, views, loss, posed);
 }
 
+// Of the model that was asked for, in the likeness of the leading model's solution.
+struct Reshaped : StartCandidate {
+  std::optional<int> character;  // as LensShape
+  LensPrior prior;               // that it is first solved under
+};
+
+double leastCost(std::span<const Reshaped> shapes) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Reshaped& shape : shapes) least = std::min(least, shape.cost);
+  return least;
+}
+
+void eraseFailed(std::vector<Reshaped>& shapes, const std::vector<char>& is_good) {
+  std::size_t i = 0;
+  std::erase_if(shapes, [&](const Reshaped&) { return is_good[i++] == 0; });
+}
+
 // The search on some of the views.
 class Search {
  public:
-  Search(const Checkerboard& board, std::vector<View> views, const CancelFlag* cancel)
-      : board_(board),
-        views_(std::move(views)),
-        observations_(observationsOf(board, views_)),
-        size_(views_.front().size),
-        loss_(startLoss(size_)),
-        cancel_(cancel) {}
+  Search(const Checkerboard& board, std::vector<View> views, const StartOptions& options)
+      : solver_(board, std::move(views), options.cancel), jobs_(resolveJobs(options.jobs)) {}
 
   std::optional<Start> run(std::string_view model_id) const {
     const std::string leading_id = leadingModel(model_id);
-    std::vector<Candidate> candidates;
-    for (const double focal : focalLengths(leading_id, size_)) {
-      Candidate candidate{{.params = startParameters(leading_id, focal, size_), .poses = {}}};
-      findPoses(leading_id, candidate);
-      if (std::isfinite(candidate.cost)) candidates.push_back(std::move(candidate));
-    }
+    std::vector<StartCandidate> candidates = hypotheses(leading_id);
     Start start;
-    const std::optional<Candidate> leading = solveBest(leading_id, candidates, start.report);
+    const std::optional<StartCandidate> leading = solveBest(leading_id, candidates, start.report);
     if (!leading) return std::nullopt;
     if (leading_id == model_id) {
       start.camera = *leading;
       return start;
     }
-    std::vector<Candidate> optima = reshape(leading_id, *leading, model_id);
+    std::vector<StartCandidate> optima = reshape(leading_id, *leading, model_id);
     if (optima.empty()) return std::nullopt;
     start.report.num_optima = static_cast<int>(optima.size());
     start.camera = std::move(optima.front());
@@ -137,21 +119,45 @@ class Search {
   }
 
  private:
-  // Solves candidates in order of their cost until two agree; the best one.
-  std::optional<Candidate> solveBest(std::string_view model_id, std::vector<Candidate>& candidates,
-                                     StartReport& report) const {
+  // A camera for each field of view that explains the views at all, the likeliest first.
+  std::vector<StartCandidate> hypotheses(std::string_view model_id) const {
+    std::vector<StartCandidate> candidates;
+    for (const double focal : focalLengths(model_id, solver_.size()))
+      candidates.push_back({{.params = startParameters(model_id, focal, solver_.size()), .poses = {}}});
+    forEach(candidates, [&](StartCandidate& candidate) {
+      solver_.findPoses(model_id, candidate);
+      return true;
+    });
+    std::erase_if(candidates, [](const StartCandidate& c) { return !std::isfinite(c.cost); });
     std::stable_sort(candidates.begin(), candidates.end(), isCheaper);
-    std::vector<Candidate> solved;
+    return candidates;
+  }
+
+  // Solves candidates in their order until two agree; the best one. Threads to spare solve some of those
+  // beyond in vain; these do not count.
+  std::optional<StartCandidate> solveBest(std::string_view model_id, std::vector<StartCandidate>& candidates,
+                                          StartReport& report) const {
+    constexpr std::size_t kNeeded = 2;  // fewer cannot agree
+    std::vector<StartCandidate> solved;
     std::size_t best = 0;
     report = {.num_tried = static_cast<int>(candidates.size())};
-    for (Candidate& candidate : candidates) {
-      if (!solveLeanly(model_id, candidate) || !solve(model_id, candidate)) continue;
-      solved.push_back(std::move(candidate));
-      if (solved.back().cost < solved[best].cost) best = solved.size() - 1;
-      report.num_solved = static_cast<int>(solved.size());
-      report.num_agreed = static_cast<int>(std::count_if(solved.begin(), solved.end(), [&](const auto& c) {
-        return isSameOptimum(model_id, c, solved[best]);
-      }));
+    std::size_t width = kNeeded;
+    for (std::size_t first = 0; first < candidates.size();
+         first += std::exchange(width, static_cast<std::size_t>(jobs_))) {
+      const std::span<StartCandidate> wave =
+          std::span(candidates).subspan(first, std::min(width, candidates.size() - first));
+      const std::vector<char> is_solved = forEach(wave, [&](StartCandidate& candidate) {
+        return solver_.solveLeanly(model_id, candidate) && solver_.solve(model_id, candidate);
+      });
+      for (std::size_t i = 0; i < wave.size() && report.num_agreed < 2; ++i) {
+        if (is_solved[i] == 0) continue;
+        solved.push_back(std::move(wave[i]));
+        if (solved.back().cost < solved[best].cost) best = solved.size() - 1;
+        report.num_solved = static_cast<int>(solved.size());
+        report.num_agreed = static_cast<int>(std::count_if(solved.begin(), solved.end(), [&](const auto& c) {
+          return solver_.isSameOptimum(model_id, c, solved[best]);
+        }));
+      }
       if (report.num_agreed >= 2) break;
     }
     if (solved.empty()) return std::nullopt;
@@ -160,217 +166,71 @@ class Search {
 
   // From the solution of the leading model to those of the model that was asked for: the best one, and all
   // distinct ones that are about as good.
-  std::vector<Candidate> reshape(std::string_view leading_id, const Candidate& leading,
-                                 std::string_view model_id) const {
+  std::vector<StartCandidate> reshape(std::string_view leading_id, const StartCandidate& leading,
+                                      std::string_view model_id) const {
     std::vector<Eigen::Vector2d> pixels;
-    for (const View& view : views_) {
+    for (const View& view : solver_.views()) {
       constexpr std::size_t kEvery = 7;  // no divisor of usual boards' columns
       for (std::size_t i = 0; i < view.corners.size(); i += kEvery) pixels.push_back(view.corners[i].pixel);
     }
-    std::vector<Candidate> solved;
-    double best_cost = std::numeric_limits<double>::infinity();
-    for (const LensShape& shape : lensShapes(model_id, AnyCamera::make(leading_id, leading.params), pixels)) {
-      Candidate candidate{{.params = shape.params, .poses = leading.poses}};
-      if (shape.character) {
-        constexpr double kHopeless = 100;  // times the best cost: no shape comes down from there
-        if (!solve(model_id, candidate, kCoarse, {*shape.character})) continue;
-        if (candidate.cost > kHopeless * best_cost) continue;
-      }
-      if (!solve(model_id, candidate)) continue;
-      best_cost = std::min(best_cost, candidate.cost);
-      solved.push_back(std::move(candidate));
-    }
-    std::stable_sort(solved.begin(), solved.end(), isCheaper);
-    std::vector<Candidate> optima;
-    for (Candidate& candidate : solved) {
+    const AnyCamera like = AnyCamera::make(leading_id, leading.params);
+    std::vector<Reshaped> shapes;
+    const auto add = [&](std::vector<double> params) -> Reshaped& {
+      Reshaped& shape = shapes.emplace_back();
+      shape.params = std::move(params);
+      shape.poses = leading.poses;
+      return shape;
+    };
+    for (LensShape& shape : lensShapes(model_id, like, pixels))
+      add(std::move(shape.params)).character = shape.character;
+    // The model's own start, kept near itself at first: where shapes lead into one another, the solver strays
+    // from others to a pole or out of reach.
+    const LensPrior prior = solver_.naturalPrior(model_id, like, leading);
+    Reshaped& plain = add({prior.mean.begin(), prior.mean.end()});
+    std::copy_n(leading.params.begin() + 2, 2, plain.params.begin() + 2);
+    plain.prior = prior;
+    const std::vector<char> is_rough = forEach(shapes, [&](Reshaped& shape) {
+      if (shape.character) return solver_.solve(model_id, shape, kCoarseTolerance, {*shape.character});
+      const bool is_near =
+          shape.prior.isNone() || solver_.solve(model_id, shape, kCoarseTolerance, {}, shape.prior);
+      return is_near && solver_.solve(model_id, shape);
+    });
+    eraseFailed(shapes, is_rough);
+    constexpr double kHopeless = 100;  // times the best cost: no shape comes down from there
+    const double bound = kHopeless * leastCost(shapes);
+    std::erase_if(shapes, [&](const Reshaped& shape) { return shape.cost > bound; });
+    const std::vector<char> is_fine =
+        forEach(shapes, [&](Reshaped& shape) { return !shape.character || solver_.solve(model_id, shape); });
+    eraseFailed(shapes, is_fine);
+    std::stable_sort(shapes.begin(), shapes.end(), isCheaper);
+    std::vector<StartCandidate> optima;
+    for (Reshaped& shape : shapes) {
       constexpr double kRival = 1.2;  // times the best cost: the views left out may reverse that
-      if (candidate.cost > kRival * best_cost) break;
-      const bool is_known = std::any_of(optima.begin(), optima.end(), [&](const Candidate& other) {
-        return isSameLens(candidate.params, other.params);
+      if (shape.cost > kRival * shapes.front().cost) break;
+      const bool is_known = std::any_of(optima.begin(), optima.end(), [&](const StartCandidate& other) {
+        return isSameLens(shape.params, other.params);
       });
-      if (!is_known) optima.push_back(std::move(candidate));
+      if (!is_known) optima.push_back(std::move(shape));
       if (optima.size() == kMaxOptima) break;
     }
     return optima;
   }
 
-  void findPoses(std::string_view model_id, Candidate& candidate) const {
-    const AnyCamera camera = AnyCamera::make(model_id, candidate.params);
-    candidate.poses.assign(views_.size(), std::nullopt);
-    candidate.cost = 0;
-    std::size_t num_posed = 0;
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      const auto pose = poseFromView(camera, board_, views_[v].corners);
-      const double cost = pose ? viewCost(model_id, candidate.params, *pose, observations_[v], loss_)
-                               : std::numeric_limits<double>::quiet_NaN();
-      if (std::isfinite(cost)) {
-        candidate.poses[v] = pose;
-        candidate.cost += cost;
-        ++num_posed;
-      } else {
-        candidate.cost += missingViewCost(observations_[v].size());
-      }
-    }
-    if (num_posed < std::min(kMinPosed, views_.size()))
-      candidate.cost = std::numeric_limits<double>::infinity();
+  // Works on each in a thread of its own; which of them went well.
+  template <class Candidates, class Work>
+  std::vector<char> forEach(Candidates&& candidates, Work&& work) const {
+    std::vector<char> is_good(candidates.size());
+    parallelFor(
+        candidates.size(), jobs_, [&](std::size_t i) { is_good[i] = work(candidates[i]) ? 1 : 0; },
+        solver_.cancel());
+    return is_good;
   }
 
-  // A start at which a view has no pose pays for it as if all its corners were far off: a bad start must not
-  // win by losing views, and one bad view must not rule out every start.
-  double missingViewCost(std::size_t num_corners) const {
-    constexpr double kFarOff = 10;  // thresholds of the loss
-    const double error = kFarOff * loss_.threshold_px;
-    return 0.5 * static_cast<double>(num_corners) * loss_.rho(error * error);
-  }
-
-  // Focal lengths, the first coefficient of the distortion and poses alone. With more, views with a wrong
-  // tilt would bend the principal point and the higher coefficients to themselves, and stay.
-  bool solveLeanly(std::string_view model_id, Candidate& candidate) const {
-    std::vector<int> held = {2, 3};
-    for (int i = 5; i < static_cast<int>(candidate.params.size()); ++i) held.push_back(i);
-    if (!solve(model_id, candidate, kCoarse, std::move(held))) return false;
-    improvePoses(model_id, board_, views_, loss_, candidate);
-    return true;
-  }
-
-  // Solves a candidate until no pose by rays is better than the one that a view came to.
-  bool solve(std::string_view model_id, Candidate& candidate) const {
-    constexpr int kMaxRounds = 3;
-    for (int round = 0; round < kMaxRounds; ++round) {
-      if (!solve(model_id, candidate, kFine, {})) return false;
-      if (!improvePoses(model_id, board_, views_, loss_, candidate)) break;
-    }
-    return true;
-  }
-
-  bool solve(std::string_view model_id, Candidate& candidate, double tolerance, std::vector<int> held) const {
-    BundleState state{.params = candidate.params, .camera_from_board = {}};
-    Observations posed;
-    double missing_cost = 0;
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      if (candidate.poses[v] &&
-          std::isfinite(viewCost(model_id, candidate.params, *candidate.poses[v], observations_[v], loss_))) {
-        state.camera_from_board.push_back(*candidate.poses[v]);
-        posed.push_back(observations_[v]);
-      } else {
-        candidate.poses[v].reset();
-        missing_cost += missingViewCost(observations_[v].size());
-      }
-    }
-    if (posed.size() < kMinPosed) return false;
-    const BundleSummary summary = solveBundle(model_id, posed, state,
-                                              {.loss = loss_,
-                                               .max_iterations = kMaxIterations,
-                                               .function_tolerance = tolerance,
-                                               .constraint = {.held = std::move(held)},
-                                               .cancel = cancel_});
-    // An iteration limit is no failure here: the full solve goes on from where this one stopped.
-    if (summary.termination == Termination::kFailed) return false;
-    candidate.params = state.params;
-    candidate.cost = missing_cost + summary.cost;
-    std::size_t i = 0;
-    for (auto& pose : candidate.poses) {
-      if (pose) pose = state.camera_from_board[i++];
-    }
-    return true;
-  }
-
-  // Same cost and same projections of all corners.
-  bool isSameOptimum(std::string_view model_id, const Candidate& a, const Candidate& b) const {
-    constexpr double kSameCost = 1e-4;
-    constexpr double kSameErrors = 0.05;  // root mean square of the difference as a share of the errors
-    if (std::abs(a.cost - b.cost) > kSameCost * std::min(a.cost, b.cost)) return false;
-    double sum = 0;
-    double sum_difference = 0;
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      if (a.poses[v].has_value() != b.poses[v].has_value()) return false;
-      if (!a.poses[v]) continue;
-      const auto errors_a = reprojectionErrors(model_id, a.params, *a.poses[v], observations_[v]);
-      const auto errors_b = reprojectionErrors(model_id, b.params, *b.poses[v], observations_[v]);
-      for (std::size_t i = 0; i < errors_a.size(); ++i) {
-        sum += errors_a[i].squaredNorm();
-        sum_difference += (errors_a[i] - errors_b[i]).squaredNorm();
-      }
-    }
-    return sum_difference <= kSameErrors * kSameErrors * sum;
-  }
-
-  const Checkerboard& board_;
-  std::vector<View> views_;
-  Observations observations_;
-  ImageSize size_;
-  HuberLoss loss_;
-  const CancelFlag* cancel_;
+  StartSolver solver_;
+  int jobs_;
 };
 
 }  // namespace
-
-std::vector<std::vector<Observation>> observationsOf(const Checkerboard& board, std::span<const View> views) {
-  std::vector<std::vector<Observation>> all(views.size());
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    for (const Corner& corner : views[v].corners) {
-      all[v].push_back({board.corner(corner.id), corner.pixel, corner.sigma_px});
-    }
-  }
-  return all;
-}
-
-HuberLoss startLoss(ImageSize size) {
-  return {.threshold_px = 0.005 * std::hypot(size.width, size.height)};
-}
-
-std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<double>& params, const SE3& pose,
-                               const std::vector<Observation>& view, HuberLoss loss) {
-  // A start that does not project is a view that cannot be posed, and not the solver's business.
-  if (!std::isfinite(viewCost(model_id, params, pose, view, loss))) return std::nullopt;
-  BundleState state{.params = params, .camera_from_board = {pose}};
-  std::vector<int> all(params.size());
-  std::iota(all.begin(), all.end(), 0);
-  const BundleSummary summary = solveBundle(model_id, std::span(&view, 1), state,
-                                            {.loss = loss,
-                                             .max_iterations = kMaxIterations,
-                                             .function_tolerance = kCoarse,
-                                             .constraint = {.held = std::move(all)}});
-  if (summary.termination == Termination::kFailed) return std::nullopt;
-  return state.camera_from_board.front();
-}
-
-bool improvePoses(std::string_view model_id, const Checkerboard& board, std::span<const View> views,
-                  HuberLoss loss, PosedCamera& camera) {
-  constexpr double kBetter = 0.99;  // of the cost: more than what a loose solve leaves
-  const AnyCamera unprojector = AnyCamera::make(model_id, camera.params);
-  const auto observations = observationsOf(board, views);
-  bool is_improved = false;
-  std::vector<double> costs(views.size(), std::numeric_limits<double>::infinity());
-  const auto consider = [&](std::size_t v, const SE3& pose) {
-    const double cost = viewCost(model_id, camera.params, pose, observations[v], loss);
-    if (!(cost < kBetter * costs[v])) return;
-    camera.poses[v] = pose;
-    costs[v] = cost;
-    is_improved = true;
-  };
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    if (camera.poses[v])
-      costs[v] = viewCost(model_id, camera.params, *camera.poses[v], observations[v], loss);
-    if (const auto pose = poseFromView(unprojector, board, views[v].corners)) consider(v, *pose);
-  }
-  // A wrong tilt may have bent the camera to itself, so that its rays lead back to it.
-  constexpr double kStandsOut = 4;  // times the median of all views
-  const auto perCorner = [&](std::size_t v) {
-    return costs[v] / static_cast<double>(observations[v].size());
-  };
-  std::vector<double> sorted;
-  for (std::size_t v = 0; v < views.size(); ++v) sorted.push_back(perCorner(v));
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    if (!camera.poses[v] || !(perCorner(v) > kStandsOut * *middle)) continue;
-    const SE3 mirrored = mirroredTilt(*camera.poses[v], meanPoint(observations[v]));
-    if (const auto pose = refinedPose(model_id, camera.params, mirrored, observations[v], loss))
-      consider(v, *pose);
-  }
-  return is_improved;
-}
 
 std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
                                const Checkerboard& board, std::span<const View> views) {
@@ -379,19 +239,19 @@ std::optional<Start> startFrom(std::string_view model_id, std::vector<double> pa
   improvePoses(model_id, board, views, startLoss(views.front().size), start.camera);
   const auto num_posed = std::count_if(start.camera.poses.begin(), start.camera.poses.end(),
                                        [](const auto& pose) { return pose.has_value(); });
-  if (static_cast<std::size_t>(num_posed) < kMinPosed) return std::nullopt;
+  if (static_cast<std::size_t>(num_posed) < kMinPosedViews) return std::nullopt;
   return start;
 }
 
 std::optional<Start> findStart(std::string_view model_id, const Checkerboard& board,
-                               std::span<const View> views, const CancelFlag* cancel) {
+                               std::span<const View> views, const StartOptions& options) {
   std::vector<std::size_t> chosen = spreadOf(views.size());
   const HuberLoss loss = startLoss(views.front().size);
   constexpr int kMaxRounds = 3;
   for (int round = 1;; ++round) {
     std::vector<View> some;
     for (const std::size_t v : chosen) some.push_back(views[v]);
-    auto start = Search(board, std::move(some), cancel).run(model_id);
+    auto start = Search(board, std::move(some), options).run(model_id);
     if (!start) return std::nullopt;
     poseAll(model_id, board, views, chosen, loss, start->camera);
     for (PosedCamera& rival : start->rivals) poseAll(model_id, board, views, chosen, loss, rival);

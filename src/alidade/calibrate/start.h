@@ -6,37 +6,12 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/calibrate/bundle_adjustment.h"
-#include "alidade/geometry/se3.h"
+#include "alidade/calibrate/start_poses.h"
+#include "alidade/core/cancel.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
-
-/// The views as the solver takes them, all corners with weight 1.
-[[nodiscard]] std::vector<std::vector<Observation>> observationsOf(const Checkerboard& board,
-                                                                   std::span<const View> views);
-
-/// A camera with the poses of the views that it explains.
-struct PosedCamera {
-  std::vector<double> params;
-  std::vector<std::optional<SE3>> poses;  ///< camera_from_board, one a view
-};
-
-/// The loss for views that are far from explained: beyond half a percent of the image's diagonal an error
-/// counts less.
-[[nodiscard]] HuberLoss startLoss(ImageSize size);
-
-/// The pose nearby with the least cost, the camera as it is. Nothing where a corner does not project.
-[[nodiscard]] std::optional<SE3> refinedPose(std::string_view model_id, const std::vector<double>& params,
-                                             const SE3& pose, const std::vector<Observation>& view,
-                                             HuberLoss loss);
-
-/// Puts the pose by the corners' rays through the camera in place of each pose that costs more or is missing.
-/// From a poor camera, a view may have come to the wrong one of the two tilts that look alike from afar; from
-/// there no small step leads back. False if all was well.
-bool improvePoses(std::string_view model_id, const Checkerboard& board, std::span<const View> views,
-                  HuberLoss loss, PosedCamera& camera);
 
 /// How the search for a start went.
 struct StartReport {
@@ -53,6 +28,11 @@ struct Start {
   StartReport report;
 };
 
+struct StartOptions {
+  int jobs = 1;  ///< threads, 0: one per processor; the start is the same bit by bit
+  const CancelFlag* cancel = nullptr;
+};
+
 /// A start at a given camera: poses by the corners' rays. Nothing if it explains fewer than three views.
 [[nodiscard]] std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
                                              const Checkerboard& board, std::span<const View> views);
@@ -66,6 +46,6 @@ struct Start {
 /// (lensShapes), and the one with the lowest robust cost wins. Corners count alike, whatever their sigma: a
 /// start need not be precise. Nothing if no start can explain the views at all.
 [[nodiscard]] std::optional<Start> findStart(std::string_view model_id, const Checkerboard& board,
-                                             std::span<const View> views, const CancelFlag* cancel);
+                                             std::span<const View> views, const StartOptions& options = {});
 
 }  // namespace alidade

@@ -10,15 +10,6 @@
 namespace alidade {
 namespace {
 
-// Pixels a radian on the axis.
-Eigen::Vector2d axisFocal(const AnyCamera& camera) {
-  double J_px_cam[6];
-  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-  const bool is_seen = camera.visit([&](const auto& c) { return c.project(axis, J_px_cam, nullptr).ok(); });
-  return is_seen ? Eigen::Vector2d(J_px_cam[0], J_px_cam[4])
-                 : Eigen::Vector2d(camera.parameters()[0], camera.parameters()[1]);
-}
-
 std::optional<std::size_t> indexOf(std::span<const std::string_view> names, std::string_view name) {
   const auto at = std::find(names.begin(), names.end(), name);
   if (at == names.end()) return std::nullopt;
@@ -56,7 +47,7 @@ std::vector<double> otherCharacters(std::string_view model_id, double best) {
       const ParamRange range = M::kLensRanges[0];
       if (M::kId != model_id || !std::isfinite(range.min)) return;
       const double width = std::isfinite(range.max) ? range.max - range.min : 4.0;
-      for (const double share : {-0.3, -0.1, -0.04, 0.04, 0.1, 0.3}) {
+      for (const double share : {-0.3, -0.2, -0.1, -0.04, 0.04, 0.1, 0.2, 0.3}) {
         const double value = best + share * width;
         if (value >= range.min && value <= range.max) others.push_back(value);
       }
@@ -66,6 +57,14 @@ std::vector<double> otherCharacters(std::string_view model_id, double best) {
 }
 
 }  // namespace
+
+Eigen::Vector2d axisFocal(const AnyCamera& camera) {
+  double J_px_cam[6];
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  const bool is_seen = camera.visit([&](const auto& c) { return c.project(axis, J_px_cam, nullptr).ok(); });
+  return is_seen ? Eigen::Vector2d(J_px_cam[0], J_px_cam[4])
+                 : Eigen::Vector2d(camera.parameters()[0], camera.parameters()[1]);
+}
 
 std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
                                      std::string_view model_id) {

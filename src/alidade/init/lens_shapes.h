@@ -12,6 +12,9 @@
 
 namespace alidade {
 
+/// Pixels a radian on the axis, by x and y.
+[[nodiscard]] Eigen::Vector2d axisFocal(const AnyCamera& camera);
+
 /// The parameters that `model_id` shares with the camera's model, by name; its further ones are zero. The
 /// same camera where the one model contains the other.
 [[nodiscard]] std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/any_camera.h"
+
+namespace alidade {
+
+/// What is taken to be known of a lens before any view: each of its parameters lies about that of the
+/// model's start (CameraModel::kStartLens; for polynomials zero), independent of the others. Empty: nothing.
+struct LensPrior {
+  Eigen::VectorXd mean;  ///< N, in storage order
+  /// N: variance of a coordinate of a corner of weight 1 over that of the parameter, px^2; zero for those of
+  /// which nothing is known. So the prior's term in the cost counts like that of corners.
+  Eigen::VectorXd precision;
+
+  [[nodiscard]] bool isNone() const { return precision.size() == 0; }
+  /// Half the sum of squares, as the solver counts it.
+  [[nodiscard]] double cost(std::span<const double> params) const;
+  /// Adds the prior's rows to the normal equations, lower triangle of columns of parameters and error.
+  void addTo(std::span<const double> params, Eigen::MatrixXd& equations) const;
+  /// The same to an information and a gradient of which the parameters are the first rows.
+  void addTo(std::span<const double> params, Eigen::MatrixXd& information, Eigen::VectorXd& gradient) const;
+};
+
+/// Natural sizes of a lens' parameters: a change by one of them moves some ray of the image by half the
+/// image's diagonal, so that a lens of which one is much larger is no lens that anybody makes. The rays are
+/// those of the model's start. Zero for fx fy cx cy.
+struct LensScale {
+  Eigen::VectorXd mean;  ///< the model's start, with fx and fy to go with it
+  Eigen::VectorXd size;
+
+  /// The prior by which each parameter has a standard deviation of `width` of its natural sizes.
+  /// @param variance  of a coordinate of a corner of weight 1, px^2
+  [[nodiscard]] LensPrior prior(double width, double variance) const;
+  /// Distance of parameter i from the model's start, in natural sizes; 0 for fx fy cx cy.
+  [[nodiscard]] double distance(std::span<const double> params, Eigen::Index i) const;
+};
+
+/// The prior that holds a lens together, if one does; see holdTogether().
+struct WeakPrior {
+  double width = 0;      ///< one standard deviation in natural sizes; 0 without a prior
+  LensPrior prior = {};  ///< none: the views determine the lens, or no prior could help
+  LensScale scale = {};
+  std::vector<double> free_params = {};  ///< where the solver went without the prior
+  std::vector<int> least_known = {};     ///< parameters that take most part in what the views do not see
+
+  [[nodiscard]] bool isNone() const { return prior.isNone(); }
+};
+
+/// @param like  a camera of any model with the focal length that the image has
+[[nodiscard]] LensScale lensScale(std::string_view model_id, const AnyCamera& like, ImageSize size);
+
+}  // namespace alidade
