@@ -20,10 +20,21 @@
 namespace alidade {
 namespace {
 
+// At rest under normalisation, which reading a file does: what was written is then read back the same.
+SE3 settled(SE3 pose) {
+  constexpr int kEnough = 16;  // each round has about an even chance
+  for (int i = 0; i < kEnough; ++i) {
+    const SO3 next = SO3::fromQuaternion(pose.rotation.quaternion());
+    if (next.quaternion().coeffs() == pose.rotation.quaternion().coeffs()) break;
+    pose.rotation = next;
+  }
+  return pose;
+}
+
 ViewResult viewResult(const Estimation& e, std::size_t v) {
   ViewResult view;
   view.image = e.views[v].image;
-  view.camera_from_board = e.state.camera_from_board[v];
+  view.camera_from_board = settled(e.state.camera_from_board[v]);
   view.num_corners = static_cast<int>(e.errors[v].size());
   view.num_outliers = static_cast<int>(e.views[v].corners.size() - e.errors[v].size());
   double sum = 0;

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <initializer_list>
-#include <limits>
 #include <type_traits>
 
 #include "alidade/geometry/stumpff.h"
@@ -59,15 +58,12 @@ class BasicSO3 {
   /// The identity.
   BasicSO3() : q_(Quaternion::Identity()) {}
 
-  /// Normalises `q`, which may have any length; one of unit length to a few roundings is taken as it is, so that
-  /// what was written to a file comes back the same.
+  /// Normalises `q`, which may have any length.
   /// @throws Error if T is a floating-point type and `q` has no direction: zero (or so near that its squared
   /// norm underflows), NaN or infinite. With other types the result is NaN then.
   [[nodiscard]] static BasicSO3 fromQuaternion(const Quaternion& q) {
     if constexpr (std::is_floating_point_v<T>) {
       detail::requireDirection(q.coeffs().template cast<double>());
-      constexpr T kRounding = 8 * std::numeric_limits<T>::epsilon();
-      if (std::abs(q.squaredNorm() - T(1)) <= kRounding) return BasicSO3(q);
     }
     return BasicSO3(normalised(q));
   }
