@@ -56,6 +56,15 @@ void evaluate(Candidate& candidate, const Estimation& reference) {
   candidate.rms_px = weightedRms(candidate.id, reference.observations, state);
   candidate.unsoundness = unsoundnessOf(candidate.id, reference.views.front().size, reference.observations,
                                         state, summary, reference.constraint);
+  // A prior hides what the views leave open, and a fold where no corner was seen.
+  const bool is_held = candidate.id == reference.options.model && !reference.weak_prior.isNone();
+  if (!candidate.unsoundness && is_held) {
+    candidate.unsoundness = Unsoundness{.id = "ill_conditioned",
+                                        .text =
+                                            "these views leave its parameters undetermined, and only a "
+                                            "weak prior holds it together",
+                                        .folds = true};
+  }
   if (candidate.unsoundness && !candidate.unsoundness->folds) return;
   const auto held_out =
       heldOutErrors(candidate.id, reference.board.square_m, reference.observations, state, options);
@@ -88,8 +97,8 @@ const Candidate* betterThan(const Candidate& lean, const Candidates& candidates)
   return better;
 }
 
-// The smallest model that is worse than none, better one that does not fold. Where all of them fold, the
-// finding on that says what to do; a model that does not even fit would not.
+// The smallest model that is worse than none, better one that does not fold or needs a prior. Where all do,
+// the finding on that says what to do; a model that does not even fit would not.
 const Candidate& smallestAsGoodAs(const Candidate& best, const Candidates& candidates) {
   const auto rank = [](const Candidate& c) {
     return std::tuple(c.unsoundness.has_value(), c.num_params, c.score->sum);
