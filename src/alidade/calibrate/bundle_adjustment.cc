@@ -205,6 +205,45 @@ void followRangeEnds(std::string_view model_id, BundleState& state, const ParamC
   }
 }
 
+// Where to start again if the solver rests beside the end of a range and the optimum does not lie there:
+// steps that would have led beyond were refused until none was left. Nothing if there is no such parameter.
+std::optional<BundleState> fromFartherInside(std::string_view model_id, const BundleState& state,
+                                             const ParamConstraint& constraint,
+                                             const BundleSummary& summary) {
+  constexpr double kBeside = 1e-4;
+  constexpr double kInside = 0.2;
+  const std::vector<ParamRange> ranges = rangesOf(model_id);
+  BundleState inside = state;
+  bool is_moved = false;
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const int index = static_cast<int>(i);
+    const auto has = [index](const std::vector<int>& set) {
+      return std::find(set.begin(), set.end(), index) != set.end();
+    };
+    if (has(constraint.held) || has(summary.at_limit)) continue;
+    if (state.params[i] > ranges[i].max - kBeside) {
+      inside.params[i] = ranges[i].max - kInside;
+    } else if (state.params[i] < ranges[i].min + kBeside) {
+      inside.params[i] = ranges[i].min + kInside;
+    } else {
+      continue;
+    }
+    is_moved = true;
+  }
+  if (!is_moved) return std::nullopt;
+  return inside;
+}
+
+BundleSummary solveAlongRanges(std::string_view model_id, std::span<const std::vector<Observation>> views,
+                               BundleState& state, const BundleOptions& options) {
+  Bundle bundle(model_id, views, state, options);
+  BundleSummary summary = bundle.solve(options.constraint);
+  if (summary.termination != Termination::kFailed)
+    followRangeEnds(model_id, state, options.constraint, bundle, summary);
+  bundle.takePoses();
+  return summary;
+}
+
 }  // namespace
 
 std::string_view terminationName(Termination termination) {
@@ -223,12 +262,15 @@ std::string_view terminationName(Termination termination) {
 
 BundleSummary solveBundle(std::string_view model_id, std::span<const std::vector<Observation>> views,
                           BundleState& state, const BundleOptions& options) {
-  Bundle bundle(model_id, views, state, options);
-  BundleSummary summary = bundle.solve(options.constraint);
-  if (summary.termination != Termination::kFailed)
-    followRangeEnds(model_id, state, options.constraint, bundle, summary);
-  bundle.takePoses();
-  return summary;
+  BundleSummary summary = solveAlongRanges(model_id, views, state, options);
+  if (summary.termination == Termination::kFailed) return summary;
+  auto inside = fromFartherInside(model_id, state, options.constraint, summary);
+  if (!inside) return summary;
+  BundleSummary again = solveAlongRanges(model_id, views, *inside, options);
+  if (again.termination != Termination::kConverged || !(again.cost < summary.cost)) return summary;
+  state = *std::move(inside);
+  again.num_iterations += summary.num_iterations;
+  return again;
 }
 
 std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id, std::span<const double> params,
