@@ -47,6 +47,17 @@ TEST(Start, ShapesWithTwoOptimaAreCompared) {
   EXPECT_GE(num_compared, 1);
 }
 
+// Steps beyond alpha = 1 are refused until none is left, close to the end and above the optimum, which lies
+// at the end itself. From farther inside the solver gets there, and says so.
+TEST(Start, DoesNotRestBesideTheEndOfARange) {
+  const SweepOutcome outcome = runSweepSet({.model = "eucm", .fov_deg = 20}, 12);
+  ASSERT_EQ(outcome.error, "");
+  EXPECT_TRUE(outcome.isAtOptimum()) << outcome.result.solver.cost / outcome.cost_from_truth - 1;
+  EXPECT_EQ(outcome.result.camera.parameters()[4], 1);
+  EXPECT_EQ(outcome.result.solver.at_limit, std::vector<int>{4});
+  EXPECT_TRUE(outcome.isWarned());
+}
+
 TEST(ImprovePoses, TurnsAWrongTiltBack) {
   Random random(5);
   const DrawnCamera drawn = drawCamera("pinhole", 35, random);
