@@ -28,6 +28,7 @@ std::vector<CommandEntry> makeCommands() {
   add("unproject", "Turn pixels into rays", makeUnprojectCommand());
   add("undistort", "Take the lens' distortion out of images", makeUndistortCommand());
   add("validate", "Check a camera file", makeValidateCommand());
+  add("diff", "Compare two cameras: how far apart they put what they see", makeDiffCommand());
   add("convert", "Crop, resize, bin, rotate a camera's image, or take another model", makeConvertCommand());
   add("simulate", "Render images of a board with known truth", makeSimulateCommand());
   return commands;

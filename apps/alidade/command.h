@@ -52,6 +52,7 @@ struct CommandEntry {
 [[nodiscard]] std::unique_ptr<Command> makeUnprojectCommand();
 [[nodiscard]] std::unique_ptr<Command> makeUndistortCommand();
 [[nodiscard]] std::unique_ptr<Command> makeValidateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeDiffCommand();
 [[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 

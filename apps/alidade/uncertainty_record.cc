@@ -34,6 +34,13 @@ Eigen::MatrixXd fullMatrix(const std::vector<double>& lower_triangle, Eigen::Ind
   return full;
 }
 
+std::optional<Eigen::MatrixXd> statedCovariance(const CameraFile& file) {
+  if (!file.calibration || file.calibration->covariance.empty()) return std::nullopt;
+  const CalibrationRecord& record = *file.calibration;
+  return fullMatrix(record.stated_covariance.empty() ? record.covariance : record.stated_covariance,
+                    static_cast<Eigen::Index>(file.camera.parameters().size()));
+}
+
 std::optional<ProjectionStdRecord> projectionRecord(const UncertaintyGrid& grid) {
   if (!std::isfinite(grid.worst_px)) return std::nullopt;
   ProjectionStdRecord record{.center_px = rounded(grid.center_px),

@@ -15,6 +15,9 @@ namespace alidade {
 [[nodiscard]] std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix);
 [[nodiscard]] Eigen::MatrixXd fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n);
 
+/// The covariance of the parameters to go by, N x N; nothing where the file states none.
+[[nodiscard]] std::optional<Eigen::MatrixXd> statedCovariance(const CameraFile& file);
+
 /// A grid as the camera file has it, with four digits: more would be read by nobody. Nothing if no pixel has
 /// a ray, or a sigma is not finite.
 [[nodiscard]] std::optional<ProjectionStdRecord> projectionRecord(const UncertaintyGrid& grid);

@@ -10,8 +10,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const std::vector<std::string> kCommands = {"calibrate", "detect",   "project", "unproject",
-                                            "undistort", "validate", "convert", "simulate"};
+const std::vector<std::string> kCommands = {"calibrate", "detect", "project", "unproject", "undistort",
+                                            "validate",  "diff",   "convert", "simulate"};
 
 TEST(Usage, ShowsTheHelpWithoutArguments) {
   const RunResult result = runAlidade({});
@@ -33,7 +33,7 @@ TEST(Usage, HelpsOnRequest) {
     EXPECT_THAT(one.out, AllOf(HasSubstr("Example: "), HasSubstr("--json"), HasSubstr("--config")));
     ++num_commands;
   }
-  EXPECT_EQ(num_commands, 8);
+  EXPECT_EQ(num_commands, 9);
 }
 
 TEST(Usage, TellsItsVersion) {
@@ -86,6 +86,9 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
        "--interpolaton",
        "did you mean '--interpolation'?"},
       {{"validate"}, "no file", "alidade validate --help"},
+      {{"diff", "camera.yaml"}, "1 files", "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--grid", "20"}, "'20'", "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--same-frame", "--distance", "2"}, "both", "leave --distance out"},
       {{"convert"}, "no camera file", "alidade convert --help"},
       {{"convert", "camera.yaml"}, "no --output", "-o FILE"},
       {{"simulate"}, "no scene file", "alidade simulate --help"},
@@ -101,7 +104,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
         << testing::PrintToString(c.args);
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 31u);
+  EXPECT_EQ(num_refused, 34u);
 }
 
 TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
@@ -182,7 +185,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 11);
+  EXPECT_EQ(num_examples, 12);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <Eigen/QR>
+#include <span>
+#include <utility>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/geometry/so3.h"
 
 namespace alidade {
 namespace {
@@ -34,29 +33,6 @@ int rowsFor(int columns, ImageSize size) {
   const double cell = static_cast<double>(size.width - 1) / (columns - 1);
   return std::clamp(static_cast<int>(std::lround((size.height - 1) / cell)) + 1, 2, size.height);
 }
-
-// Two rows each: the change of the pixel by the parameters, and by the rotation and, in units of the
-// distance, by the position of the points.
-struct PixelJacobians {
-  Eigen::MatrixXd by_params;
-  Eigen::MatrixXd by_pose;
-
-  // Of the ray of `pixel`; false, and nothing written, if it has none.
-  bool set(const AnyCamera& camera, const Eigen::Vector2d& pixel, Eigen::Index row) {
-    return camera.visit([&](const auto& c) {
-      constexpr int kParams = std::decay_t<decltype(c)>::kNumParams;
-      const auto ray = c.unproject(pixel);
-      if (!ray) return false;
-      Eigen::Matrix<double, 2, kParams, Eigen::RowMajor> J_params;
-      Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
-      if (!c.project(*ray, J_point.data(), J_params.data()).ok()) return false;
-      by_params.middleRows<2>(row) = J_params;
-      by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
-      if (by_pose.cols() > 3) by_pose.block<2, 3>(row, 3) = J_point;
-      return true;
-    });
-  }
-};
 
 void checkSize(const Eigen::MatrixXd& parameter_covariance, Eigen::Index num_params) {
   expect(parameter_covariance.rows() == num_params && parameter_covariance.cols() == num_params,
@@ -97,23 +73,12 @@ ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize 
       pixels_.emplace_back(pixelAt(column, columns_, size.width), pixelAt(row, rows_, size.height));
   }
 
-  const auto num_pixels = static_cast<Eigen::Index>(pixels_.size());
-  const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
-  const Eigen::Index num_freed = what == Freed::kRotation ? 3 : 6;
-  PixelJacobians jacobians{.by_params = Eigen::MatrixXd::Zero(2 * num_pixels + 2, num_params),
-                           .by_pose = Eigen::MatrixXd::Zero(2 * num_pixels + 2, num_freed)};
-  for (Eigen::Index i = 0; i < num_pixels; ++i)
-    has_ray_.push_back(jacobians.set(camera, pixels_[static_cast<std::size_t>(i)], 2 * i));
   const Eigen::Vector2d center(0.5 * (size.width - 1), 0.5 * (size.height - 1));
-  center_has_ray_ = jacobians.set(camera, center, 2 * num_pixels);
-
-  // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
-  // only what they leave over counts.
-  const Eigen::MatrixXd& by_pose = jacobians.by_pose;
-  const Eigen::MatrixXd W = by_pose.topRows(2 * num_pixels)
-                                .completeOrthogonalDecomposition()
-                                .solve(jacobians.by_params.topRows(2 * num_pixels));
-  jacobians_ = (jacobians.by_params - by_pose * W).transpose();
+  AlignedJacobians aligned = alignedJacobians(camera, pixels_, std::span(&center, 1), what);
+  center_has_ray_ = aligned.has_ray.back();
+  aligned.has_ray.pop_back();
+  has_ray_ = std::move(aligned.has_ray);
+  jacobians_ = std::move(aligned.transposed);
 }
 
 Eigen::MatrixXd ProjectionUncertainty::jacobian(int i) const {

@@ -6,17 +6,11 @@
 
 #include <Eigen/Core>
 
+#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
 
 namespace alidade {
-
-/// What whoever uses the camera fits anyway, so that an error of the parameters that looks like it does no
-/// harm.
-enum class Freed {
-  kRotation,  ///< the camera's orientation
-  kPose,      ///< orientation and position
-};
 
 /// One standard deviation of the pixel at which a fixed point appears, all over an image.
 struct UncertaintyGrid {

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "alidade/io/camera_file.h"
+#include "alidade/validate/agreement.h"
+#include "alidade/validate/difference_significance.h"
+#include "alidade/validate/projection_difference.h"
+#include "command.h"
+#include "difference_output.h"
+#include "uncertainty_record.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kNoExit = static_cast<int>(ErrorCode::kVerdict);
+
+class DiffCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade diff camera.yaml camera.yaml --tolerance 0.5\n"
+        "A and B may be of different models and resolutions. Lengths are in pixels of the finer image; "
+        "exchanging A and B\n"
+        "gives the inverse rotation and the same lengths.\n"
+        "Exit code 3: the cameras cannot be compared, or differ by more than the tolerance.");
+    app.add_option("files", files_, "Two camera files (YAML): A and B");
+    app.add_option("--distance", distance_m_,
+                   "Compare points this far away, metres, and take out the best pose instead of the best "
+                   "rotation")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--same-frame", same_frame_, "Take nothing out: both camera frames are one");
+    app.add_option(
+           "--rotate", rotate_,
+           "Degrees clockwise by which B's image is turned against A's. Default: 0, or 90 or 270 where "
+           "the sizes ask for it")
+        ->check(CLI::IsMember({0, 90, 180, 270}));
+    app.add_option("--grid", grid_, "Pixels to compare: COLUMNSxROWS. Default: 40 along the longer side")
+        ->check(gridComplaint, "");
+    app.add_option("--tolerance", tolerance_px_,
+                   "Pixels by which 95 % of the image may differ: exit code 3 if it is more, unless two "
+                   "estimates of one camera may well differ as much")
+        ->check(CLI::NonNegativeNumber);
+    addCommonOptions(app, common_, false);
+  }
+
+  int run(const CLI::App&) override {
+    if (files_.size() != 2) {
+      throw usageError({.where = "diff",
+                        .found = fmt::format("{} files", files_.size()),
+                        .expected = "two camera files",
+                        .next_step = "alidade diff --help"});
+    }
+    if (same_frame_ && distance_m_) {
+      throw usageError({.where = "--same-frame and --distance",
+                        .found = "both",
+                        .expected = "one of them",
+                        .next_step = "leave --distance out: in one frame the distance makes no difference"});
+    }
+    const CameraFile a = readCameraFile(files_[0]);
+    const CameraFile b = readCameraFile(files_[1]);
+    const DifferenceOptions options = differenceOptions();
+    const ComparedCamera in_a{&a.camera, a.image_size, statedCovariance(a)};
+    const ComparedCamera in_b{&b.camera, b.image_size, statedCovariance(b)};
+    const ProjectionDifference difference = projectionDifference(in_a, in_b, options);
+    const auto significance = significanceOf(difference, in_a, in_b, options.freed);
+    const auto no = complaint(difference, significance);
+
+    if (common_.json) {
+      nlohmann::json document = differenceJson(difference, significance);
+      document["a"] = fileJson(files_[0], a);
+      document["b"] = fileJson(files_[1], b);
+      document["distance_m"] = distance_m_ ? nlohmann::json(*distance_m_) : nlohmann::json(nullptr);
+      document["tolerance_px"] = tolerance_px_ ? nlohmann::json(*tolerance_px_) : nlohmann::json(nullptr);
+      document["agrees"] = !no;
+      document["reason"] = no ? nlohmann::json(*no) : nlohmann::json(nullptr);
+      printResult(jsonText(document));
+    } else {
+      std::string text = fileText("A", files_[0], a) + fileText("B", files_[1], b);
+      text += differenceText(difference);
+      if (difference.num_compared > 0) {
+        text += "Chance   " +
+                significanceText(difference, significance, in_a.covariance.has_value(),
+                                 in_b.covariance.has_value()) +
+                "\n";
+      }
+      printResult(text + upsideDownText(in_a, in_b, difference));
+    }
+    if (!no) return 0;
+    printMessage("error: " + *no);
+    return kNoExit;
+  }
+
+ private:
+  static std::optional<std::pair<int, int>> parseGrid(const std::string& text) {
+    const auto parts = split(text, 'x');
+    if (parts.size() != 2) return std::nullopt;
+    const auto columns = parseInt(parts[0]);
+    const auto rows = parseInt(parts[1]);
+    constexpr int kMostPixels = 1'000'000;
+    if (!columns || !rows || *columns < 1 || *rows < 1 || *columns > kMostPixels / *rows) return std::nullopt;
+    return std::pair(*columns, *rows);
+  }
+
+  static std::string gridComplaint(const std::string& text) {
+    if (parseGrid(text)) return {};
+    return "found '" + text + "', expected COLUMNSxROWS such as 20x15, at most a million pixels";
+  }
+
+  [[nodiscard]] DifferenceOptions differenceOptions() const {
+    DifferenceOptions options;
+    if (same_frame_) options.freed.reset();
+    if (distance_m_) {
+      options.freed = Freed::kPose;
+      options.distance_m = *distance_m_;
+    }
+    if (rotate_) options.quarter_turns = *rotate_ / 90;
+    if (!grid_.empty()) std::tie(options.columns, options.rows) = *parseGrid(grid_);
+    return options;
+  }
+
+  // Why the answer is no.
+  [[nodiscard]] std::optional<std::string> complaint(
+      const ProjectionDifference& difference,
+      const std::optional<DifferenceSignificance>& significance) const {
+    if (difference.num_compared == 0)
+      return "the cameras cannot be compared: no pixel is seen by both\n  next: alidade validate both files";
+    if (!difference.is_converged) {
+      return fmt::format(
+          "the {} that suits best was not found, so the figures are not the least possible\n  next: alidade "
+          "validate both files; are they cameras of one image?",
+          distance_m_ ? "pose" : "rotation");
+    }
+    if (!tolerance_px_) return std::nullopt;
+    switch (agreementOf(difference, significance, *tolerance_px_)) {
+      case Agreement::kWithin:
+      case Agreement::kUncertain:
+        return std::nullopt;
+      case Agreement::kBeyond:
+        return fmt::format("the cameras differ by {:.3g} px (95 %); accepted {} px (--tolerance)",
+                           difference.p95_px, *tolerance_px_);
+      case Agreement::kNotComparable:
+        return fmt::format(
+            "{} of {} pixels are seen by one of the cameras only\n  next: alidade validate both "
+            "files",
+            difference.num_seen_by_one, difference.pixels.size());
+    }
+    return std::nullopt;
+  }
+
+  // Images that are upside down have the same size; that they are shall not be left to be guessed.
+  [[nodiscard]] std::string upsideDownText(const ComparedCamera& a, const ComparedCamera& b,
+                                           const ProjectionDifference& difference) const {
+    constexpr double kFarLess = 0.1;
+    constexpr double kWorthWhilePx = 0.1;
+    if (rotate_ || difference.match.quarter_turns != 0 || !(difference.rms_px > kWorthWhilePx)) return "";
+    DifferenceOptions options = differenceOptions();
+    options.quarter_turns = 2;
+    const ProjectionDifference turned = projectionDifference(a, b, options);
+    if (!turned.is_converged || !(turned.rms_px < kFarLess * difference.rms_px)) return "";
+    return fmt::format(
+        "Note     with B's image taken as A's upside down (--rotate 180) the RMS would be {:.4g} px\n",
+        turned.rms_px);
+  }
+
+  static std::string fileText(const char* name, const std::string& path, const CameraFile& file) {
+    return fmt::format("{:<8} {}: {}, {} px\n", name, path, file.camera.modelId(), sizeText(file.image_size));
+  }
+
+  static nlohmann::json fileJson(const std::string& path, const CameraFile& file) {
+    return {{"file", path},
+            {"model", file.camera.modelId()},
+            {"image_size", {{"width", file.image_size.width}, {"height", file.image_size.height}}},
+            {"has_covariance", statedCovariance(file).has_value()}};
+  }
+
+  std::vector<std::string> files_;
+  std::optional<double> distance_m_;
+  bool same_frame_ = false;
+  std::optional<int> rotate_;
+  std::string grid_;
+  std::optional<double> tolerance_px_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeDiffCommand() {
+  return std::make_unique<DiffCommand>();
+}
+
+}  // namespace alidade

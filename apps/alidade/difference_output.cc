@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "difference_output.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/size_groups.h"
+
+namespace alidade {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+json orNull(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
+
+// Up to `most` of `count` places, from the first to the last.
+std::vector<int> spread(int count, int most) {
+  std::vector<int> places;
+  const int n = std::min(count, most);
+  for (int i = 0; i < n; ++i)
+    places.push_back(n == 1 ? 0
+                            : static_cast<int>(std::lround(static_cast<double>(i) * (count - 1) / (n - 1))));
+  return places;
+}
+
+std::string tableText(const ProjectionDifference& difference) {
+  constexpr int kMostColumns = 9;
+  constexpr int kMostRows = 7;
+  const auto columns = spread(difference.columns, kMostColumns);
+  const auto rows = spread(difference.rows, kMostRows);
+  const auto at = [&](int row, int column) {
+    return static_cast<std::size_t>(row * difference.columns + column);
+  };
+  std::string text = "Grid     px, over the image of A: columns and rows are its pixels\n            ";
+  for (const int column : columns) text += fmt::format(" {:>8.0f}", difference.pixels[at(0, column)].x());
+  text += "\n";
+  for (const int row : rows) {
+    text += fmt::format("    {:>8.0f}", difference.pixels[at(row, 0)].y());
+    for (const int column : columns) {
+      const double length = difference.lengthAt(at(row, column));
+      text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length) : fmt::format(" {:>8}", "-");
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string motionText(const ProjectionDifference& difference) {
+  const Eigen::Vector3d w = difference.b_from_a.rotation.log();
+  std::string text = fmt::format("a rotation by {:.6g} degrees", kDegPerRad * w.norm());
+  if (w.norm() > 0) {
+    const Eigen::Vector3d axis = w.normalized();
+    text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), which takes A's camera frame to B's", axis.x(),
+                        axis.y(), axis.z());
+  }
+  const Eigen::Vector3d& t = difference.b_from_a.translation;
+  if (t.norm() > 0)
+    text += fmt::format("\n         and a shift by ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
+  return text;
+}
+
+}  // namespace
+
+std::string differenceText(const ProjectionDifference& difference) {
+  std::string text = "Removed  " + motionText(difference) + "\n";
+  if (difference.match.quarter_turns != 0) {
+    text += fmt::format("         B's image is A's turned clockwise by {} degrees\n",
+                        90 * difference.match.quarter_turns);
+  }
+  const auto num_pixels = difference.pixels.size();
+  text += fmt::format("Compared {} of {} pixels", difference.num_compared, num_pixels);
+  if (difference.num_seen_by_one > 0)
+    text += fmt::format("; {} are seen by one camera only", difference.num_seen_by_one);
+  if (difference.num_seen_by_neither > 0)
+    text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
+  text += "\n";
+  if (difference.num_compared == 0) return text;
+  text += fmt::format(
+      "Apart    mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
+      "{:.0f}) of A; in pixels of {}\n",
+      difference.mean_px, difference.rms_px, difference.p95_px, difference.max_px, difference.worst_pixel.x(),
+      difference.worst_pixel.y(), sizeText(difference.match.unit_size));
+  return text + tableText(difference);
+}
+
+std::string significanceText(const ProjectionDifference& difference,
+                             const std::optional<DifferenceSignificance>& significance, bool has_a,
+                             bool has_b) {
+  if (!significance) {
+    return "unknown: neither file states a covariance, so nobody can tell a difference from the uncertainty "
+           "of "
+           "the two";
+  }
+  std::string text = fmt::format("the difference of {:.2g} px (RMS) is {}: {}", difference.rms_px,
+                                 significance->sigmas > 0 ? fmt::format("{:.1f} sigma", significance->sigmas)
+                                                          : std::string("no more than chance makes"),
+                                 significance->isSignificant() ? "significant" : "not significant");
+  text += fmt::format(
+      "; the covariances lead to expect {:.2g} px. {:.0f} % of the pixels lie beyond their 95 % ellipse; two "
+      "sigma taken off everywhere, 95 % are within {:.2g} px",
+      significance->expected_rms_px, 100 * significance->share_beyond, significance->sure_p95_px);
+  if (!has_a || !has_b)
+    text += fmt::format("; {} states no covariance and is taken as exact", has_a ? "B" : "A");
+  return text;
+}
+
+json differenceJson(const ProjectionDifference& difference,
+                    const std::optional<DifferenceSignificance>& significance) {
+  const auto rowsOf = [&](const auto& valueAt) {
+    json rows = json::array();
+    for (int row = 0; row < difference.rows; ++row) {
+      json values = json::array();
+      for (int column = 0; column < difference.columns; ++column)
+        values.push_back(valueAt(static_cast<std::size_t>(row * difference.columns + column)));
+      rows.push_back(std::move(values));
+    }
+    return rows;
+  };
+  const auto vectorJson = [](const Eigen::Vector2d& v) {
+    return v.allFinite() ? json({v.x(), v.y()}) : json(nullptr);
+  };
+  const Eigen::Quaterniond& q = difference.b_from_a.rotation.quaternion();
+  const Eigen::Vector3d& t = difference.b_from_a.translation;
+  json document = {
+      {"b_from_a",
+       {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+        {"translation_m", {t.x(), t.y(), t.z()}},
+        {"angle_deg", kDegPerRad * difference.b_from_a.rotation.log().norm()}}},
+      {"image_turn_deg", 90 * difference.match.quarter_turns},
+      {"converged", difference.is_converged},
+      {"pixels_of",
+       {{"width", difference.match.unit_size.width}, {"height", difference.match.unit_size.height}}},
+      {"num_compared", difference.num_compared},
+      {"num_seen_by_one", difference.num_seen_by_one},
+      {"num_seen_by_neither", difference.num_seen_by_neither},
+      {"mean_px", orNull(difference.mean_px)},
+      {"rms_px", orNull(difference.rms_px)},
+      {"p95_px", orNull(difference.p95_px)},
+      {"max_px", orNull(difference.max_px)},
+      {"worst_pixel", vectorJson(difference.worst_pixel)},
+      {"grid",
+       {{"columns", difference.columns},
+        {"rows", difference.rows},
+        {"pixels", rowsOf([&](std::size_t i) { return vectorJson(difference.pixels[i]); })},
+        {"difference_px", rowsOf([&](std::size_t i) { return vectorJson(difference.difference_px[i]); })}}},
+      {"significance", nullptr}};
+  if (significance) {
+    document["grid"]["std_px"] = rowsOf([&](std::size_t i) { return orNull(significance->std_px[i]); });
+    document["significance"] = {{"sigmas", significance->sigmas},
+                                {"significant", significance->isSignificant()},
+                                {"expected_rms_px", significance->expected_rms_px},
+                                {"sure_p95_px", significance->sure_p95_px},
+                                {"share_beyond", significance->share_beyond}};
+  }
+  return document;
+}
+
+}  // namespace alidade

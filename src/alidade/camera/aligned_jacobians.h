@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/any_camera.h"
+
+namespace alidade {
+
+/// What whoever uses the camera fits anyway, so that an error of the parameters that looks like it does no
+/// harm.
+enum class Freed {
+  kRotation,  ///< the camera's orientation
+  kPose,      ///< orientation and position
+};
+
+/// How the pixels of fixed points of the scene change with a camera's parameters, to first order, once the
+/// rotation (or the pose) has followed that best undoes the change over all `pixels`:
+/// A(q) = J_params(q) - J_freed(q) W, with J_freed W the least-squares fit, in pixels, of J_freed to J_params
+/// over those of the pixels that have a ray.
+struct AlignedJacobians {
+  /// A(q)^T, N x 2 (pixels + others): two columns a pixel, px per unit; zero where a pixel has no ray.
+  Eigen::MatrixXd transposed;
+  std::vector<bool> has_ray;  ///< one a pixel, then one each of the others
+};
+
+/// @param pixels  where the points are seen; the fit is over these
+/// @param others  further pixels that the fit leaves aside
+/// @param weights of the pixels' squares in the fit, positive; empty: all alike
+/// @param freed   nothing: the camera stays as it is, A = J_params
+[[nodiscard]] AlignedJacobians alignedJacobians(const AnyCamera& camera,
+                                                std::span<const Eigen::Vector2d> pixels,
+                                                std::span<const Eigen::Vector2d> others,
+                                                std::optional<Freed> freed,
+                                                std::span<const double> weights = {});
+
+}  // namespace alidade

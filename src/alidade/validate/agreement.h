@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+
+#include "alidade/validate/difference_significance.h"
+#include "alidade/validate/projection_difference.h"
+
+namespace alidade {
+
+/// What a difference means to someone who puts up with some of it.
+enum class Agreement {
+  kWithin,         ///< 95 % of the image agrees to the tolerance
+  kBeyond,         ///< it does not, and the cameras' uncertainty is no excuse
+  kUncertain,      ///< it does not, but two estimates of one camera may differ as much
+  kNotComparable,  ///< too much of the image is seen by one of the cameras alone
+};
+
+/// Judged by the length that 95 % of the pixels do not exceed: a tolerance is meant for the image and not for
+/// its worst pixel. Beyond it is a difference that is significant over the image, and that would be beyond it
+/// still if two standard deviations were taken off everywhere. Without significance, the cameras count as
+/// exact.
+[[nodiscard]] Agreement agreementOf(const ProjectionDifference& difference,
+                                    const std::optional<DifferenceSignificance>& significance,
+                                    double tolerance_px);
+
+/// Whether enough of the image could be compared to speak of it as a whole.
+[[nodiscard]] bool isComparable(const ProjectionDifference& difference);
+
+}  // namespace alidade

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+std::string otherCamera(const ScratchFolder& scratch, const std::string& name, const std::string& from,
+                        const std::string& to) {
+  return scratch.write(name, replaced(smallCamera(), from, to));
+}
+
+json diffJson(std::vector<std::string> args, int exit_code = 0) {
+  args.insert(args.begin(), "diff");
+  args.emplace_back("--json");
+  const RunResult result = runAlidade(args);
+  EXPECT_THAT(result, EndsWith(exit_code));
+  return json::parse(result.out);
+}
+
+TEST(Diff, OfACameraWithItselfIsZero) {
+  const RunResult result =
+      runAlidade({"diff", dataPath("camera.yaml"), dataPath("camera.yaml"), "--tolerance", "1e-9"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("a rotation by"), HasSubstr("1200 of 1200 pixels"),
+                                HasSubstr("Grid"), Not(HasSubstr("nan"))));
+  EXPECT_EQ(result.err, "");
+}
+
+TEST(Diff, ReturnsTheQuarterTurnOfAConvertedCamera) {
+  const ScratchFolder scratch;
+  int num_checked = 0;
+  for (const int degrees : {90, 180, 270}) {
+    const std::string turned = scratch.path("turned.yaml");
+    ASSERT_THAT(
+        runAlidade({"convert", dataPath("camera.yaml"), "-o", turned, "--rotate", std::to_string(degrees)}),
+        EndsWith(0));
+    const json document = diffJson({dataPath("camera.yaml"), turned, "--rotate", std::to_string(degrees)});
+    EXPECT_LE(document.at("max_px").get<double>(), 1e-9);
+    EXPECT_NEAR(document.at("b_from_a").at("angle_deg").get<double>(), std::min(degrees, 360 - degrees),
+                1e-9);
+    EXPECT_EQ(document.at("image_turn_deg"), degrees);
+    if (degrees != 180) {  // the sizes tell
+      const json found = diffJson({dataPath("camera.yaml"), turned});
+      EXPECT_EQ(found.at("image_turn_deg"), degrees);
+      EXPECT_LE(found.at("max_px").get<double>(), 1e-9);
+    } else {
+      EXPECT_THAT(runAlidade({"diff", dataPath("camera.yaml"), turned}).out, HasSubstr("--rotate 180"));
+    }
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 3);
+}
+
+TEST(Diff, IsSymmetricAcrossResolutions) {
+  const ScratchFolder scratch;
+  const std::string half = scratch.path("half.yaml");
+  ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "-o", half, "--resize", "320x240", "--model",
+                          "kannala_brandt", "--max-error", "5"}),
+              EndsWith(0));
+  const json there = diffJson({dataPath("camera.yaml"), half});
+  const json back = diffJson({half, dataPath("camera.yaml")});
+  for (const char* key : {"mean_px", "rms_px", "p95_px", "max_px"})
+    EXPECT_NEAR(there.at(key).get<double>(), back.at(key).get<double>(), 1e-7) << key;
+  EXPECT_EQ(there.at("pixels_of"), back.at("pixels_of"));
+  EXPECT_EQ(there.at("pixels_of").at("width"), 640);
+  const auto q = there.at("b_from_a").at("quaternion_xyzw");
+  const auto p = back.at("b_from_a").at("quaternion_xyzw");
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(q[i].get<double>(), -p[i].get<double>(), 1e-9);
+}
+
+TEST(Diff, ReturnsAKnownShiftInOneFrame) {
+  const ScratchFolder scratch;
+  const std::string a = scratch.write("a.yaml", smallCamera());
+  const std::string b = otherCamera(scratch, "b.yaml", "cx: 320", "cx: 320.5");
+  const json document = diffJson({a, b, "--same-frame", "--grid", "5x4"});
+  EXPECT_NEAR(document.at("mean_px").get<double>(), 0.5, 1e-6);
+  EXPECT_NEAR(document.at("max_px").get<double>(), 0.5, 1e-6);
+  const json& grid = document.at("grid");
+  EXPECT_EQ(grid.at("columns"), 5);
+  ASSERT_EQ(grid.at("difference_px").size(), 4u);
+  ASSERT_EQ(grid.at("difference_px")[0].size(), 5u);
+  EXPECT_NEAR(grid.at("difference_px")[3][4][0].get<double>(), 0.5, 1e-6);
+  EXPECT_NEAR(grid.at("difference_px")[3][4][1].get<double>(), 0, 1e-6);
+  EXPECT_EQ(document.at("significance"), nullptr);
+}
+
+TEST(Diff, TakesOutAPoseAtADistance) {
+  const ScratchFolder scratch;
+  const std::string a = scratch.write("a.yaml", smallCamera());
+  const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
+  const json far = diffJson({a, b});
+  const json near = diffJson({a, b, "--distance", "2"});
+  const json nearer = diffJson({a, b, "--distance", "1"});
+  EXPECT_LT(near.at("rms_px").get<double>(), far.at("rms_px").get<double>());
+  EXPECT_EQ(near.at("rms_px"), nearer.at("rms_px"));
+  const double z = near.at("b_from_a").at("translation_m")[2];
+  EXPECT_GT(std::abs(z), 1e-4);
+  EXPECT_NEAR(z, 2 * nearer.at("b_from_a").at("translation_m")[2].get<double>(), 1e-9);
+}
+
+TEST(Diff, SaysNoBeyondTheTolerance) {
+  const ScratchFolder scratch;
+  const std::string a = scratch.write("a.yaml", smallCamera());
+  const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
+  EXPECT_THAT(runAlidade({"diff", a, b}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--tolerance", "20"}), EndsWith(0));
+  const RunResult result = runAlidade({"diff", a, b, "--tolerance", "0.5"});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("error: the cameras differ by"), HasSubstr("--tolerance")));
+  EXPECT_THAT(result.out, HasSubstr("neither file states a covariance"));
+  EXPECT_EQ(diffJson({a, b, "--tolerance", "0.5"}, 3).at("agrees"), false);
+}
+
+TEST(Diff, SaysWhetherADifferenceIsSignificant) {
+  const ScratchFolder scratch;
+  const std::string all = scratch.path("all.yaml");
+  ASSERT_THAT(runAlidade({"calibrate", dataPath("corners.csv"), "--model", "radtan", "-o", all}),
+              EndsWith(0));
+  // The truth, and the same with another focal length.
+  const json truth = diffJson({dataPath("camera.yaml"), all});
+  ASSERT_NE(truth.at("significance"), nullptr);
+  EXPECT_EQ(truth.at("significance").at("significant"), false) << truth.at("significance");
+  const std::string wrong = scratch.write(
+      "wrong.yaml", replaced(replaced(smallCamera(), "fx: 500, fy: 501, cx: 320, cy: 240",
+                                      "fx: 545, fy: 544, cx: 322.5, cy: 238.1, k1: -0.28, k2: 0.08, p1: "
+                                      "0.0008, p2: -0.0004, k3: -0.01"),
+                             "model: pinhole", "model: radtan"));
+  const json other = diffJson({all, wrong, "--tolerance", "0.5"}, 3);
+  EXPECT_EQ(other.at("significance").at("significant"), true) << other.at("significance");
+  EXPECT_THAT(
+      runAlidade({"diff", all, wrong}).out,
+      AllOf(HasSubstr("sigma: significant"), HasSubstr("B states no covariance and is taken as exact")));
+}
+
+TEST(Diff, RefusesImagesOfDifferentShape) {
+  const ScratchFolder scratch;
+  const std::string a = scratch.write("a.yaml", smallCamera());
+  const std::string b = otherCamera(scratch, "b.yaml", "height: 480", "height: 360");
+  EXPECT_THAT(runAlidade({"diff", a, b}),
+              FailsWith(1, AllOf(HasSubstr("640x480 and 640x360"), HasSubstr("--crop"))));
+  EXPECT_THAT(runAlidade({"diff", a, a, "--rotate", "90"}), FailsWith(2, HasSubstr("a turn by 90 degrees")));
+}
+
+}  // namespace
+}  // namespace alidade
