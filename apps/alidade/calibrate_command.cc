@@ -9,15 +9,13 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/held_params.h"
 #include "alidade/core/error.h"
-#include "alidade/core/size_groups.h"
 #include "alidade/io/atomic_file.h"
-#include "alidade/io/board_file.h"
 #include "alidade/io/camera_file.h"
-#include "alidade/io/corners_file.h"
 #include "alidade/report/next_view_svg.h"
 #include "calibration_output.h"
 #include "command.h"
 #include "detection_stage.h"
+#include "given_views.h"
 #include "interrupt.h"
 #include "settings.h"
 
@@ -96,8 +94,9 @@ class CalibrateCommand final : public Command {
     const CancelFlag* cancel = catchInterrupts();
     options.jobs = common_.jobs;
     options.cancel = cancel;
-    CalibrationInput input;
-    std::vector<View> views = isCornersFile(inputs_.front()) ? readViews(input) : detectViews(input, cancel);
+    const auto [input, views] =
+        readViews({.command = "calibrate", .inputs = inputs_, .board = board_, .debug_folder = debug_},
+                  common_, cancel);
     if (views.size() < kMinViews) {
       throw inputError({.where = inputs_.front() + (inputs_.size() > 1 ? " ..." : ""),
                         .found = fmt::format("the board in {} of {} images", views.size(), input.num_images),
@@ -166,55 +165,6 @@ class CalibrateCommand final : public Command {
     if (!target_sigma_.empty()) target_px = parsePixels(target_sigma_, "--target-sigma");
     advice.guidance = guide(result, board, advice.coverage, target_px);
     return advice;
-  }
-
-  static bool isCornersFile(const std::string& path) {
-    return path.ends_with(".csv") || path.ends_with(".CSV");
-  }
-
-  std::vector<View> readViews(CalibrationInput& input) const {
-    if (inputs_.size() > 1) {
-      throw usageError({.where = "calibrate",
-                        .found = fmt::format("{} inputs, the first a corners file", inputs_.size()),
-                        .expected = "one corners file, or images",
-                        .next_step = "pieces of one camera concatenate: cat a.csv b.csv > all.csv"});
-    }
-    CornersFile file = readCornersFile(inputs_.front());
-    if (!board_.empty() && !(readBoard(board_) == file.board)) {
-      throw inputError({.where = inputs_.front(),
-                        .found = "board " + specText(file.board),
-                        .expected = specText(readBoard(board_)) + " as --board says",
-                        .next_step = "leave --board out: the corners file knows its board"});
-    }
-    input.board = file.board;
-    input.num_images = input.num_found = file.views.size();
-    std::vector<ImageSize> sizes;
-    for (const View& view : file.views) sizes.push_back(view.size);
-    const SizeGroups groups = groupBySize(sizes);
-    for (const std::size_t i : groups.others) {
-      input.reasons.push_back(fmt::format("{}: other_size: is {}, while most images are {}",
-                                          file.views[i].image, sizeText(sizes[i]), sizeText(groups.size)));
-    }
-    std::vector<View> views;
-    for (const std::size_t i : groups.in_group) views.push_back(std::move(file.views[i]));
-    return views;
-  }
-
-  std::vector<View> detectViews(CalibrationInput& input, const CancelFlag* cancel) const {
-    if (board_.empty())
-      throw usageError({.where = "calibrate",
-                        .found = "no --board",
-                        .expected = "for example --board checkerboard:9x6:25mm"});
-    DetectionStage stage = runDetection(
-        {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, cancel);
-    requireBoards(stage, common_);
-    input.board = stage.board;
-    input.num_images = stage.outcomes.size();
-    input.num_found = stage.numFound();
-    input.reasons = reasonLines(stage);
-    input.measures = measuresText(stage);
-    input.notes = stage.notes;
-    return std::move(stage.views);
   }
 
   std::vector<std::string> inputs_;

@@ -105,9 +105,11 @@ std::string significanceText(const ProjectionDifference& difference,
                                                           : std::string("no more than chance makes"),
                                  significance->isSignificant() ? "significant" : "not significant");
   text += fmt::format(
-      "; the covariances lead to expect {:.2g} px. {:.0f} % of the pixels lie beyond their 95 % ellipse; two "
-      "sigma taken off everywhere, 95 % are within {:.2g} px",
-      significance->expected_rms_px, 100 * significance->share_beyond, significance->sure_p95_px);
+      "; the covariances lead to expect {:.2g} px. Of the {:.3g} px (95 %), {:.3g} px are sure; {:.0f} % of "
+      "the "
+      "pixels lie beyond their 95 % ellipse",
+      significance->expected_rms_px, difference.p95_px, significance->sure_p95_px,
+      100 * significance->share_beyond);
   if (!has_a || !has_b)
     text += fmt::format("; {} states no covariance and is taken as exact", has_a ? "B" : "A");
   return text;

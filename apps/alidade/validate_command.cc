@@ -10,6 +10,7 @@
 #include "alidade/io/camera_file.h"
 #include "alidade/validate/camera_checks.h"
 #include "command.h"
+#include "held_out_stage.h"
 
 namespace alidade {
 namespace {
@@ -19,9 +20,13 @@ class ValidateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade validate camera.yaml\n"
+        "Example: alidade validate camera.yaml --images photos/ --board checkerboard:9x6:25mm\n"
+        "--images tests the camera on photographs that it was not calibrated from; 10 or more, as for a "
+        "calibration.\n"
         "Exit code 0: no check failed; 1: a file cannot be read as a camera file; 3: a check failed.");
     app.add_option("file", files_, "Camera files (YAML)");
-    addCommonOptions(app, common_, false);
+    held_out_.addOptions(app);
+    addCommonOptions(app, common_, true);
   }
 
   int run(const CLI::App&) override {
@@ -30,6 +35,7 @@ class ValidateCommand final : public Command {
                         .found = "no file",
                         .expected = "camera files (YAML)",
                         .next_step = "alidade validate --help"});
+    held_out_.prepare(common_);
     nlohmann::json documents = nlohmann::json::array();
     std::string text;
     std::size_t num_unreadable = 0;
@@ -66,7 +72,7 @@ class ValidateCommand final : public Command {
             .message = std::move(message)};
   }
 
-  static std::vector<Check> checkFile(const std::string& path) {
+  [[nodiscard]] std::vector<Check> checkFile(const std::string& path) const {
     const CameraFile file = readCameraFile(path);
     CameraClaims claims{.camera = &file.camera,
                         .image_size = file.image_size,
@@ -82,6 +88,8 @@ class ValidateCommand final : public Command {
     std::vector<Check> checks = checkCamera(claims);
     checks.insert(checks.begin(), schemaCheck(CheckStatus::kPass, std::string(file.camera.modelId()),
                                               "all keys are known, all numbers are finite"));
+    const std::vector<Check> held_out = held_out_.checks(file);
+    checks.insert(checks.end(), held_out.begin(), held_out.end());
     return checks;
   }
 
@@ -113,6 +121,7 @@ class ValidateCommand final : public Command {
   }
 
   std::vector<std::string> files_;
+  HeldOutStage held_out_;
 };
 
 }  // namespace

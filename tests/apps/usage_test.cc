@@ -185,7 +185,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 12);
+  EXPECT_EQ(num_examples, 13);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -114,6 +114,69 @@ TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
   EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL  calibration"), HasSubstr("NOT valid")));
 }
 
+// The check of this id in the report on one file.
+nlohmann::json checkOf(const RunResult& result, const std::string& id) {
+  for (const auto& check : nlohmann::json::parse(result.out).at("files").at(0).at("checks")) {
+    if (check.at("id") == id) return check;
+  }
+  ADD_FAILURE() << "no check " << id << " in " << result.out;
+  return {};
+}
+
+std::string withFocal(const ScratchFolder& scratch, const std::string& fx, const std::string& fy) {
+  return scratch.write(
+      "wrong.yaml",
+      "alidade_camera: 1\nmodel: radtan\nimage_size: {width: 640, height: 480}\n"
+      "parameters: {fx: " +
+          fx + ", fy: " + fy +
+          ", cx: 322.5, cy: 238.1, k1: -0.28, k2: 0.08, p1: 0.0008, p2: -0.0004, k3: -0.01}\n");
+}
+
+TEST(Validate, TestsACameraOnImages) {
+  const ScratchFolder scratch;
+  const std::string photos = linkImages(scratch, "photos", kNumImages);
+  const RunResult good =
+      runAlidade({"validate", dataPath("camera.yaml"), "--images", photos, "--board", kBoard, "--json"});
+  EXPECT_THAT(good, EndsWith(0));
+  EXPECT_EQ(checkOf(good, "held_out_error").at("status"), "PASS");
+  EXPECT_NE(checkOf(good, "images_agree").at("status"), "FAIL");
+
+  const std::string wrong = withFocal(scratch, "540.4", "539.3");
+  const RunResult bad = runAlidade({"validate", wrong, "--images", dataPath("corners.csv"), "--json"});
+  EXPECT_THAT(bad, EndsWith(3));
+  EXPECT_EQ(checkOf(bad, "images_agree").at("status"), "FAIL");
+  // Whoever puts up with more may have it.
+  EXPECT_THAT(
+      runAlidade({"validate", wrong, "--images", dataPath("corners.csv"), "--tolerance", "20", "--json"}),
+      EndsWith(0));
+}
+
+TEST(Validate, ComparesWithAnotherCamera) {
+  const ScratchFolder scratch;
+  const RunResult same =
+      runAlidade({"validate", dataPath("camera.yaml"), "--against", dataPath("camera.yaml"), "--json"});
+  EXPECT_THAT(same, EndsWith(0));
+  EXPECT_EQ(checkOf(same, "against").at("status"), "PASS");
+  const std::string wrong = withFocal(scratch, "540.4", "539.3");
+  const RunResult other = runAlidade({"validate", wrong, "--against", dataPath("camera.yaml"), "--json"});
+  EXPECT_THAT(other, EndsWith(3));
+  EXPECT_EQ(checkOf(other, "against").at("status"), "FAIL");
+}
+
+TEST(Validate, FailsImagesOfAnotherSizeAndNamesFlagsThatNeedOthers) {
+  const ScratchFolder scratch;
+  const std::string half = scratch.path("half.yaml");
+  ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "-o", half, "--resize", "320x240"}),
+              EndsWith(0));
+  const RunResult result = runAlidade({"validate", half, "--images", dataPath("corners.csv")});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("FAIL  held_out_error"), HasSubstr("640x480"), HasSubstr("--resize")));
+  EXPECT_THAT(runAlidade({"validate", half, "--board", kBoard}), FailsWith(2, HasSubstr("without --images")));
+  EXPECT_THAT(runAlidade({"validate", half, "--images", scratch.makeFolder("photos")}),
+              FailsWith(2, HasSubstr("no --board")));
+}
+
 TEST(Validate, KeepsAbsurdNumbersShort) {
   const ScratchFolder scratch;
   const std::string file =

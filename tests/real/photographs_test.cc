@@ -13,6 +13,7 @@
 #include "alidade/io/image_file.h"
 #include "alidade/io/image_list.h"
 #include "alidade/target/board_spec.h"
+#include "alidade/validate/held_out_checks.h"
 
 namespace alidade {
 namespace {
@@ -275,6 +276,37 @@ TEST(Photographs, NoBoardIsFoundWhereThereIsNone) {
   }
   std::printf("%d crops of %zu images, %d false detections\n", num_crops, images.size(), num_found);
   EXPECT_GE(num_crops, kMinCrops);
+}
+
+// Left's camera by every other photograph, tested on the others and on those of the right camera.
+TEST(Photographs, TellOneCameraFromAnother) {
+  const auto viewsOf = [](const std::string& name) {
+    std::vector<View> views;
+    for (const PhotoSet& set : setsThatAreThere()) {
+      if (set.name != name) continue;
+      for (const ImageOutcome& outcome : detectSet(set))
+        views.push_back({outcome.image, outcome.size, outcome.detection.corners});
+    }
+    return views;
+  };
+  const std::vector<View> left = viewsOf("opencv_left");
+  const std::vector<View> right = viewsOf("opencv_right");
+  if (left.empty() || right.empty()) GTEST_SKIP() << "no photographs of opencv-doc";
+  const Checkerboard board = parseBoardSpec("checkerboard:9x6:25mm");
+  int num_checked = 0;
+  for (const std::size_t first : {0u, 1u}) {
+    std::vector<View> halves[2];
+    for (std::size_t i = 0; i < left.size(); ++i) halves[(i + first) % 2].push_back(left[i]);
+    const CalibrationResult half = calibrate(board, halves[0], {.model = "radtan"});
+    const ComparedCamera camera{&half.camera, half.image_size, half.statedCovariance()};
+    for (const Check& check : heldOutChecks(judgeOnImages(camera, board, halves[1]), kDefaultTolerancePx))
+      EXPECT_NE(check.status, CheckStatus::kFail) << check.id << ": " << check.message;
+    const auto on_right = heldOutChecks(judgeOnImages(camera, board, right), kDefaultTolerancePx);
+    EXPECT_EQ(on_right.at(1).id, "images_agree");
+    EXPECT_EQ(on_right.at(1).status, CheckStatus::kFail) << on_right.at(1).message;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 2);
 }
 
 }  // namespace

@@ -24,4 +24,10 @@ double normalOfMeanSquare(double mean, double count) {
   return (std::cbrt(mean) - (1 - spread)) / std::sqrt(spread);
 }
 
+double meanSquareOfNormal(double normal, double count) {
+  const double spread = 2 / (9 * count);
+  const double root = 1 - spread + normal * std::sqrt(spread);
+  return root * root * root;
+}
+
 }  // namespace alidade

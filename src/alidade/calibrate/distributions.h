@@ -14,5 +14,8 @@ inline constexpr double kNormal95 = 1.959963984540054;
 /// The normal variable that is exceeded as often as this mean of `count` squares of normal variables (Wilson
 /// and Hilferty 1931, The distribution of chi-square).
 [[nodiscard]] double normalOfMeanSquare(double mean, double count);
+/// The inverse in `mean`: the mean of `count` squares that is exceeded as often as a normal variable exceeds
+/// `normal`.
+[[nodiscard]] double meanSquareOfNormal(double normal, double count);
 
 }  // namespace alidade

@@ -15,8 +15,7 @@ Agreement agreementOf(const ProjectionDifference& difference,
                       const std::optional<DifferenceSignificance>& significance, double tolerance_px) {
   if (!isComparable(difference)) return Agreement::kNotComparable;
   if (difference.p95_px <= tolerance_px) return Agreement::kWithin;
-  const bool is_sure =
-      !significance || (significance->isSignificant() && significance->sure_p95_px > tolerance_px);
+  const bool is_sure = !significance || significance->isSignificant();
   return is_sure ? Agreement::kBeyond : Agreement::kUncertain;
 }
 

@@ -17,9 +17,8 @@ enum class Agreement {
 };
 
 /// Judged by the length that 95 % of the pixels do not exceed: a tolerance is meant for the image and not for
-/// its worst pixel. Beyond it is a difference that is significant over the image, and that would be beyond it
-/// still if two standard deviations were taken off everywhere. Without significance, the cameras count as
-/// exact.
+/// its worst pixel. Beyond the tolerance is a longer one if the difference is significant too. Without
+/// significance, the cameras count as exact.
 [[nodiscard]] Agreement agreementOf(const ProjectionDifference& difference,
                                     const std::optional<DifferenceSignificance>& significance,
                                     double tolerance_px);

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 
@@ -15,20 +15,39 @@ namespace alidade {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kOneInHundred = 2.3263478740408408;  // a normal variable exceeds it in 1 % of all cases
+constexpr double kOneInThousand = 3.0902323061678132;  // of the cases a normal variable exceeds it
 // Differences below this are rounding, whatever the covariance says.
 constexpr double kRoundingPx = 1e-9;
 
-// Mean of squares of which the products' sums are in `gram`, as that of so many independent ones.
-double freedomOf(const Eigen::MatrixXd& gram) {
-  const double trace = gram.trace();
-  return trace > 0 ? std::max(1.0, trace * trace / gram.squaredNorm()) : 1.0;
+// The difference in standard deviations, in each direction into which the parameters' uncertainty moves it.
+struct Wald {
+  double sum_of_squares = 0;
+  double expected = 0;  // the number of directions, each as far as it counts
+};
+
+Wald waldOf(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference) {
+  // A direction that the parameters determine to less than this (RMS over the image) is known to this: the
+  // pixels' change is a straight line to first order only.
+  constexpr double kFloorPx = 0.005;
+  constexpr double kNoDirection = 1e-12;  // of the largest variance
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(factor.transpose() * factor);
+  const double floor = 0.5 * static_cast<double>(factor.rows()) * kFloorPx * kFloorPx;
+  Wald result;
+  for (Eigen::Index i = 0; i < factor.cols(); ++i) {
+    const double variance = solver.eigenvalues()(i);
+    if (!(variance > kNoDirection * solver.eigenvalues()(factor.cols() - 1))) continue;
+    const Eigen::VectorXd moved = factor * solver.eigenvectors().col(i);
+    const double along = moved.dot(difference);
+    result.sum_of_squares += along * along / variance / (variance + floor);
+    result.expected += variance / (variance + floor);
+  }
+  return result;
 }
 
 }  // namespace
 
 bool DifferenceSignificance::isSignificant() const {
-  return sigmas > kOneInHundred;
+  return sigmas > kOneInThousand;
 }
 
 std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference& difference,
@@ -50,29 +69,28 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
   DifferenceSignificance result;
   result.std_px.assign(difference.pixels.size(), kNan);
   result.expected_rms_px = std::sqrt(factor.squaredNorm() / n);
-
-  std::vector<double> sure_px;
-  double sum_of_squares = 0;
+  Eigen::VectorXd weighted(factor.rows());
   int num_beyond = 0;
   for (std::size_t i = 0; i < compared.size(); ++i) {
-    auto rows = factor.middleRows<2>(2 * static_cast<Eigen::Index>(i));
-    const Eigen::Matrix2d covariance =
-        rows * rows.transpose() + kRoundingPx * kRoundingPx * Eigen::Matrix2d::Identity();
+    const auto row = 2 * static_cast<Eigen::Index>(i);
+    const Eigen::Vector2d& d = difference.difference_px[compared[i]];
+    const Eigen::Matrix2d covariance = factor.middleRows<2>(row) * factor.middleRows<2>(row).transpose() +
+                                       kRoundingPx * kRoundingPx * Eigen::Matrix2d::Identity();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
     result.std_px[compared[i]] = std::sqrt(solver.eigenvalues()(1));
-    const Eigen::Vector2d& d = difference.difference_px[compared[i]];
-    const double variance_along = d.norm() > 0 ? d.dot(covariance * d) / d.squaredNorm() : 0.0;
-    sure_px.push_back(std::max(0.0, d.norm() - 2 * std::sqrt(variance_along)));
-    const Eigen::Matrix2d whiten = solver.operatorInverseSqrt();
-    rows = (whiten * rows).eval();
-    const double squared_sigmas = (whiten * d).squaredNorm();
-    sum_of_squares += squared_sigmas;
     constexpr double kEllipse95 = 5.991464547107979;  // of two normal variables' squares
-    num_beyond += squared_sigmas > kEllipse95 ? 1 : 0;
+    num_beyond += (solver.operatorInverseSqrt() * d).squaredNorm() > kEllipse95 ? 1 : 0;
+    const double root = std::sqrt(weights[i]);
+    factor.middleRows<2>(row) *= root;
+    weighted.segment<2>(row) = root * d;
   }
-  result.sure_p95_px = quantile95(std::move(sure_px));
-  result.sigmas = normalOfMeanSquare(sum_of_squares / (2 * n), freedomOf(factor.transpose() * factor));
   result.share_beyond = num_beyond / n;
+  const Wald wald = waldOf(factor, weighted);
+  const double m = std::max(1.0, wald.expected);
+  result.sigmas = normalOfMeanSquare(wald.sum_of_squares / m, m);
+  const double limit = m * meanSquareOfNormal(kOneInThousand, m);
+  if (wald.sum_of_squares > limit)
+    result.sure_p95_px = (1 - std::sqrt(limit / wald.sum_of_squares)) * difference.p95_px;
   return result;
 }
 

@@ -14,25 +14,21 @@ struct DifferenceSignificance {
   /// NaN where there is no difference.
   std::vector<double> std_px;
   double expected_rms_px = 0;  ///< root of the mean square difference that the covariances lead to expect
-  /// 95 % of the compared pixels differ by at most this much more than two standard deviations, px: what is
-  /// left of the difference where the cameras are given the benefit of the doubt.
-  double sure_p95_px = 0;
-  /// The difference in the whole image in standard deviations: the normal variable that is exceeded as
-  /// often. Each pixel counts by its own uncertainty, so that where the cameras are known well counts most.
+  /// The difference in standard deviations: the normal variable that is exceeded as often as the sum of its
+  /// squares over all directions into which the cameras' uncertainty moves it (Wald's statistic).
   double sigmas = 0;
+  /// What is left of p95_px, px, at the camera nearest to a, on the way from a to b, that chance makes in
+  /// more than 1 of 1000 cases: the part of the difference that is sure. 0 where it is not significant.
+  double sure_p95_px = 0;
   double share_beyond =
       0;  ///< of the compared pixels, of those outside of their 95 % ellipse; 0.05 by chance
 
-  /// Exceeded by chance in 1 of 100 cases.
+  /// Exceeded by chance in 1 of 1000 cases.
   [[nodiscard]] bool isSignificant() const;
 };
 
 /// Carries the covariances of both cameras to the difference (differenceFactor). A camera without covariance
 /// counts as exact; nothing if neither has one.
-///
-/// The mean square of the differences over their standard deviations, which are correlated, is taken for a
-/// multiple of chi square (Satterthwaite 1946, An approximate distribution of estimates of variance
-/// components, Biometrics Bulletin 2(6)).
 [[nodiscard]] std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference& difference,
                                                                    const ComparedCamera& a,
                                                                    const ComparedCamera& b,

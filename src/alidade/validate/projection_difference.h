@@ -74,7 +74,4 @@ struct ProjectionDifference {
 [[nodiscard]] ProjectionDifference projectionDifference(const ComparedCamera& a, const ComparedCamera& b,
                                                         const DifferenceOptions& options = {});
 
-/// The least value that 95 % of the values do not exceed. There must be one.
-[[nodiscard]] double quantile95(std::vector<double> values);
-
 }  // namespace alidade

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/core/cancel.h"
+#include "alidade/target/view.h"
+#include "calibration_output.h"
+#include "command.h"
+
+namespace alidade {
+
+/// What a command that needs views of a board was told.
+struct ViewsRequest {
+  std::string command;              ///< its name, for messages
+  std::vector<std::string> inputs;  ///< folders, image files or patterns; or one corners file
+  std::string board;                ///< SPEC or board file; a corners file knows its own
+  std::string debug_folder;         ///< see DetectionRequest
+};
+
+struct GivenViews {
+  CalibrationInput input;
+  std::vector<View> views;  ///< of one image size
+};
+
+/// True for the name of a corners file.
+[[nodiscard]] bool isCornersFile(const std::string& path);
+
+/// Reads the corners file, or finds the board in the images.
+/// @throws Error (kInput) where there is no board, (kUsage) for images without a board SPEC; Cancelled
+[[nodiscard]] GivenViews readViews(const ViewsRequest& request, const CommonOptions& options,
+                                   const CancelFlag* cancel);
+
+}  // namespace alidade

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "held_out_stage.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "interrupt.h"
+#include "uncertainty_record.h"
+
+namespace alidade {
+namespace {
+
+ComparedCamera compared(const CameraFile& file) {
+  return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
+}
+
+Check failedCheck(const char* id, const Error& error) {
+  return {.id = id,
+          .status = CheckStatus::kFail,
+          .value = "not possible",
+          .limit = "a camera of the same image",
+          .message = error.what()};
+}
+
+}  // namespace
+
+void HeldOutStage::addOptions(CLI::App& app) {
+  app.add_option(
+      "--images", images_,
+      "Images of a board that the camera was not calibrated from: folders, files or patterns, or one "
+      "corners file (.csv)");
+  addBoardOption(app, board_);
+  app.add_option("--against", against_, "Camera file to compare with");
+  app.add_option("--tolerance", tolerance_px_,
+                 "Pixels by which 95 % of the image may be off, for --images and --against")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
+void HeldOutStage::prepare(const CommonOptions& options) {
+  if (images_.empty() && !board_.empty()) {
+    throw usageError({.where = "validate",
+                      .found = "--board without --images",
+                      .expected = "--images FOLDER, whose images show the board"});
+  }
+  if (!against_.empty()) other_ = readCameraFile(against_);
+  if (images_.empty()) return;
+  jobs_ = options.jobs;
+  cancel_ = catchInterrupts();
+  given_ = readViews({.command = "validate", .inputs = images_, .board = board_, .debug_folder = {}}, options,
+                     cancel_);
+  if (options.quiet) return;
+  for (const std::string& reason : given_->input.reasons) printMessage("  " + reason);
+  for (const std::string& note : given_->input.notes) printMessage("note: " + note);
+}
+
+std::vector<Check> HeldOutStage::checks(const CameraFile& file) const {
+  std::vector<Check> checks;
+  if (given_) {
+    try {
+      checks = heldOutChecks(judgeOnImages(compared(file), given_->input.board, given_->views,
+                                           {.jobs = jobs_, .cancel = cancel_}),
+                             tolerance_px_);
+    } catch (const Error& error) {
+      checks.push_back(failedCheck("held_out_error", error));
+    }
+  }
+  if (other_) {
+    try {
+      checks.push_back(againstCheck(compared(file), compared(*other_), tolerance_px_));
+    } catch (const Error& error) {
+      checks.push_back(failedCheck("against", error));
+    }
+  }
+  return checks;
+}
+
+}  // namespace alidade

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "alidade/io/camera_file.h"
+#include "alidade/validate/camera_checks.h"
+#include "alidade/validate/held_out_checks.h"
+#include "command.h"
+#include "given_views.h"
+
+namespace CLI {
+class App;
+}
+
+namespace alidade {
+
+/// The part of `validate` that tests a camera on images that it was not made from, and against another one.
+class HeldOutStage {
+ public:
+  void addOptions(CLI::App& app);
+
+  /// Finds the boards and reads the other camera, once for all files that are tested.
+  /// @throws Error, see readViews(); (kUsage) for flags that need another
+  void prepare(const CommonOptions& options);
+
+  /// The checks that were asked for; none if nothing was.
+  [[nodiscard]] std::vector<Check> checks(const CameraFile& file) const;
+
+ private:
+  std::vector<std::string> images_;
+  std::string board_;
+  std::string against_;
+  double tolerance_px_ = kDefaultTolerancePx;
+  int jobs_ = 0;
+  const CancelFlag* cancel_ = nullptr;
+  std::optional<GivenViews> given_;
+  std::optional<CameraFile> other_;
+};
+
+}  // namespace alidade

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/held_out_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "alidade/validate/agreement.h"
+
+namespace alidade {
+namespace {
+
+// What is left of an RMS once another is taken out of it.
+double beyond(double rms_px, double explained_px) {
+  return std::sqrt(std::max(0.0, rms_px * rms_px - explained_px * explained_px));
+}
+
+std::string worstViewText(const HeldOutJudgement& judgement) {
+  const auto worst = std::max_element(judgement.views.begin(), judgement.views.end(),
+                                      [](const HeldOutView& a, const HeldOutView& b) {
+                                        return !(b.rms_px <= a.rms_px) && std::isfinite(b.rms_px);
+                                      });
+  return fmt::format("the worst view is {} with {:.3g} px", worst->image, worst->rms_px);
+}
+
+// Whether the calibration by the images alone failed as such, and not only for want of views of the whole
+// image: what they do not determine is in its covariance.
+bool isFreedWrong(const CalibrationResult& freed) {
+  constexpr std::array kOfUncertainty = {"fronto_parallel", "focal_uncertain",    "folds_in_image",
+                                         "few_views",       "pixels_without_ray", "principal_point_outside"};
+  return std::any_of(freed.findings.begin(), freed.findings.end(), [&](const Finding& finding) {
+    return finding.severity == Finding::Severity::kFailure &&
+           std::find(kOfUncertainty.begin(), kOfUncertainty.end(), finding.id) == kOfUncertainty.end();
+  });
+}
+
+Check heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_px) {
+  Check check{
+      .id = "held_out_error",
+      .status = CheckStatus::kPass,
+      .value = fmt::format("{:.3g} px RMS over {} corners of {} of {} views", judgement.held_out_rms_px,
+                           judgement.num_corners, judgement.views.size(), judgement.num_views_given),
+      .limit = {},
+      .message = {}};
+  const double noise_px = std::isfinite(judgement.noise_rms_px) ? judgement.noise_rms_px : 0.0;
+  check.limit = fmt::format("{:.3g} px: noise of {:.3g} px and the tolerance of {} px",
+                            std::hypot(noise_px, tolerance_px), noise_px, tolerance_px);
+  if (judgement.num_corners == 0) {
+    check.status = CheckStatus::kFail;
+    check.message =
+        "the camera does not see the boards of these images from any pose; are they its images, and "
+        "is the board's size right?";
+    return check;
+  }
+  if (judgement.num_unseen > 0) {
+    check.status = CheckStatus::kFail;
+    check.message = fmt::format("{} corners that the images show are outside of what the camera can see",
+                                judgement.num_unseen);
+    return check;
+  }
+  const double freed_px = judgement.freed && std::isfinite(judgement.freed->holdout.rms_px)
+                              ? judgement.freed->holdout.rms_px
+                              : noise_px;
+  if (beyond(judgement.held_out_rms_px, noise_px) <= tolerance_px) {
+    check.message =
+        "the camera predicts corners that had no part in their view's pose; " + worstViewText(judgement);
+    return check;
+  }
+  // A camera is not to blame for what no camera of its model would predict better, unless that is the model.
+  const bool is_camera = beyond(judgement.held_out_rms_px, freed_px) > tolerance_px;
+  const bool is_model = judgement.freed && isFreedWrong(*judgement.freed);
+  check.status = is_camera || is_model || !judgement.freed ? CheckStatus::kFail : CheckStatus::kWarn;
+  if (check.status == CheckStatus::kWarn) {
+    check.message = fmt::format(
+        "the images have errors beyond noise that no camera of this model explains (held out {:.3g} px with "
+        "its "
+        "parameters free): blur, a moving board or a rolling shutter; {}",
+        freed_px, worstViewText(judgement));
+    return check;
+  }
+  check.message = judgement.freed
+                      ? fmt::format(
+                            "the camera does not predict corners as the images allow: with its "
+                            "parameters free the error is {:.3g} px{}; {}",
+                            freed_px, is_model ? ", which no camera of this model makes good" : "",
+                            worstViewText(judgement))
+                      : "the camera does not predict corners; " + worstViewText(judgement);
+  return check;
+}
+
+std::string differenceValue(const HeldOutJudgement& judgement) {
+  return fmt::format(
+      "{:.3g} px (95 %), {:.3g} px of it sure, over the {:.0f} % of the image where boards were; known to "
+      "{:.2g} px",
+      judgement.difference->p95_px, judgement.significance->sure_p95_px, 100 * judgement.covered_share,
+      judgement.significance->expected_rms_px);
+}
+
+Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
+  Check check{.id = "images_agree",
+              .status = CheckStatus::kWarn,
+              .value = "not known",
+              .limit = fmt::format("{} px", tolerance_px),
+              .message = {}};
+  const std::string more =
+      "take more images, tilted and all over the image (see the advice of alidade calibrate)";
+  if (!judgement.freed) {
+    check.message = "the images give no camera to compare with: " + judgement.freed_complaint;
+    return check;
+  }
+  if (!judgement.difference || !judgement.significance) {
+    check.message = "the images do not determine a camera to compare with; " + more;
+    return check;
+  }
+  const ProjectionDifference& difference = *judgement.difference;
+  const DifferenceSignificance& significance = *judgement.significance;
+  check.value = differenceValue(judgement);
+  const std::string rms = fmt::format("RMS {:.3g} px as it is, {:.3g} px with its parameters free",
+                                      judgement.fixed_rms_px, judgement.freed_rms_px);
+  const std::string sigmas = fmt::format("{:.1f} sigma", std::max(0.0, significance.sigmas));
+  const bool is_freed_usable = !isFreedWrong(*judgement.freed);
+  switch (agreementOf(difference, significance, tolerance_px)) {
+    case Agreement::kBeyond:
+      check.status = is_freed_usable ? CheckStatus::kFail : CheckStatus::kWarn;
+      check.message =
+          is_freed_usable
+              ? fmt::format("the images show another camera ({}): {}", sigmas, rms)
+              : fmt::format(
+                    "the images seem to show another camera ({}), but the calibration by them alone is "
+                    "not to be trusted; {}",
+                    sigmas, more);
+      break;
+    case Agreement::kNotComparable:
+      check.message = fmt::format(
+          "the camera by the images alone cannot be compared: {} of {} pixels are seen "
+          "by one of the two only; {}",
+          difference.num_seen_by_one, difference.pixels.size(), more);
+      break;
+    case Agreement::kUncertain:
+      check.message = fmt::format("these images cannot tell whether it is the same camera ({}): {}; {}",
+                                  sigmas, rms, more);
+      break;
+    case Agreement::kWithin:
+      if (significance.expected_rms_px > tolerance_px) {
+        check.message = fmt::format("these images agree, but would not notice an error of {:.2g} px; {}",
+                                    significance.expected_rms_px, more);
+        break;
+      }
+      check.status = CheckStatus::kPass;
+      check.message = fmt::format("the images show the same camera ({}): {}", sigmas, rms);
+      break;
+  }
+  return check;
+}
+
+}  // namespace
+
+std::vector<Check> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
+  return {heldOutErrorCheck(judgement, tolerance_px), imagesAgreeCheck(judgement, tolerance_px)};
+}
+
+Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
+  const ProjectionDifference difference = projectionDifference(camera, other);
+  const auto significance = significanceOf(difference, camera, other, Freed::kRotation);
+  Check check{.id = "against",
+              .status = CheckStatus::kFail,
+              .value = fmt::format("{:.3g} px (95 %), RMS {:.3g} px, at most {:.3g} px", difference.p95_px,
+                                   difference.rms_px, difference.max_px),
+              .limit = fmt::format("{} px (95 %)", tolerance_px),
+              .message = {}};
+  const std::string chance =
+      significance ? fmt::format("{:.1f} sigma; the covariances lead to expect {:.2g} px",
+                                 std::max(0.0, significance->sigmas), significance->expected_rms_px)
+                   : "neither file states how well its parameters are known";
+  switch (agreementOf(difference, significance, tolerance_px)) {
+    case Agreement::kWithin:
+      check.status = CheckStatus::kPass;
+      check.message = "both cameras put what they see at the same place (" + chance + ")";
+      break;
+    case Agreement::kBeyond:
+      check.message = "the cameras differ (" + chance + "); alidade diff shows where";
+      break;
+    case Agreement::kUncertain:
+      check.status = CheckStatus::kWarn;
+      check.message = "the cameras are known too badly to tell whether they differ (" + chance + ")";
+      break;
+    case Agreement::kNotComparable:
+      check.message = fmt::format("the cameras cannot be compared: {} of {} pixels are seen by both",
+                                  difference.num_compared, difference.pixels.size());
+      break;
+  }
+  return check;
+}
+
+}  // namespace alidade

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/held_out_images.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/cross_validation.h"
+#include "alidade/calibrate/local_sigma.h"
+#include "alidade/calibrate/pose_refit.h"
+#include "alidade/calibrate/start_poses.h"
+#include "alidade/calibrate/view_kernel.h"
+#include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "alidade/init/pose_from_rays.h"
+#include "alidade/target/board_shape.h"
+#include "alidade/validate/covered_pixels.h"
+
+namespace alidade {
+namespace {
+
+// The fewest pixels over which a camera is compared.
+constexpr std::size_t kFewestPixels = 20;
+
+std::optional<CalibrationResult> calibrated(const ComparedCamera& camera, const Checkerboard& board,
+                                            const std::vector<View>& views, const HeldOutOptions& options,
+                                            std::string& complaint) {
+  CalibratorOptions how{.model = std::string(camera.camera->modelId())};
+  how.jobs = options.jobs;
+  how.cancel = options.cancel;
+  try {
+    return calibrate(board, views, how);
+  } catch (const Error& error) {
+    complaint = error.what();
+    return std::nullopt;
+  }
+}
+
+// The views and corners that the freed calibration used; all of them without one.
+std::vector<View> usedViews(const std::vector<View>& views, const std::optional<CalibrationResult>& freed) {
+  if (!freed) return views;
+  std::set<std::string> images;
+  for (const ViewResult& view : freed->views) images.insert(view.image);
+  std::set<std::pair<std::string, int>> outliers;
+  for (const Outlier& outlier : freed->outliers) outliers.insert({outlier.image, outlier.corner_id});
+  std::vector<View> used;
+  for (const View& view : views) {
+    if (!images.contains(view.image)) continue;
+    used.push_back(view);
+    std::erase_if(used.back().corners, [&](const Corner& corner) {
+      return outliers.contains({view.image, corner.id});
+    });
+  }
+  return used;
+}
+
+// The best pose of a view for the camera as it is.
+std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board, const View& view,
+                          std::span<const Observation> corners, HuberLoss loss) {
+  const std::string_view model = camera.camera->modelId();
+  const auto params = camera.camera->parameters();
+  const CornerGroups groups(corners);
+  const auto start = poseFromView(*camera.camera, board, view.corners);
+  if (!start) return std::nullopt;
+  const Eigen::Vector3d middle = 0.5 * board.corner(board.numCorners() - 1);
+  std::optional<SE3> best;
+  double best_cost = std::numeric_limits<double>::infinity();
+  // From afar two tilts look alike, and only the lesser cost tells them apart.
+  for (const SE3& from : {*start, mirroredTilt(*start, middle)}) {
+    const auto pose = refitPose(viewKernel(model), params, groups.view(0), loss, from);
+    if (!pose) continue;
+    const double cost = viewCost(model, params, *pose, corners, loss);
+    if (!(cost < best_cost)) continue;
+    best_cost = cost;
+    best = pose;
+  }
+  return best;
+}
+
+// The RMS of errors on the other half of a view's corners, for noise of the given sigma an axis: the pose has
+// six parameters from half of the corners' coordinates.
+double heldOutNoise(double sigma_px, const std::vector<std::vector<Observation>>& views) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const auto& view : views) {
+    const auto n = static_cast<double>(view.size());
+    sum += 2 * sigma_px * sigma_px * (n + 6);
+    count += view.size();
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+void predictCorners(const ComparedCamera& camera, const Checkerboard& board, const std::vector<View>& views,
+                    HeldOutJudgement& judgement) {
+  const std::string_view model = camera.camera->modelId();
+  const auto given = camera.camera->parameters();
+  const HuberLoss loss = judgement.freed ? judgement.freed->loss : startLoss(camera.size);
+  const BoardShape shape = judgement.freed ? judgement.freed->shape.shape : BoardShape{};
+  std::vector<std::vector<Observation>> seen;
+  std::vector<std::size_t> seen_views;
+  BundleState state{.params = {given.begin(), given.end()}, .camera_from_board = {}};
+  auto observations = observationsOf(board, views);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    for (Observation& o : observations[v]) o.p_board = onBentBoard(board, shape, o.p_board);
+    judgement.views.push_back({.image = views[v].image});
+    const auto pose = poseOf(camera, board, views[v], observations[v], loss);
+    if (!pose) {
+      judgement.views.back().num_unseen = static_cast<int>(views[v].corners.size());
+      continue;
+    }
+    state.camera_from_board.push_back(*pose);
+    seen.push_back(std::move(observations[v]));
+    seen_views.push_back(v);
+  }
+  BundleOptions held{.loss = loss};
+  held.constraint.held.resize(given.size());
+  std::iota(held.constraint.held.begin(), held.constraint.held.end(), 0);
+  const auto held_out = heldOutErrors(model, board.square_m, seen, state, held);
+  expect(held_out.has_value(), "a camera that is held has held-out errors");
+
+  std::vector<std::vector<Eigen::Vector2d>> errors;
+  double fixed_sum = 0;
+  std::size_t fixed_count = 0;
+  double held_out_sum = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    errors.push_back(reprojectionErrors(model, state.params, state.camera_from_board[i], seen[i]));
+    for (const Eigen::Vector2d& error : errors.back()) fixed_sum += error.squaredNorm();
+    fixed_count += errors.back().size();
+    HeldOutView& view = judgement.views[seen_views[i]];
+    double sum = 0;
+    for (const Eigen::Vector2d& error : held_out->px[i]) {
+      if (error.allFinite()) {
+        sum += error.squaredNorm();
+        ++view.num_corners;
+      } else {
+        ++view.num_unseen;
+      }
+    }
+    if (view.num_corners > 0) view.rms_px = std::sqrt(sum / view.num_corners);
+    held_out_sum += sum;
+  }
+  for (const HeldOutView& view : judgement.views) {
+    judgement.num_corners += view.num_corners;
+    judgement.num_unseen += view.num_unseen;
+  }
+  if (judgement.num_corners > 0) judgement.held_out_rms_px = std::sqrt(held_out_sum / judgement.num_corners);
+  if (fixed_count == 0) return;
+  judgement.fixed_rms_px = std::sqrt(fixed_sum / static_cast<double>(fixed_count));
+  judgement.noise_rms_px = heldOutNoise(localSigma(board, seen, errors), seen);
+}
+
+// By how much the views' disagreement makes the variance of the parameters larger than the corners' noise
+// does, at least 1.
+double varianceRatio(const CalibrationResult& freed) {
+  if (freed.by_views) return std::max(1.0, freed.by_views->excess);
+  // With no more views than parameters there is no covariance by the views, but there still is how far the
+  // parameters go when one view after the other is left out: the jackknife's variance (Efron 1982, The
+  // jackknife, the bootstrap and other resampling plans, chapter 3) over that by noise, averaged over what is
+  // free. It errs on the large side.
+  const auto num_views = static_cast<double>(freed.views.size());
+  double sum = 0;
+  for (const ViewResult& view : freed.views) sum += view.influence.move_sigmas * view.influence.move_sigmas;
+  return std::max(1.0, sum * (num_views - 1) / num_views / static_cast<double>(freed.free_directions.cols()));
+}
+
+void compareWithFreed(const ComparedCamera& camera, const std::vector<View>& views,
+                      HeldOutJudgement& judgement) {
+  const CalibrationResult& freed = *judgement.freed;
+  judgement.freed_rms_px = freed.rms_px;
+  if (!freed.covariance) return;
+  const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
+  const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, views);
+  judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
+  if (covered.size() < kFewestPixels) return;
+  judgement.variance_ratio = varianceRatio(freed);
+  const ComparedCamera other{
+      &freed.camera, freed.image_size,
+      freed.isNoiseExceeded() ? freed.statedCovariance() : judgement.variance_ratio * *freed.covariance};
+  // A file that states its uncertainty mostly states that by noise, and was made from images like these.
+  ComparedCamera tested = camera;
+  if (tested.covariance) *tested.covariance *= judgement.variance_ratio;
+  const DifferenceOptions options{.pixels = covered};
+  judgement.difference = projectionDifference(tested, other, options);
+  judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
+}
+
+}  // namespace
+
+HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard& board,
+                               std::vector<View> views, const HeldOutOptions& options) {
+  if (views.empty()) {
+    throw inputError({.where = "held-out images",
+                      .found = "no view of the board",
+                      .expected = "images of the board that the camera was not calibrated from"});
+  }
+  for (const View& view : views) {
+    if (view.size == camera.size) continue;
+    throw inputError({.where = view.image,
+                      .found = "an image of " + sizeText(view.size) + " px",
+                      .expected = sizeText(camera.size) + " px, the camera's image size",
+                      .next_step = "images of this camera as it is, or alidade convert --resize or --crop to "
+                                   "theirs"});
+  }
+  std::sort(views.begin(), views.end(),
+            [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+  HeldOutJudgement judgement;
+  judgement.num_views_given = static_cast<int>(views.size());
+  judgement.freed = calibrated(camera, board, views, options, judgement.freed_complaint);
+  const std::vector<View> used = usedViews(views, judgement.freed);
+  predictCorners(camera, board, used, judgement);
+  if (judgement.freed) compareWithFreed(camera, used, judgement);
+  return judgement;
+}
+
+}  // namespace alidade

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "alidade/calibrate/calibration_result.h"
+#include "alidade/core/cancel.h"
+#include "alidade/target/checkerboard.h"
+#include "alidade/target/view.h"
+#include "alidade/validate/difference_significance.h"
+#include "alidade/validate/projection_difference.h"
+
+namespace alidade {
+
+struct HeldOutOptions {
+  int jobs = 1;  ///< threads, 0: one per processor; the answer is the same bit by bit
+  const CancelFlag* cancel = nullptr;
+};
+
+/// A view of the board, as the camera that is tested sees it.
+struct HeldOutView {
+  std::string image;
+  int num_corners = 0;  ///< with an error
+  int num_unseen = 0;   ///< that the camera cannot see from the pose of the others
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// What images that a camera was not made from say of it.
+struct HeldOutJudgement {
+  int num_views_given = 0;
+  std::vector<HeldOutView> views;  ///< those used, in order of image name
+  int num_corners = 0;             ///< with an error
+  int num_unseen = 0;
+  /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
+  double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// What it would be for the noise by which neighbouring corners differ alone; NaN without neighbours.
+  double noise_rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// The camera of the same model that these images give by themselves; nothing where they give none.
+  std::optional<CalibrationResult> freed;
+  std::string freed_complaint;  ///< why there is none
+  /// RMS of all corners with the poses fitted to all of them, px: of the camera as it is, and of that one.
+  double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
+  double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// From the camera to the freed one, the rotation taken out, where the boards were: nothing without a freed
+  /// one, or without a covariance of it.
+  std::optional<ProjectionDifference> difference;
+  std::optional<DifferenceSignificance> significance;
+  double covered_share = 0;  ///< of the image
+  /// Variance of the freed parameters by how the views disagree over that by the corners' noise, at least 1:
+  /// what the views have in common (blur, the shape of the board) makes them agree less than noise would.
+  double variance_ratio = 1;
+};
+
+/// Judges a camera by views that it was not made from. The camera is held as it is throughout; two questions
+/// are asked, of which the second is the one that refitted poses cannot hide a wrong camera from:
+///
+/// Does it predict corners? Each view's pose is found from one colour of the board's squares, and the error
+/// is that of the other (heldOutErrors()).
+///
+/// Is it the camera that the images show? They are calibrated from scratch with the same model, with
+/// everything that goes with it (robust loss, outliers, the board's bend, covariance by the views where they
+/// disagree by more than noise), and the projection difference between the two cameras is taken over the part
+/// of the image where boards were.
+///
+/// Corners that the freed calibration took for outliers count for neither, and its bend of the board holds
+/// for both: none of that depends on the camera that is tested.
+///
+/// @throws Error (kInput) for no views, or views of another image size than the camera's; Cancelled
+[[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard& board,
+                                             std::vector<View> views, const HeldOutOptions& options = {});
+
+}  // namespace alidade
