@@ -38,9 +38,9 @@ struct CameraFormat {
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
 
-/// The same lens as `camera` in a model that `format` holds.
-/// @throws Error (kInput) if there is none, naming the models that there are; `name` stands for the camera
-[[nodiscard]] AnyCamera heldCamera(const CameraFormat& format, const AnyCamera& camera,
-                                   const std::string& name);
+/// The file of these cameras, each in a model that `format` holds and that is the same lens. It is read back
+/// before it is handed out: every camera projects as it did.
+/// @throws Error (kInput) if a camera cannot be held exactly, with the reason
+[[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras);
 
 }  // namespace alidade
