@@ -10,10 +10,27 @@
 #include "alidade/io/formats/formats.h"
 
 namespace alidade {
+namespace {
+
+// "k3 = 0.01", the first parameter that `format` cannot say of the camera; empty if there is none.
+std::string absentPart(const CameraFormat& format, const AnyCamera& camera) {
+  for (const AbsentParameter& absent : format.absent) {
+    if (absent.model != camera.modelId()) continue;
+    const auto names = camera.parameterNames();
+    const auto index = std::find(names.begin(), names.end(), absent.parameter) - names.begin();
+    const double value = camera.parameters()[static_cast<std::size_t>(index)];
+    if (value != 0) return std::string(absent.parameter) + " = " + exactText(value);
+  }
+  return "";
+}
+
+}  // namespace
 
 std::span<const CameraFormat* const> cameraFormats() {
   using namespace formats;
-  static const std::array kFormats = {&alidade(), &ros(), &opencv()};
+  static const std::array kFormats = {&alidade(),   &opencv(),  &ros(),    &kalibr(),
+                                      &colmap(),    &mrcal(),   &basalt(), &nerfstudio(),
+                                      &camodocal(), &orbslam(), &matlab()};
   return kFormats;
 }
 
@@ -32,16 +49,23 @@ const CameraFormat& cameraFormat(std::string_view id) {
 
 AnyCamera heldCamera(const CameraFormat& format, const AnyCamera& camera, const std::string& name) {
   const auto& models = format.models;
-  if (std::find(models.begin(), models.end(), camera.modelId()) != models.end()) return camera;
+  const bool has_model = std::find(models.begin(), models.end(), camera.modelId()) != models.end();
+  if (has_model && absentPart(format, camera).empty()) return camera;
   for (const std::string_view model : models) {
-    if (const auto parameters = sameLensParameters(camera, model)) return AnyCamera::make(model, *parameters);
+    const auto parameters = sameLensParameters(camera, model);
+    if (!parameters) continue;
+    AnyCamera held = AnyCamera::make(model, *parameters);
+    if (absentPart(format, held).empty()) return held;
   }
   const std::vector<std::string> ids(models.begin(), models.end());
-  throw inputError(
-      {.where = name,
-       .found = "a " + std::string(camera.modelId()) + " camera",
-       .expected = "a lens that " + std::string(format.title) + " can hold exactly: " + join(ids, ", "),
-       .next_step = "add --model " + ids.back() + " to fit one of these, with its error"});
+  const std::string absent = has_model ? " with " + absentPart(format, camera) + ", which has no place" : "";
+  std::string expected = "a lens that " + std::string(format.title) + " can hold exactly: " + join(ids, ", ");
+  for (const AbsentParameter& part : format.absent)
+    expected += "; " + std::string(part.model) + " with " + std::string(part.parameter) + " = 0";
+  throw inputError({.where = name,
+                    .found = "a " + std::string(camera.modelId()) + " camera" + absent,
+                    .expected = expected,
+                    .next_step = "add --model " + ids.back() + " to fit one of these, with its error"});
 }
 
 }  // namespace alidade

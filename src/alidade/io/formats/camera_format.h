@@ -14,6 +14,13 @@ namespace detail {
 class CameraDocument;
 }
 
+/// A parameter of a model for which a format has no place, so that it must be zero: k3 of radtan in Kalibr's
+/// files.
+struct AbsentParameter {
+  std::string_view model;
+  std::string_view parameter;
+};
+
 /// A format of camera files: how to know it, to read it and to write it. Adding one is one file that defines
 /// such an object, and a line in camera_format.cc.
 struct CameraFormat {
@@ -22,6 +29,8 @@ struct CameraFormat {
   /// The models that it can hold exactly, in the order in which they are tried where a camera is of another
   /// model that is the same lens.
   std::vector<std::string_view> models;
+  /// What of these models it cannot say.
+  std::vector<AbsentParameter> absent = {};
   bool holds_several = false;  ///< several cameras in a file
 
   bool (*recognises)(const detail::CameraDocument&) = nullptr;
@@ -32,14 +41,15 @@ struct CameraFormat {
   std::string (*write)(std::span<const NamedCamera> cameras) = nullptr;
 };
 
-/// THE list of formats; the first one is this program's own. In the order in which they are asked.
+/// THE list of formats; the first one is this program's own. No file is recognised by two of them.
 [[nodiscard]] std::span<const CameraFormat* const> cameraFormats();
 
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
 
-/// The same lens as `camera` in a model that `format` holds.
-/// @throws Error (kInput) if there is none, naming the models that there are; `name` stands for the camera
+/// The same lens as `camera` in a model that `format` holds, with every parameter that is not zero.
+/// @throws Error (kInput) if there is none, naming the models that there are, or the parameter that has no
+/// place; `name` stands for the camera
 [[nodiscard]] AnyCamera heldCamera(const CameraFormat& format, const AnyCamera& camera,
                                    const std::string& name);
 
