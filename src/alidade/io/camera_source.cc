@@ -27,10 +27,9 @@ PathAndName splitPath(const std::string& text) {
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
-std::string namesOf(const std::vector<StatedCamera>& cameras) {
+std::string namesOf(const CameraSource& source) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < cameras.size(); ++i)
-    names.push_back(cameras[i].name.empty() ? std::to_string(i) : cameras[i].name);
+  for (std::size_t i = 0; i < source.cameras.size(); ++i) names.push_back(cameraLabel(source, i));
   return join(names, ", ");
 }
 
@@ -43,7 +42,7 @@ StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
     return source.cameras[static_cast<std::size_t>(*number)];
   throw inputError({.where = source.path,
                     .found = "no camera '" + name + "'",
-                    .expected = "one of " + namesOf(source.cameras),
+                    .expected = "one of " + namesOf(source),
                     .next_step = "write FILE#NAME, or FILE#0 for the first"});
 }
 
@@ -59,6 +58,13 @@ void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const 
   camera.image_size = size;
 }
 
+const CameraFormat* formatOf(const detail::CameraDocument& document) {
+  for (const CameraFormat* format : cameraFormats()) {
+    if (format->recognises(document)) return format;
+  }
+  return nullptr;
+}
+
 std::string titles() {
   std::vector<std::string> names;
   for (const CameraFormat* format : cameraFormats()) names.emplace_back(format->title);
@@ -69,8 +75,7 @@ std::string titles() {
 
 CameraSource parseCameras(const std::string& text, const std::string& name, const ReadOptions& options) {
   const detail::CameraDocument document(text, name);
-  for (const CameraFormat* format : cameraFormats()) {
-    if (!format->recognises(document)) continue;
+  if (const CameraFormat* format = formatOf(document)) {
     CameraSource source{.path = name,
                         .format = format->id,
                         .format_name = format->title,
@@ -88,8 +93,21 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
                    "a file of this program starts with: alidade_camera: 1");
 }
 
+std::string cameraLabel(const CameraSource& source, std::size_t index) {
+  const std::string& name = source.cameras[index].name;
+  return name.empty() ? std::to_string(index) : name;
+}
+
 std::string cameraFilePath(const std::string& path) {
   return splitPath(path).path;
+}
+
+bool isCameraFile(const std::string& path) {
+  try {
+    return formatOf(detail::CameraDocument(readTextFile(path, kMaxFileBytes), path)) != nullptr;
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 CameraSource readCameras(const std::string& path, const ReadOptions& options) {
@@ -122,10 +140,9 @@ CameraFile readCamera(const std::string& path, const ReadOptions& options) {
   const CameraSource source = readCameras(path, options);
   if (source.cameras.size() > 1) {
     throw inputError({.where = source.path,
-                      .found = std::to_string(source.cameras.size()) + " cameras: " + namesOf(source.cameras),
+                      .found = std::to_string(source.cameras.size()) + " cameras: " + namesOf(source),
                       .expected = "one camera",
-                      .next_step = "name one: " + source.path + "#" +
-                                   (source.cameras[0].name.empty() ? "0" : source.cameras[0].name)});
+                      .next_step = "name one: " + source.path + "#" + cameraLabel(source, 0)});
   }
   return cameraFileOf(source.cameras.front(), source.path);
 }

@@ -28,9 +28,16 @@ struct CameraSource {
 /// camera, or without the camera that is asked for, naming what there is
 [[nodiscard]] CameraSource readCameras(const std::string& path, const ReadOptions& options = {});
 
+/// Is the file's content of a known format? What cannot be read, or is no text, is of none; an error in the
+/// content of a known format is for readCameras to tell.
+[[nodiscard]] bool isCameraFile(const std::string& path);
+
 /// The same from text; `name` stands for the file in messages.
 [[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,
                                         const ReadOptions& options = {});
+
+/// How FILE#... calls a camera of a file: its name, or its number.
+[[nodiscard]] std::string cameraLabel(const CameraSource& source, std::size_t index);
 
 /// The one camera of a file, in this program's own terms. Errors of readCameras; Error (kInput) too if there
 /// are several, or if neither the file nor `options` says how large the image is.

@@ -36,7 +36,7 @@ struct CameraFormat {
   bool (*recognises)(const detail::CameraDocument&) = nullptr;
   /// All cameras of a document that it recognises. @throws Error (kInput) that names line and key
   std::vector<StatedCamera> (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
-  /// `cameras` are of models that the format holds (see heldCamera). @throws Error (kInput) for what it
+  /// `cameras` are of models that the format holds (see formatText). @throws Error (kInput) for what it
   /// cannot say of one all the same
   std::string (*write)(std::span<const NamedCamera> cameras) = nullptr;
 };
@@ -47,10 +47,10 @@ struct CameraFormat {
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
 
-/// The same lens as `camera` in a model that `format` holds, with every parameter that is not zero.
-/// @throws Error (kInput) if there is none, naming the models that there are, or the parameter that has no
-/// place; `name` stands for the camera
-[[nodiscard]] AnyCamera heldCamera(const CameraFormat& format, const AnyCamera& camera,
-                                   const std::string& name);
+/// The file of these cameras, each in a model that `format` holds, with every parameter that is not zero, and
+/// that is the same lens. It is read back
+/// before it is handed out: every camera projects as it did.
+/// @throws Error (kInput) if a camera cannot be held exactly, with the reason
+[[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras);
 
 }  // namespace alidade
