@@ -28,9 +28,9 @@ constexpr std::array<LensLayout, 7> kLenses = {
      {"eucm", "eucm", "fx fy cx cy alpha beta"},
      {"ds", "double_sphere", "fx fy cx cy xi alpha"}}};
 
-const std::vector<std::string> kNotCarried = {"T_imu_cam",       "vignette",           "calib_accel_bias",
-                                              "calib_gyro_bias", "cam_time_offset_ns", "T_mocap_world",
-                                              "T_imu_marker",    "view_offset"};
+const std::vector<std::string> kNotCarried = {"vignette",           "calib_accel_bias", "calib_gyro_bias",
+                                              "cam_time_offset_ns", "T_mocap_world",    "T_imu_marker",
+                                              "view_offset"};
 const std::vector<std::string> kOtherKeys = {
     "intrinsics",     "resolution",    "imu_update_rate",      "accel_noise_std",       "gyro_noise_std",
     "accel_bias_std", "gyro_bias_std", "mocap_time_offset_ns", "mocap_to_imu_offset_ns"};
@@ -60,6 +60,22 @@ void remarkLimit(const YamlNode& parameters, StatedCamera& camera) {
       {"not_carried", node->where() + ": the limit of " + node->text() +
                           " on the normalised plane is narrower than where the lens ends, "
                           "and is not carried along"});
+}
+
+// Files of cameras alone have unit poses.
+bool hasPoses(const YamlNode& value) {
+  const auto poses = value.find("T_imu_cam");
+  if (!poses || !poses->isSequence()) return false;
+  const auto is_zero = [](const YamlNode& pose, const char* key) {
+    const auto number = pose.find(key);
+    return number && detail::parseStated(number->text()).value_or(detail::StatedNumber{1, 0}).value == 0;
+  };
+  for (const YamlNode& pose : poses->items()) {
+    for (const char* key : {"px", "py", "pz", "qx", "qy", "qz"}) {
+      if (!is_zero(pose, key)) return true;
+    }
+  }
+  return false;
 }
 
 StatedCamera readOne(const YamlNode& node, const std::string& name, const YamlNode& resolution) {
@@ -92,9 +108,12 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
     cameras.push_back(readOne(intrinsics[i], "cam" + std::to_string(i), resolutions[i]));
   std::vector<std::string> known = kOtherKeys;
   known.insert(known.end(), kNotCarried.begin(), kNotCarried.end());
+  known.emplace_back("T_imu_cam");
+  std::vector<std::string> not_carried = kNotCarried;
+  if (hasPoses(value)) not_carried.emplace_back("T_imu_cam");
   for (StatedCamera& camera : cameras) {
     detail::remarkUnknownKeys(value, known, camera);
-    detail::remarkNotCarried(value, kNotCarried, camera);
+    detail::remarkNotCarried(value, not_carried, camera);
   }
   return cameras;
 }

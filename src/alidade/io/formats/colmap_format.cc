@@ -125,7 +125,7 @@ StatedCamera readLine(const Line& line) {
     listed.push_back(*number);
   }
   std::vector<StatedNumber> parameters = detail::storageOrder(lens, listed);
-  detail::shiftOrigin(parameters, -kOrigin);
+  detail::takeOrigin(parameters, kOrigin);
   const ImageSize size = {.width = sideOf(line, line.words[2]), .height = sideOf(line, line.words[3])};
   return detail::stateCamera(line.place, line.words[0], lens.model, parameters, size);
 }
@@ -147,10 +147,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   text += "# Number of cameras: " + std::to_string(cameras.size()) + "\n";
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const LensLayout& lens = detail::layoutOf(kLenses, cameras[i].camera.modelId());
-    const AnyCamera camera = detail::withShiftedOrigin(cameras[i].camera, kOrigin);
     text += std::to_string(i + 1) + " " + std::string(lens.name) + " " +
             std::to_string(cameras[i].image_size.width) + " " + std::to_string(cameras[i].image_size.height);
-    for (const double value : detail::listedOrder(lens, camera)) text += " " + exactText(value);
+    for (const double value : detail::listedOrder(lens, cameras[i].camera, kOrigin))
+      text += " " + exactText(value);
     text += "\n";
   }
   return text;

@@ -38,26 +38,20 @@ std::vector<StatedNumber> storageOrder(const LensLayout& layout, std::span<const
   return parameters;
 }
 
-std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera) {
+std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera, double origin) {
   const auto names = camera.parameterNames();
   std::vector<double> listed;
   for (const std::string_view name : split(layout.order, ' ')) {
     const auto index = std::find(names.begin(), names.end(), name) - names.begin();
     listed.push_back(camera.parameters()[static_cast<std::size_t>(index)]);
+    if (name == "cx" || name == "cy") listed.back() += origin;
   }
   return listed;
 }
 
-void shiftOrigin(std::span<StatedNumber> parameters, double shift) {
-  parameters[2].value += shift;
-  parameters[3].value += shift;
-}
-
-AnyCamera withShiftedOrigin(const AnyCamera& camera, double shift) {
-  std::vector<double> parameters(camera.parameters().begin(), camera.parameters().end());
-  parameters[2] += shift;
-  parameters[3] += shift;
-  return AnyCamera::make(camera.modelId(), parameters);
+void takeOrigin(std::span<StatedNumber> parameters, double origin) {
+  parameters[2].value -= origin;
+  parameters[3].value -= origin;
 }
 
 }  // namespace alidade::detail

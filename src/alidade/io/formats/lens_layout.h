@@ -31,14 +31,13 @@ struct LensLayout {
 [[nodiscard]] std::vector<StatedNumber> storageOrder(const LensLayout& layout,
                                                      std::span<const StatedNumber> listed);
 
-/// From ours to the program's. What the layout does not list is dropped, so it must be zero.
-[[nodiscard]] std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera);
+/// From ours to the program's, whose first pixel has its centre at (origin, origin). What the layout does not
+/// list is dropped, so it must be zero.
+[[nodiscard]] std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera,
+                                              double origin = 0);
 
-/// Adds `shift` to the principal point (the third and fourth parameter): to files whose pixel origin is
-/// elsewhere, and from them.
-void shiftOrigin(std::span<StatedNumber> parameters, double shift);
-
-/// The same camera with its principal point shifted by `shift`.
-[[nodiscard]] AnyCamera withShiftedOrigin(const AnyCamera& camera, double shift);
+/// From the origin of a program whose first pixel has its centre at (origin, origin) to ours: the principal
+/// point is the third and fourth parameter.
+void takeOrigin(std::span<StatedNumber> parameters, double origin);
 
 }  // namespace alidade::detail

@@ -23,6 +23,7 @@ using detail::StatedNumber;
 using detail::YamlNode;
 
 constexpr double kOrigin = 1;  // px, of the first pixel's centre
+constexpr detail::LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
 
 // Any of these tells a camera; the last is of a fisheye, which is refused with the reason.
 constexpr std::array kTelling = {"FocalLength", "IntrinsicMatrix", "RadialDistortion", "MappingCoefficients"};
@@ -138,11 +139,11 @@ StatedCamera readOne(const YamlNode& node, const std::string& name) {
                "calibrate the images with this program: alidade calibrate --model kannala_brandt");
   }
   std::vector<StatedNumber> parameters = readPinhole(node);
-  detail::shiftOrigin(parameters, -kOrigin);
-  const std::vector<StatedNumber> radial = readCoefficients(node, "RadialDistortion", 2, 3);
-  const std::vector<StatedNumber> tangential = readCoefficients(node, "TangentialDistortion", 2, 2);
-  detail::append(parameters, std::array{radial[0], radial[1], tangential[0], tangential[1], radial[2]});
-  StatedCamera camera = detail::stateCamera(node.where(), name, "radtan", parameters, readImageSize(node));
+  detail::append(parameters, readCoefficients(node, "RadialDistortion", 2, 3));
+  detail::append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
+  parameters = detail::storageOrder(kLens, parameters);
+  detail::takeOrigin(parameters, kOrigin);
+  StatedCamera camera = detail::stateCamera(node.where(), name, kLens.model, parameters, readImageSize(node));
   for (const char* key : {"RadialDistortion", "TangentialDistortion"}) {
     if (node.has(key)) continue;
     camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; taken as zero"});
@@ -168,13 +169,13 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
-  const AnyCamera shifted = detail::withShiftedOrigin(named.camera, kOrigin);
-  const std::span<const double> p = shifted.parameters();
-  return "{\n  \"FocalLength\": " + detail::listText(p.first(2)) +
-         ",\n  \"PrincipalPoint\": " + detail::listText(p.subspan(2, 2)) + ",\n  \"ImageSize\": [" +
+  const std::vector<double> listed = detail::listedOrder(kLens, named.camera, kOrigin);
+  const std::span<const double> all(listed);
+  return "{\n  \"FocalLength\": " + detail::listText(all.first(2)) +
+         ",\n  \"PrincipalPoint\": " + detail::listText(all.subspan(2, 2)) + ",\n  \"ImageSize\": [" +
          std::to_string(named.image_size.height) + ", " + std::to_string(named.image_size.width) +
-         "],\n  \"RadialDistortion\": " + detail::listText(std::array{p[4], p[5], p[8]}) +
-         ",\n  \"TangentialDistortion\": " + detail::listText(p.subspan(6, 2)) + ",\n  \"Skew\": 0.0\n}\n";
+         "],\n  \"RadialDistortion\": " + detail::listText(all.subspan(4, 3)) +
+         ",\n  \"TangentialDistortion\": " + detail::listText(all.subspan(7, 2)) + ",\n  \"Skew\": 0.0\n}\n";
 }
 
 }  // namespace

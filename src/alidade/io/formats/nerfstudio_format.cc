@@ -94,7 +94,7 @@ bool isFisheye(const Intrinsics& intrinsics) {
 std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fisheye) {
   std::vector<StatedNumber> parameters;
   for (const char* key : {"fl_x", "fl_y", "cx", "cy"}) parameters.push_back(intrinsics.number(key));
-  detail::shiftOrigin(parameters, -kOrigin);
+  detail::takeOrigin(parameters, kOrigin);
   const std::vector<std::string> keys = is_fisheye ? std::vector<std::string>{"k1", "k2", "k3", "k4"}
                                                    : std::vector<std::string>{"k1", "k2", "p1", "p2", "k3"};
   for (const std::string& key : keys) parameters.push_back(intrinsics.coefficient(key));
@@ -167,8 +167,7 @@ std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = detail::layoutOf(kWritten, named.camera.modelId());
   const std::vector<std::string> names = detail::listedNames(lens);
-  const std::vector<double> values =
-      detail::listedOrder(lens, detail::withShiftedOrigin(named.camera, kOrigin));
+  const std::vector<double> values = detail::listedOrder(lens, named.camera, kOrigin);
   std::string text = "{\n  \"camera_model\": \"" + std::string(lens.name) +
                      "\",\n  \"w\": " + std::to_string(named.image_size.width) +
                      ",\n  \"h\": " + std::to_string(named.image_size.height);
