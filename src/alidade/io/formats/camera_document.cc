@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/io/formats/key_check.h"
 #include "alidade/io/formats/xml_as_yaml.h"
 
 namespace alidade::detail {
@@ -34,23 +35,60 @@ void replaceTabs(std::string& text) {
   }
 }
 
-// Takes out what YAML cannot read of mrcal's files, the bytes b'...' of a whole calibration; quotes stay.
-void dropPythonBytes(std::string& text) {
-  for (std::size_t at = 0; (at = text.find(": b'", at)) != std::string::npos;) {
-    const std::size_t begin = at + 4;
-    const std::size_t end = text.find('\'', begin);
-    if (end == std::string::npos) return;
-    text.erase(begin, end - begin);
-    text[at + 2] = ' ';
-    at = begin;
+// Replaces the value behind each `key` that starts with `opening` by `instead`. `endOf` finds the end of a
+// value that begins at a place. Lines stay.
+template <class EndOf>
+void replaceValues(std::string& text, std::string_view key, char opening, std::string_view instead,
+                   const EndOf& endOf) {
+  std::string kept;
+  std::size_t from = 0;
+  for (std::size_t at = 0; (at = text.find(key, at)) != std::string::npos;) {
+    at += key.size();
+    const std::size_t begin = text.find_first_not_of(" \t\r\n:", at);
+    if (begin == std::string::npos || text[begin] != opening) continue;
+    const std::size_t end = std::min(text.size(), endOf(begin));
+    kept.append(text, from, begin - from);
+    kept += instead;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (text[i] == '\n') kept += '\n';
+    }
+    from = at = end;
   }
+  if (from == 0) return;
+  kept.append(text, from);
+  text = std::move(kept);
+}
+
+// Takes out what YAML cannot read of mrcal's files: the bytes b'...' of a whole calibration.
+void dropPythonBytes(std::string& text) {
+  replaceValues(text, "'optimization_inputs'", 'b', "'bytes'", [&text](std::size_t begin) {
+    const std::size_t opening = text.find('\'', begin);
+    const std::size_t closing = opening == std::string::npos ? opening : text.find('\'', opening + 1);
+    return closing == std::string::npos ? closing : closing + 1;
+  });
+}
+
+// nerfstudio's files have a pose for each of thousands of images.
+void dropTransformMatrices(std::string& text) {
+  replaceValues(text, "\"transform_matrix\"", '[', "[]", [&text](std::size_t begin) {
+    int depth = 0;
+    std::size_t end = begin;
+    do {
+      if (text[end] == '[') ++depth;
+      if (text[end] == ']') --depth;
+      ++end;
+    } while (depth > 0 && end < text.size());
+    return end;
+  });
 }
 
 YamlNode parseTree(std::string text, const std::string& file) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
-  if (first != std::string::npos && text[first] == '<') return YamlNode::parse(xmlAsYaml(text, file), file);
-  if (nlohmann::json::accept(text)) {
+  if (first != std::string::npos && text[first] == '<') {
+    text = xmlAsYaml(text, file);
+  } else if (nlohmann::json::accept(text)) {
     replaceTabs(text);
+    dropTransformMatrices(text);
   } else {
     commentOutDirective(text);
     dropPythonBytes(text);
@@ -62,7 +100,9 @@ YamlNode parseTree(std::string text, const std::string& file) {
                       .expected = "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
                       .next_step = "leave out what is not the camera, such as lists of images"});
   }
-  return YamlNode::parse(text, file);
+  YamlNode root = YamlNode::parse(text, file);
+  checkKeys(text, file);
+  return root;
 }
 
 }  // namespace

@@ -12,10 +12,27 @@
 #include "alidade/io/formats/formats.h"
 
 namespace alidade {
+namespace {
+
+// "k3 = 0.01", the first parameter that `format` cannot say of the camera; empty if there is none.
+std::string absentPart(const CameraFormat& format, const AnyCamera& camera) {
+  for (const AbsentParameter& absent : format.absent) {
+    if (absent.model != camera.modelId()) continue;
+    const auto names = camera.parameterNames();
+    const auto index = std::find(names.begin(), names.end(), absent.parameter) - names.begin();
+    const double value = camera.parameters()[static_cast<std::size_t>(index)];
+    if (value != 0) return std::string(absent.parameter) + " = " + exactText(value);
+  }
+  return "";
+}
+
+}  // namespace
 
 std::span<const CameraFormat* const> cameraFormats() {
   using namespace formats;
-  static const std::array kFormats = {&alidade(), &ros(), &opencv()};
+  static const std::array kFormats = {&alidade(),   &opencv(),  &ros(),    &kalibr(),
+                                      &colmap(),    &mrcal(),   &basalt(), &nerfstudio(),
+                                      &camodocal(), &orbslam(), &matlab()};
   return kFormats;
 }
 
@@ -48,19 +65,24 @@ bool projectsEqually(const AnyCamera& a, const AnyCamera& b, ImageSize size) {
 AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   const AnyCamera& camera = named.camera;
   const auto& models = format.models;
-  if (std::find(models.begin(), models.end(), camera.modelId()) != models.end()) return camera;
+  const bool has_model = std::find(models.begin(), models.end(), camera.modelId()) != models.end();
+  if (has_model && absentPart(format, camera).empty()) return camera;
   for (const std::string_view model : models) {
     const auto parameters = sameLensParameters(camera, model);
     if (!parameters) continue;
     AnyCamera held = AnyCamera::make(model, *parameters);
-    if (projectsEqually(camera, held, named.image_size)) return held;
+    if (absentPart(format, held).empty() && projectsEqually(camera, held, named.image_size)) return held;
   }
   const std::vector<std::string> ids(models.begin(), models.end());
-  throw inputError(
-      {.where = named.name.empty() ? "camera" : named.name,
-       .found = "found a " + std::string(camera.modelId()) + " camera",
-       .expected = "a lens that " + std::string(format.title) + " can hold exactly: " + join(ids, ", "),
-       .next_step = "add --model with one of these for the best fit, with its error"});
+  std::string found = "found a " + std::string(camera.modelId()) + " camera";
+  if (has_model) found += " with " + absentPart(format, camera) + ", which has no place there";
+  std::string expected = "a lens that " + std::string(format.title) + " can hold exactly: " + join(ids, ", ");
+  for (const AbsentParameter& absent : format.absent)
+    expected += "; " + std::string(absent.model) + " with " + std::string(absent.parameter) + " = 0";
+  throw inputError({.where = named.name.empty() ? "camera" : named.name,
+                    .found = found,
+                    .expected = expected,
+                    .next_step = "add --model with one of these for the best fit, with its error"});
 }
 
 }  // namespace

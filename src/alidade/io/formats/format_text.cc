@@ -9,13 +9,15 @@ namespace alidade::detail {
 
 std::string listText(std::span<const double> values) {
   std::string text = "[";
-  for (std::size_t i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + exactText(values[i]);
+  for (std::size_t i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + realText(values[i]);
   return text + "]";
 }
 
 std::string realText(double value) {
   std::string text = exactText(value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  const std::size_t exponent = text.find('e');
+  if (text.find('.') == std::string::npos)
+    text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
   return text;
 }
 

@@ -7,7 +7,15 @@
 namespace alidade::formats {
 
 [[nodiscard]] const CameraFormat& alidade();
+[[nodiscard]] const CameraFormat& basalt();
+[[nodiscard]] const CameraFormat& camodocal();
+[[nodiscard]] const CameraFormat& colmap();
+[[nodiscard]] const CameraFormat& kalibr();
+[[nodiscard]] const CameraFormat& matlab();
+[[nodiscard]] const CameraFormat& mrcal();
+[[nodiscard]] const CameraFormat& nerfstudio();
 [[nodiscard]] const CameraFormat& opencv();
+[[nodiscard]] const CameraFormat& orbslam();
 [[nodiscard]] const CameraFormat& ros();
 
 }  // namespace alidade::formats

@@ -22,8 +22,45 @@ double halfUnitOf(std::string_view text) {
   return 0.5 * std::pow(10.0, exponent - num_decimals);
 }
 
+// Aliases let a small text stand for a list of billions.
+constexpr std::size_t kMaxNumbers = 1000;
+
 void appendRow(const YamlNode& node, std::vector<StatedNumber>& numbers) {
-  for (const YamlNode& item : node.items()) numbers.push_back(statedNumber(item));
+  for (const YamlNode& item : node.items()) {
+    if (numbers.size() == kMaxNumbers)
+      throw node.error("more than " + std::to_string(kMaxNumbers) + " numbers", "the numbers of a lens");
+    numbers.push_back(statedNumber(item));
+  }
+}
+
+bool isZeroOrUnit(std::span<const StatedNumber> numbers) {
+  const bool is_zero = std::all_of(numbers.begin(), numbers.end(),
+                                   [](const StatedNumber& number) { return number.value == 0; });
+  if (is_zero) return true;
+  if (numbers.size() != 9 && numbers.size() != 16) return false;
+  const std::size_t stride = numbers.size() == 9 ? 4 : 5;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i].value != (i % stride == 0 ? 1.0 : 0.0)) return false;
+  }
+  return true;
+}
+
+// Does this say no more than that there is nothing?
+bool saysNothing(const YamlNode& node) {
+  if (node.isNull()) return true;
+  try {
+    if (node.isSequence() || node.isMap()) return isZeroOrUnit(statedNumbers(node));
+    return statedNumber(node).value == 0;
+  } catch (const Error&) {
+    return false;  // no numbers, so it is something else
+  }
+}
+
+std::string namesText(std::vector<std::string> names) {
+  constexpr std::size_t kMaxNamed = 8;
+  const std::size_t num_more = names.size() - std::min(names.size(), kMaxNamed);
+  names.resize(names.size() - num_more);
+  return join(names, ", ") + (num_more > 0 ? " and " + std::to_string(num_more) + " more" : "");
 }
 
 }  // namespace
@@ -52,12 +89,11 @@ std::vector<StatedNumber> statedNumbers(const YamlNode& node) {
     }
     return numbers;
   }
-  for (const YamlNode& item : node.items()) {
-    if (item.isSequence()) {
-      appendRow(item, numbers);
-    } else {
-      numbers.push_back(statedNumber(item));
-    }
+  const std::vector<YamlNode> items = node.items();
+  if (items.empty() || !items.front().isSequence()) {
+    appendRow(node, numbers);
+  } else {
+    for (const YamlNode& item : items) appendRow(item, numbers);
   }
   return numbers;
 }
@@ -85,6 +121,12 @@ std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
   return {K[0], K[4], K[2], K[5]};
 }
 
+std::vector<StatedNumber> numbersOf(const YamlNode& map, std::span<const std::string> keys) {
+  std::vector<StatedNumber> numbers;
+  for (const std::string& key : keys) numbers.push_back(statedNumber(map.at(key)));
+  return numbers;
+}
+
 ImageSize readSize(const YamlNode& width, const YamlNode& height) {
   const auto side = [](const YamlNode& node) {
     // Some tools write 640.
@@ -103,7 +145,7 @@ ImageSize readSize(const YamlNode& list) {
   return readSize(items[0], items[1]);
 }
 
-StatedCamera stateCamera(const YamlNode& place, std::string name, std::string_view model,
+StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
                          std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size) {
   std::vector<double> values;
   std::vector<double> half_units;
@@ -115,7 +157,7 @@ StatedCamera stateCamera(const YamlNode& place, std::string name, std::string_vi
     try {
       return AnyCamera::make(model, values);
     } catch (const Error& e) {
-      throw inputError({.where = place.where(), .found = e.what(), .expected = "", .next_step = ""});
+      throw inputError({.where = place, .found = e.what(), .expected = "", .next_step = ""});
     }
   };
   return {.name = std::move(name),
@@ -136,13 +178,20 @@ void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& know
     if (std::find(known.begin(), known.end(), key) == known.end()) unknown.push_back(key);
   }
   if (unknown.empty()) return;
-  constexpr std::size_t kMaxNamed = 8;
-  const std::size_t num_more = unknown.size() - std::min(unknown.size(), kMaxNamed);
-  unknown.resize(unknown.size() - num_more);
-  camera.remarks.push_back(
-      {"unknown_keys", map.where() + ": " + join(unknown, ", ") +
-                           (num_more > 0 ? " and " + std::to_string(num_more) + " more" : "") +
-                           " mean nothing to this program and were not used"});
+  camera.remarks.push_back({"unknown_keys", map.where() + ": " + namesText(std::move(unknown)) +
+                                                " mean nothing to this program and were not used"});
+}
+
+void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys, StatedCamera& camera) {
+  std::vector<std::string> dropped;
+  for (const std::string& key : keys) {
+    const auto node = map.find(key);
+    if (node && !saysNothing(*node)) dropped.push_back(key);
+  }
+  if (dropped.empty()) return;
+  camera.remarks.push_back({"not_carried", map.where() + ": " + namesText(std::move(dropped)) +
+                                               " are not carried along: a camera here is its lens and image "
+                                               "size alone"});
 }
 
 }  // namespace alidade::detail

@@ -82,6 +82,8 @@ const std::vector<std::string> kOtherKeys = {"image_width",
                                              "E",
                                              "F"};
 
+const std::vector<std::string> kStereo = {"R", "T", "R1", "R2", "P1", "P2", "extrinsic_parameters"};
+
 template <std::size_t N>
 std::optional<std::string> findKey(const YamlNode& root, const std::array<const char*, N>& keys,
                                    const std::string& suffix) {
@@ -95,7 +97,8 @@ std::optional<std::string> findKey(const YamlNode& root, const std::array<const 
 constexpr std::array kSuffixes = {"", "1", "2"};
 
 bool recognises(const CameraDocument& document) {
-  if (!document.isMap()) return false;
+  // ROS and MATLAB call matrices by the same names.
+  if (!document.isMap() || ros().recognises(document) || matlab().recognises(document)) return false;
   for (const char* suffix : kSuffixes) {
     if (findKey(document.root(), kMatrixKeys, suffix)) return true;
   }
@@ -181,7 +184,7 @@ StatedCamera readOmni(const YamlNode& node, const std::string& name, std::vector
     throw node.error(std::to_string(coefficients.size()) + " distortion coefficients", "4 beside xi");
   parameters.push_back(xi.isMap() ? detail::statedNumbers(xi, 1).front() : detail::statedNumber(xi));
   detail::append(parameters, coefficients);
-  return detail::stateCamera(node, name, "omni", parameters, size);
+  return detail::stateCamera(node.where(), name, "omni", parameters, size);
 }
 
 StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
@@ -205,7 +208,7 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   }
   if (model == "radtan") coefficients.resize(5);
   detail::append(parameters, coefficients);
-  StatedCamera camera = detail::stateCamera(place, suffix, model, parameters, size);
+  StatedCamera camera = detail::stateCamera(place.where(), suffix, model, parameters, size);
   if (!key)
     camera.remarks.push_back(
         {"assumed", matrix.where() + ": there are no distortion coefficients; taken as none"});
@@ -221,7 +224,10 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
     for (const char* key : kCoefficientKeys) known.push_back(std::string(key) + suffix);
     if (findKey(root, kMatrixKeys, suffix)) cameras.push_back(readOne(root, suffix, options));
   }
-  for (StatedCamera& camera : cameras) detail::remarkUnknownKeys(root, known, camera);
+  for (StatedCamera& camera : cameras) {
+    detail::remarkUnknownKeys(root, known, camera);
+    detail::remarkNotCarried(root, kStereo, camera);
+  }
   return cameras;
 }
 

@@ -107,9 +107,10 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
   detail::append(parameters, coefficients);
   const auto name = root.find("camera_name");
   StatedCamera camera =
-      detail::stateCamera(place, name && !name->isNull() ? name->text() : "", model, parameters,
+      detail::stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model, parameters,
                           detail::readSize(root.at(names.width), root.at(names.height)));
   detail::remarkUnknownKeys(root, kKnown, camera);
+  detail::remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
   return {camera};
 }
 
