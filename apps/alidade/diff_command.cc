@@ -12,10 +12,11 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/io/camera_source.h"
 #include "alidade/validate/agreement.h"
 #include "alidade/validate/difference_significance.h"
 #include "alidade/validate/projection_difference.h"
+#include "camera_options.h"
 #include "command.h"
 #include "difference_output.h"
 #include "uncertainty_record.h"
@@ -30,11 +31,13 @@ class DiffCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade diff camera.yaml camera.yaml --tolerance 0.5\n"
-        "A and B may be of different models and resolutions. Lengths are in pixels of the finer image; "
+        "A and B may be of different formats, models and resolutions. Lengths are in pixels of the finer "
+        "image; "
         "exchanging A and B\n"
         "gives the inverse rotation and the same lengths.\n"
         "Exit code 3: the cameras cannot be compared, or differ by more than the tolerance.");
-    app.add_option("files", files_, "Two camera files (YAML): A and B");
+    app.add_option("files", files_,
+                   "Two camera files of any format: A and B; FILE#NAME is one camera of several");
     app.add_option("--distance", distance_m_,
                    "Compare points this far away, metres, and take out the best pose instead of the best "
                    "rotation")
@@ -51,6 +54,7 @@ class DiffCommand final : public Command {
                    "Pixels by which 95 % of the image may differ: exit code 3 if it is more, unless two "
                    "estimates of one camera may well differ as much")
         ->check(CLI::NonNegativeNumber);
+    addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
 
@@ -67,8 +71,8 @@ class DiffCommand final : public Command {
                         .expected = "one of them",
                         .next_step = "leave --distance out: in one frame the distance makes no difference"});
     }
-    const CameraFile a = readCameraFile(files_[0]);
-    const CameraFile b = readCameraFile(files_[1]);
+    const CameraFile a = readCamera(files_[0], camera_.readOptions());
+    const CameraFile b = readCamera(files_[1], camera_.readOptions());
     const DifferenceOptions options = differenceOptions();
     const ComparedCamera in_a{&a.camera, a.image_size, statedCovariance(a)};
     const ComparedCamera in_b{&b.camera, b.image_size, statedCovariance(b)};
@@ -185,6 +189,7 @@ class DiffCommand final : public Command {
   }
 
   std::vector<std::string> files_;
+  CameraOptions camera_;
   std::optional<double> distance_m_;
   bool same_frame_ = false;
   std::optional<int> rotate_;

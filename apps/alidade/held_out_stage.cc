@@ -31,7 +31,7 @@ void HeldOutStage::addOptions(CLI::App& app) {
       "Images of a board that the camera was not calibrated from: folders, files or patterns, or one "
       "corners file (.csv)");
   addBoardOption(app, board_);
-  app.add_option("--against", against_, "Camera file to compare with");
+  app.add_option("--against", against_, "Camera file to compare with, of any format");
   app.add_option("--tolerance", tolerance_px_,
                  "Pixels by which 95 % of the image may be off, for --images and --against")
       ->check(CLI::PositiveNumber)
@@ -44,7 +44,7 @@ void HeldOutStage::prepare(const CommonOptions& options) {
                       .found = "--board without --images",
                       .expected = "--images FOLDER, whose images show the board"});
   }
-  if (!against_.empty()) other_ = readCameraFile(against_);
+  if (!against_.empty()) other_ = readCamera(against_);
   if (images_.empty()) return;
   jobs_ = options.jobs;
   cancel_ = catchInterrupts();
@@ -55,25 +55,28 @@ void HeldOutStage::prepare(const CommonOptions& options) {
   for (const std::string& note : given_->input.notes) printMessage("note: " + note);
 }
 
-std::vector<Check> HeldOutStage::checks(const CameraFile& file) const {
-  std::vector<Check> checks;
+void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgement) const {
+  std::vector<Check>& checks = judgement.checks;
   if (given_) {
     try {
-      checks = heldOutChecks(judgeOnImages(compared(file), given_->input.board, given_->views,
-                                           {.jobs = jobs_, .cancel = cancel_}),
-                             tolerance_px_);
+      const CameraFile file = cameraFileOf(camera, judgement.file);
+      const std::vector<Check> held_out =
+          heldOutChecks(judgeOnImages(compared(file), given_->input.board, given_->views,
+                                      {.jobs = jobs_, .cancel = cancel_}),
+                        tolerance_px_);
+      checks.insert(checks.end(), held_out.begin(), held_out.end());
     } catch (const Error& error) {
       checks.push_back(failedCheck("held_out_error", error));
     }
   }
   if (other_) {
     try {
+      const CameraFile file = cameraFileOf(camera, judgement.file);
       checks.push_back(againstCheck(compared(file), compared(*other_), tolerance_px_));
     } catch (const Error& error) {
       checks.push_back(failedCheck("against", error));
     }
   }
-  return checks;
 }
 
 }  // namespace alidade

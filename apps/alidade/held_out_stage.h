@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "alidade/io/camera_file.h"
-#include "alidade/validate/camera_checks.h"
+#include "alidade/io/camera_source.h"
 #include "alidade/validate/held_out_checks.h"
 #include "command.h"
+#include "file_judgement.h"
 #include "given_views.h"
 
 namespace CLI {
@@ -26,8 +26,8 @@ class HeldOutStage {
   /// @throws Error, see readViews(); (kUsage) for flags that need another
   void prepare(const CommonOptions& options);
 
-  /// The checks that were asked for; none if nothing was.
-  [[nodiscard]] std::vector<Check> checks(const CameraFile& file) const;
+  /// Adds the checks that were asked for; none if nothing was.
+  void addChecks(const StatedCamera& camera, FileJudgement& judgement) const;
 
  private:
   std::vector<std::string> images_;
