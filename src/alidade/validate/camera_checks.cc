@@ -143,7 +143,11 @@ Check checkSelfCheck(const CameraClaims& claims) {
     return check;
   }
   double worst = 0;
+  bool is_inside = true;
   for (const SelfCheckPoint& point : claims.self_check) {
+    const Eigen::Array2d side(claims.image_size.width, claims.image_size.height);
+    is_inside = is_inside && (point.pixel.array() > -0.5 - kSelfCheckPx).all() &&
+                (point.pixel.array() < side - 0.5 + kSelfCheckPx).all();
     const Projection projection = claims.camera->project(point.point);
     const double off =
         projection.ok() ? (projection.pixel - point.pixel).norm() : std::numeric_limits<double>::infinity();
@@ -152,6 +156,13 @@ Check checkSelfCheck(const CameraClaims& claims) {
   const bool is_same = worst <= kSelfCheckPx;
   check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
   check.value = fmt::format("{:.3g} px at worst of {} points", worst, claims.self_check.size());
+  if (!is_inside) {
+    check.status = CheckStatus::kFail;
+    check.value += ", some outside the image";
+    check.message =
+        "self-check points lie outside the image: its size was changed, or width and height swapped";
+    return check;
+  }
   check.message =
       is_same ? "the parameters project the self-check points to their pixels"
               : "the parameters do not project the self-check points to their pixels; a number was changed";
