@@ -33,7 +33,7 @@ std::string written(int format, const AnyCamera& camera, int fisheye) {
   if (fisheye >= 0) file << "fisheye_model" << fisheye;
   file << "camera_matrix" << matrixOf(p);
   if (camera.modelId() == "omni") {
-    file << "xi" << p[4] << "distortion_coefficients" << column(p.subspan(5));
+    file << "xi" << column(p.subspan(4, 1)) << "distortion_coefficients" << column(p.subspan(5));
   } else {
     file << "distortion_coefficients" << column(p.subspan(4));
   }
@@ -84,10 +84,10 @@ struct ReadByOpenCv {
   double xi = 0;
 };
 
-ReadByOpenCv readByOpenCv(const AnyCamera& camera) {
+ReadByOpenCv readByOpenCv(const AnyCamera& camera, const std::string& path) {
   const std::string text =
       formatText(cameraFormat("opencv"),
-                 std::vector<NamedCamera>{{.name = "", .camera = camera, .image_size = kTestImage}});
+                 std::vector<NamedCamera>{{.name = "", .camera = camera, .image_size = kTestImage}}, path);
   cv::FileStorage file(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
   ReadByOpenCv read;
   file["camera_matrix"] >> read.K;
@@ -104,8 +104,11 @@ ReadByOpenCv readByOpenCv(const AnyCamera& camera) {
 template <class M, class Project>
 int compare(const Project& project) {
   int num_points = 0;
+  int num_cameras = 0;
   for (const AnyCamera& camera : camerasOf<M>()) {
-    const ReadByOpenCv read = readByOpenCv(camera);
+    constexpr std::array kPaths = {"camera.yaml", "camera.xml", "camera.json"};
+    const ReadByOpenCv read =
+        readByOpenCv(camera, kPaths[static_cast<std::size_t>(num_cameras++) % kPaths.size()]);
     for (int row = 0; row < 30; ++row) {
       for (int col = 0; col < 40; ++col) {
         const auto ray =
