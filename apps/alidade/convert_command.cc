@@ -167,7 +167,7 @@ class ConvertCommand final : public Command {
       }
     }
     for (const Converted& c : cameras) {
-      if (format.id != kOwnFormat && c.file.calibration) {
+      if (format.id != kOwnFormat && c.source.calibration) {
         notes.push_back(c.where + ": uncertainty, verdict and poses of its calibration have no place in " +
                         std::string(format.title));
       }
