@@ -9,6 +9,7 @@
 #include "alidade/calibrate/data_findings.h"
 #include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/number_text.h"
+#include "alidade/init/lens_shapes.h"
 
 namespace alidade {
 namespace {
@@ -56,16 +57,18 @@ std::vector<double> tiltsDeg(const CalibrationResult& result) {
   return tilts;
 }
 
-// Relative one sigma of the focal lengths with corners no better than the noise floor.
+// Relative one sigma of the focal lengths on the axis, the stated one and that by noise with corners no
+// better than the noise floor, whichever is larger.
 double relativeFocalStd(const CalibrationResult& result) {
   if (!result.covariance) return std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd J = axisFocalJacobian(result.camera);
+  const Eigen::Vector2d focal = axisFocal(result.camera);
+  const auto largest = [&](const Eigen::MatrixXd& covariance) {
+    const Eigen::Vector2d std = (J * covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+    return std.cwiseQuotient(focal).maxCoeff();
+  };
   const double inflate = std::max(1.0, kNoiseFloorPx / result.coordinate_sigma_px);
-  double largest = 0;
-  for (int i = 0; i < 2; ++i) {
-    largest =
-        std::max(largest, result.parameterStd(i) / result.camera.parameters()[static_cast<std::size_t>(i)]);
-  }
-  return largest * inflate;
+  return std::max(inflate * largest(*result.covariance), largest(result.statedCovariance()));
 }
 
 void judgeObservability(const CalibrationResult& result, std::vector<Finding>& findings) {
