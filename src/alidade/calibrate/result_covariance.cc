@@ -44,16 +44,15 @@ struct Known {
 // The same under the prior.
 void hold(const Estimation& e, Known& known) {
   if (e.weak_prior.isNone()) return;
-  known.covariance = heldCovariance(known.information, e.weak_prior, known.variance, e.constraint);
-  if (!known.covariance) known.by_views.reset();
+  const auto held =
+      HeldCovariance::make(known.information, e.state.params, e.weak_prior, known.variance, e.constraint);
+  known.covariance.reset();
+  if (!held) known.by_views.reset();
+  if (!held) return;
+  known.covariance = held->byNoise();
   if (!known.by_views) return;
-  const auto under = [&](const Eigen::MatrixXd& free) {
-    return heldRobustCovariance(known.information, free, e.weak_prior, known.variance, e.constraint);
-  };
-  const auto covariance = under(known.by_views->covariance);
-  const auto larger = under(known.by_views->larger);
-  known.by_views->covariance = covariance.value();
-  known.by_views->larger = larger.value();
+  known.by_views->covariance = held->byViews(known.by_views->covariance);
+  known.by_views->larger = held->byViews(known.by_views->larger);
 }
 
 // With the board's shape as it is.
