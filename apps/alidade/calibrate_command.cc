@@ -13,6 +13,7 @@
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/board_file.h"
 #include "alidade/io/camera_file.h"
+#include "alidade/io/camera_source.h"
 #include "alidade/io/corners_file.h"
 #include "alidade/report/next_view_svg.h"
 #include "calibration_output.h"
@@ -80,7 +81,7 @@ class CalibrateCommand final : public Command {
                         .expected = "folders, images or a corners file",
                         .next_step = "alidade calibrate --help"});
     std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
-    sources.insert(sources.end(), {board_, init_, common_.config});
+    sources.insert(sources.end(), {board_, cameraFilePath(init_), common_.config});
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     checkDrawing(sources);
@@ -90,7 +91,7 @@ class CalibrateCommand final : public Command {
                           : board_shape_ == "warp" ? BoardShapeMode::kWarp
                                                    : BoardShapeMode::kAuto;
     if (!init_.empty()) {
-      const CameraFile file = readCameraFile(init_);
+      const CameraFile file = readCamera(init_);
       options.initial = {.camera = file.camera, .size = file.image_size};
     }
     static_cast<void>(constraintOf(options));  // wrong names are told before the images are read

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -10,62 +8,35 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "alidade/camera/camera_edit.h"
-#include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
-#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/io/atomic_file.h"
+#include "alidade/io/camera_source.h"
+#include "alidade/io/formats/camera_format.h"
+#include "camera_options.h"
 #include "command.h"
-#include "converted_record.h"
+#include "conversion.h"
+#include "conversion_output.h"
 
 namespace alidade {
 namespace {
 
 constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
-constexpr double kMaxUnreachedShare = 1e-3;
-// The largest error anywhere may be this many times the RMS that is accepted.
-constexpr double kMaxErrorFactor = 10;
+constexpr std::string_view kOwnFormat = "alidade";
 
-// What was asked for, in the order in which it is done.
-struct Step {
-  std::string name;   ///< "crop"
-  std::string value;  ///< "10,20,600,400"
-  ImageSize size;     ///< afterwards
+// One camera of the input and what became of it.
+struct Converted {
+  std::string where;  // "rig.yaml#cam1"
+  std::string name;
+  CameraFile source;
+  Conversion conversion;
+  CameraFile file;
 };
 
-struct Reason {
-  std::string id;  ///< stable, for scripts and the record in the file
-  std::string message;
-};
-
-struct Conversion {
-  EditedCamera edit;  ///< all edits in one
-  std::vector<Step> steps;
-  std::optional<ModelFit> fit;
-  std::vector<Reason> reasons;  ///< why the answer is no; empty = it is not
-
-  [[nodiscard]] const AnyCamera& camera() const { return fit ? fit->camera : edit.camera; }
-};
-
-// "600x400" or "10,20,600,400" as so many whole numbers.
-std::vector<int> wholeNumbers(const std::string& flag, const std::string& text, char separator,
-                              std::size_t count, const std::string& expected) {
-  std::vector<int> numbers;
-  for (const std::string_view part : split(text, separator)) {
-    if (const auto number = parseInt(trim(part))) numbers.push_back(*number);
-  }
-  if (numbers.size() != count || split(text, separator).size() != count) {
-    throw usageError({.where = flag,
-                      .found = "'" + text + "'",
-                      .expected = expected,
-                      .next_step = "alidade convert --help"});
-  }
-  return numbers;
-}
-
-std::string pixelText(const Eigen::Vector2d& pixel) {
-  return fmt::format("({:.1f}, {:.1f})", pixel.x(), pixel.y());
+std::vector<std::string> formatIds() {
+  std::vector<std::string> ids;
+  for (const CameraFormat* format : cameraFormats()) ids.emplace_back(format->id);
+  return ids;
 }
 
 class ConvertCommand final : public Command {
@@ -74,28 +45,35 @@ class ConvertCommand final : public Command {
     app.footer(
         "Example: alidade convert camera.yaml -o half.yaml --crop 0,60,640,360 --resize 320x180\n"
         "Example: alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\n"
-        "The image is cropped, binned, resized and rotated, in this order, and the model replaced last. "
-        "Pixel "
-        "(0, 0) is the\n"
-        "centre of the top-left pixel. --rotate turns the axes of the camera frame with the image.\n"
+        "Example: alidade convert camchain.yaml#cam0 -o camera_info.yaml --to ros\n"
+        "The format of FILE is told by its content; FILE#NAME is one camera of several. The image is "
+        "cropped, "
+        "binned, resized\n"
+        "and rotated, in this order, and the model replaced last. Pixel (0, 0) is the centre of the top-left "
+        "pixel. --rotate\n"
+        "turns the axes of the camera frame with the image.\n"
         "Exit code 3: done, but the result is not to be trusted; no camera file is written then.");
-    app.add_option("file", path_, "Camera file (YAML)");
+    app.add_option("file", path_, "Camera file of any format (docs/formats.md)");
     app.add_option("-o,--output", output_,
-                   "Camera file to write (YAML); - for standard output instead of the summary");
-    app.add_option("--crop", crop_, "Part of the image to keep: X,Y,WIDTH,HEIGHT, pixels");
-    app.add_option("--bin", bin_, "Take N x N pixels together; what does not fill one is cropped");
-    app.add_option("--resize", resize_, "New size of the image: WIDTHxHEIGHT, pixels");
-    app.add_option("--rotate", rotate_, "Degrees clockwise, as seen")
+                   "Camera file to write; - for standard output instead of the summary");
+    app.add_option("--to", format_, "Format to write: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
+        ->check(CLI::IsMember(formatIds()))
+        ->capture_default_str();
+    app.add_option("--crop", request_.crop, "Part of the image to keep: X,Y,WIDTH,HEIGHT, pixels");
+    app.add_option("--bin", request_.bin, "Take N x N pixels together; what does not fill one is cropped");
+    app.add_option("--resize", request_.resize, "New size of the image: WIDTHxHEIGHT, pixels");
+    app.add_option("--rotate", request_.rotate_deg, "Degrees clockwise, as seen")
         ->check(CLI::IsMember({0, 90, 180, 270}));
-    app.add_option("--model", model_,
+    app.add_option("--model", request_.model,
                    "Model to take instead: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
         ->check(CLI::IsMember(modelIds()));
-    app.add_option("--max-error", max_error_px_,
+    app.add_option("--max-error", request_.max_error_px,
                    "RMS error of the new model that is accepted, pixels; ten times as much at any one pixel")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
                  "Write the camera file even if the result is not to be trusted");
+    addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
 
@@ -103,28 +81,34 @@ class ConvertCommand final : public Command {
     if (path_.empty())
       throw usageError({.where = "convert",
                         .found = "no camera file",
-                        .expected = "a camera file (YAML)",
+                        .expected = "a camera file",
                         .next_step = "alidade convert --help"});
     if (output_.empty())
       throw usageError(
           {.where = "convert", .found = "no --output", .expected = "-o FILE, or -o - for standard output"});
-    checkOutput(output_, {path_, common_.config}, common_);
-    const CameraFile source = readCameraFile(path_);
-    const Conversion conversion = convert(source);
-
-    const bool is_good = conversion.reasons.empty();
+    checkOutput(output_, {cameraFilePath(path_), common_.config}, common_);
+    const CameraFormat& format = cameraFormat(format_);
+    const CameraSource source = readCameras(path_, camera_.readOptions());
+    const std::vector<Converted> cameras = convertAll(source, format);
+    const bool is_good = std::all_of(cameras.begin(), cameras.end(),
+                                     [](const Converted& c) { return c.conversion.reasons.empty(); });
     const bool is_kept = is_good || keep_untrustworthy_;
-    const CameraFile file = converted(source, conversion);
+    // What the format cannot hold is told before anything is printed or written.
+    const std::string content = is_kept ? contentOf(cameras, format) : "";
+    const std::vector<std::string> notes = notesOn(source, cameras, format);
     const bool to_stdout = output_ == "-";
-    if (!to_stdout && is_kept) writeCameraFile(output_, file);
+    if (!to_stdout && is_kept) writeFileAtomically(output_, content);
 
     if (common_.json) {
-      printResult(json(source, conversion, file, is_kept));
+      printResult(json(cameras, notes, is_kept));
     } else if (to_stdout) {
-      if (is_kept) printResult(cameraFileText(file));
-      if (!common_.quiet || !is_good) printMessage(summary(source, conversion, file));
+      if (is_kept) printResult(content);
+      if (!common_.quiet || !is_good) printMessage(summary(cameras));
     } else {
-      printResult(summary(source, conversion, file));
+      printResult(summary(cameras) + "\n");
+    }
+    if (!common_.json && !common_.quiet) {
+      for (const std::string& note : notes) printMessage("note: " + note);
     }
     if (!is_good) {
       printMessage(std::string("error: the converted camera is not to be trusted") +
@@ -136,218 +120,88 @@ class ConvertCommand final : public Command {
   }
 
  private:
-  [[nodiscard]] Conversion convert(const CameraFile& source) const {
-    Conversion conversion{
-        .edit = rotateCamera(source.camera, source.image_size, 0), .steps = {}, .fit = {}, .reasons = {}};
-    const auto take = [&conversion](const char* name, std::string value, const EditedCamera& next) {
-      EditedCamera& all = conversion.edit;
-      all = {.camera = next.camera,
-             .size = next.size,
-             .new_from_old = next.new_from_old * all.new_from_old,
-             .J_new_old = next.J_new_old * all.J_new_old};
-      conversion.steps.push_back({name, std::move(value), next.size});
-    };
-    const EditedCamera& now = conversion.edit;
-    if (!crop_.empty()) {
-      const auto n =
-          wholeNumbers("--crop", crop_, ',', 4, "X,Y,WIDTH,HEIGHT in pixels, such as 0,60,640,360");
-      take("crop", crop_,
-           cropCamera(now.camera, now.size, {.x = n[0], .y = n[1], .width = n[2], .height = n[3]}));
+  [[nodiscard]] std::vector<Converted> convertAll(const CameraSource& source,
+                                                  const CameraFormat& format) const {
+    if (source.cameras.size() > 1 && !format.holds_several) {
+      throw inputError({.where = source.path,
+                        .found = std::to_string(source.cameras.size()) + " cameras",
+                        .expected = "one, as " + std::string(format.title) + " holds no more",
+                        .next_step = "name one: " + source.path + "#" + cameraLabel(source, 0)});
     }
-    if (bin_) take("bin", std::to_string(*bin_), binCamera(now.camera, now.size, *bin_));
-    if (!resize_.empty()) {
-      const auto n = wholeNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
-      take("resize", resize_, resizeCamera(now.camera, now.size, {.width = n[0], .height = n[1]}));
+    std::vector<Converted> all;
+    for (std::size_t i = 0; i < source.cameras.size(); ++i) {
+      const StatedCamera& stated = source.cameras[i];
+      const std::string where =
+          source.cameras.size() > 1 ? source.path + "#" + cameraLabel(source, i) : path_;
+      CameraFile file = cameraFileOf(stated, where);
+      Conversion conversion = convertCamera(file, where, request_);
+      CameraFile converted = convertedFile(file, where, conversion);
+      all.push_back({.where = where,
+                     .name = stated.name,
+                     .source = std::move(file),
+                     .conversion = std::move(conversion),
+                     .file = std::move(converted)});
     }
-    if (rotate_) take("rotate", std::to_string(*rotate_), rotateCamera(now.camera, now.size, *rotate_ / 90));
-    if (!model_.empty()) {
-      conversion.fit = fitModel(now.camera, now.size, model_);
-      conversion.steps.push_back({"model", model_, now.size});
-    }
-    conversion.reasons = reasonsAgainst(source, conversion);
-    return conversion;
+    return all;
   }
 
-  [[nodiscard]] std::vector<Reason> reasonsAgainst(const CameraFile& source,
-                                                   const Conversion& conversion) const {
-    std::vector<Reason> reasons;
-    if (source.calibration && source.calibration->verdict == Verdict::kNo)
-      reasons.push_back({"source_untrustworthy", path_ + " says of itself that it is not to be trusted"});
-    if (!conversion.fit) return reasons;
-    const ModelFit& fit = *conversion.fit;
-    if (fit.unreachedShare() > kMaxUnreachedShare) {
-      reasons.push_back({"unreached_pixels",
-                         fmt::format("{} does not reach {:.3g} % of the pixels, such as {}; accepted {} %",
-                                     model_, 100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel),
-                                     100 * kMaxUnreachedShare)});
+  [[nodiscard]] static std::string contentOf(const std::vector<Converted>& cameras,
+                                             const CameraFormat& format) {
+    if (format.id == kOwnFormat) return cameraFileText(cameras.front().file);
+    std::vector<NamedCamera> named;
+    for (const Converted& c : cameras) {
+      named.push_back({.name = c.name, .camera = c.file.camera, .image_size = c.file.image_size});
     }
-    if (fit.is_exact) return reasons;
-    if (fit.rms_px > max_error_px_) {
-      reasons.push_back(
-          {"model_rms", fmt::format("{} misses the pixels by {:.3g} px (RMS); accepted {} px (--max-error)",
-                                    model_, fit.rms_px, max_error_px_)});
-    }
-    if (fit.max_error_px > kMaxErrorFactor * max_error_px_) {
-      reasons.push_back({"model_error",
-                         fmt::format("{} misses pixel {} by {:.3g} px; accepted {} px ({} times --max-error)",
-                                     model_, pixelText(fit.worst_pixel), fit.max_error_px,
-                                     kMaxErrorFactor * max_error_px_, kMaxErrorFactor)});
-    }
-    return reasons;
+    return formatText(format, named);
   }
 
-  [[nodiscard]] CameraFile converted(const CameraFile& source, const Conversion& conversion) const {
-    const AnyCamera& camera = conversion.camera();
-    const ImageSize size = conversion.edit.size;
-    const DomainCertificate domain = conversion.fit ? conversion.fit->domain : certifyDomain(camera, size);
-    CameraFile file{
-        .camera = camera,
-        .image_size = size,
-        .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
-        .self_check = makeSelfCheck(camera, size),
-        .calibration = {},
-        .created_by = provenance(source, conversion)};
-    // A model that reaches no pixel has no error. A file needs a number, and has the finding that says it.
-    const double fit_rms_px =
-        conversion.fit && std::isfinite(conversion.fit->rms_px) ? conversion.fit->rms_px : 0.0;
-    if (source.calibration) {
-      file.calibration = editedRecord(*source.calibration, source.camera, conversion.edit);
-      if (conversion.fit && camera.modelId() != source.camera.modelId())
-        file.calibration = refittedRecord(*std::move(file.calibration), fit_rms_px);
-    }
-    if (!conversion.reasons.empty()) {
-      // A file that was kept all the same says so, even one without a calibration of its own.
-      if (!file.calibration) {
-        file.calibration.emplace();
-        file.calibration->rms_px = fit_rms_px;
+  // What is worth knowing and is no reason to refuse.
+  [[nodiscard]] static std::vector<std::string> notesOn(const CameraSource& source,
+                                                        const std::vector<Converted>& cameras,
+                                                        const CameraFormat& format) {
+    std::vector<std::string> notes;
+    for (const StatedCamera& camera : source.cameras) {
+      for (const Remark& remark : camera.remarks) {
+        if (std::find(notes.begin(), notes.end(), remark.message) == notes.end())
+          notes.push_back(remark.message);
       }
-      file.calibration->verdict = Verdict::kNo;
-      for (const Reason& reason : conversion.reasons) file.calibration->findings.push_back(reason.id);
     }
-    return file;
+    for (const Converted& c : cameras) {
+      if (format.id != kOwnFormat && c.file.calibration) {
+        notes.push_back(c.where + ": uncertainty, verdict and poses of its calibration have no place in " +
+                        std::string(format.title));
+      }
+    }
+    return notes;
   }
 
-  // "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml (alidade 0.1.0)"
-  [[nodiscard]] std::string provenance(const CameraFile& source, const Conversion& conversion) const {
-    std::vector<std::string> steps;
-    for (const Step& step : conversion.steps) steps.push_back(step.name + " " + step.value);
-    return programName() + " convert" + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path_ +
-           (source.created_by.empty() ? "" : " (" + source.created_by + ")");
+  [[nodiscard]] static std::string summary(const std::vector<Converted>& cameras) {
+    std::vector<std::string> texts;
+    for (const Converted& c : cameras)
+      texts.push_back(conversionSummary(c.where, c.source, c.conversion, c.file));
+    return join(texts, "\n\n");
   }
 
-  [[nodiscard]] std::string summary(const CameraFile& source, const Conversion& conversion,
-                                    const CameraFile& file) const {
-    std::string text =
-        fmt::format("From     {}: {}, {} px\n", path_, source.camera.modelId(), sizeText(source.image_size));
-    for (const Step& step : conversion.steps) {
-      if (step.name != "model")
-        text += fmt::format("{:<8} {}: {} px\n", capitalised(step.name), step.value, sizeText(step.size));
+  [[nodiscard]] std::string json(const std::vector<Converted>& cameras, const std::vector<std::string>& notes,
+                                 bool is_kept) const {
+    nlohmann::json list = nlohmann::json::array();
+    for (const Converted& c : cameras)
+      list.push_back(conversionJson(c.where, c.source, c.conversion, c.file));
+    nlohmann::json document = {
+        {"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes}};
+    if (list.size() == 1) {
+      document.update(list.front());
+    } else {
+      document["cameras"] = std::move(list);
     }
-    if (!conversion.edit.new_from_old.isIdentity()) {
-      const Eigen::Matrix3d& R = conversion.edit.new_from_old;
-      text += fmt::format("         the camera frame turned: x_new = {}, y_new = {}, z_new = z\n",
-                          axisText(R, 0), axisText(R, 1));
-    }
-    if (conversion.fit) text += fitText(*conversion.fit);
-    text += fmt::format("Camera   {}, {} px\n", file.camera.modelId(), sizeText(file.image_size));
-    for (std::size_t i = 0; i < file.camera.parameters().size(); ++i) {
-      text += fmt::format("  {:<6} {}\n", file.camera.parameterNames()[i],
-                          exactText(file.camera.parameters()[i]));
-    }
-    text += fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis; {}",
-                        file.domain->max_angle_rad * 180 / std::numbers::pi,
-                        file.domain->full_image ? "every pixel of the image has a ray"
-                                                : "NOT every pixel of the image has a ray");
-    for (const Reason& reason : conversion.reasons)
-      text += fmt::format("\nFAILED   {} [{}]", reason.message, reason.id);
-    // Messages get their own end of line.
-    return output_ == "-" ? text : text + "\n";
-  }
-
-  static std::string capitalised(std::string word) {
-    word.front() = static_cast<char>(word.front() - 'a' + 'A');
-    return word;
-  }
-
-  // What a new axis is, as "-y".
-  static std::string axisText(const Eigen::Matrix3d& new_from_old, Eigen::Index row) {
-    const Eigen::Index column = new_from_old(row, 0) != 0 ? 0 : 1;
-    return std::string(new_from_old(row, column) < 0 ? "-" : "") + (column == 0 ? "x" : "y");
-  }
-
-  static std::string fitText(const ModelFit& fit) {
-    std::string text = fmt::format(
-        "Model    {}: {}\n", fit.camera.modelId(),
-        fit.is_exact ? "exactly the same lens" : "the best fit over the image, not the same lens");
-    if (fit.num_unreached < fit.num_pixels)
-      text +=
-          fmt::format("Error    RMS {:.3g} px, at most {:.3g} px at pixel {}; over {} pixels\n", fit.rms_px,
-                      fit.max_error_px, pixelText(fit.worst_pixel), fit.num_pixels - fit.num_unreached);
-    if (fit.num_unreached > 0) {
-      text += fmt::format("Reach    {:.3g} % of the pixels are not reached, such as {}\n",
-                          100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel));
-    }
-    if (fit.num_without_ray > 0) {
-      text += fmt::format("         {} of {} pixels have no ray in the old camera either and do not count\n",
-                          fit.num_without_ray, fit.num_without_ray + fit.num_pixels);
-    }
-    return text;
-  }
-
-  [[nodiscard]] std::string json(const CameraFile& source, const Conversion& conversion,
-                                 const CameraFile& file, bool is_kept) const {
-    using nlohmann::json;
-    const auto sizeJson = [](ImageSize size) { return json{{"width", size.width}, {"height", size.height}}; };
-    json parameters = json::object();
-    for (std::size_t i = 0; i < file.camera.parameters().size(); ++i)
-      parameters[std::string(file.camera.parameterNames()[i])] = file.camera.parameters()[i];
-    json steps = json::array();
-    for (const Step& step : conversion.steps)
-      steps.push_back({{"step", step.name}, {"value", step.value}, {"image_size", sizeJson(step.size)}});
-    json rotation = json::array();
-    for (const auto& row : conversion.edit.new_from_old.rowwise())
-      rotation.push_back({row(0), row(1), row(2)});
-    json reasons = json::array();
-    for (const Reason& reason : conversion.reasons)
-      reasons.push_back({{"id", reason.id}, {"message", reason.message}});
-    json fit = nullptr;
-    if (conversion.fit) {
-      const ModelFit& f = *conversion.fit;
-      fit = {{"exact", f.is_exact},
-             {"rms_px", f.rms_px},
-             {"max_error_px", f.max_error_px},
-             {"worst_pixel", {f.worst_pixel.x(), f.worst_pixel.y()}},
-             {"num_pixels", f.num_pixels},
-             {"num_without_ray", f.num_without_ray},
-             {"num_unreached", f.num_unreached},
-             {"unreached_share", f.unreachedShare()},
-             {"unreached_pixel",
-              f.unreached_pixel ? json({f.unreached_pixel->x(), f.unreached_pixel->y()}) : json(nullptr)}};
-    }
-    return jsonText(
-        {{"input", path_},
-         {"output", output_},
-         {"written", is_kept},
-         {"from", {{"model", source.camera.modelId()}, {"image_size", sizeJson(source.image_size)}}},
-         {"steps", steps},
-         {"new_from_old", rotation},
-         {"model", file.camera.modelId()},
-         {"image_size", sizeJson(file.image_size)},
-         {"parameters", parameters},
-         {"fit", fit},
-         {"domain", {{"max_angle_rad", file.domain->max_angle_rad}, {"full_image", file.domain->full_image}}},
-         {"trustworthy", conversion.reasons.empty()},
-         {"reasons", reasons}});
+    return jsonText(document);
   }
 
   std::string path_;
   std::string output_;
-  std::string crop_;
-  std::optional<int> bin_;
-  std::string resize_;
-  std::optional<int> rotate_;
-  std::string model_;
-  double max_error_px_ = 0.1;
+  std::string format_ = std::string(kOwnFormat);
+  CameraOptions camera_;
+  ConversionRequest request_;
   bool keep_untrustworthy_ = false;
 };
 

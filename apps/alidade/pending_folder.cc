@@ -2,9 +2,12 @@
 #include "pending_folder.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <system_error>
+#include <utility>
 #include <vector>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -50,6 +53,12 @@ fs::file_type typeOf(const fs::path& path, std::error_code& error) {
 bool contains(const fs::path& folder, const fs::path& inner) {
   const auto [end, ignored] = std::mismatch(folder.begin(), folder.end(), inner.begin(), inner.end());
   return end == folder.end();
+}
+
+// In one step, so that a process that is killed leaves one of the two in place. False where the file system
+// cannot.
+bool exchangeNames(const fs::path& a, const fs::path& b) {
+  return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
 }  // namespace
@@ -141,6 +150,10 @@ void PendingFolder::commit() {
   std::error_code error;
   if (replaces) {
     refuseForeignEntries(true);  // again: time has passed
+    if (exchangeNames(pending_, target_)) {
+      removeOurEntries(std::exchange(pending_, {}));
+      return;
+    }
     fs::rename(target_, old, error);
     if (error) {
       throw inputError({.where = target_.string(), .found = "cannot be replaced: " + error.message()});

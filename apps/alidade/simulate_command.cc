@@ -123,14 +123,7 @@ class SimulateCommand final : public Command {
   }
 
   static CameraFile trueCamera(const Scene& scene) {
-    const DomainCertificate domain = certifyDomain(scene.camera, scene.image_size);
-    return {
-        .camera = scene.camera,
-        .image_size = scene.image_size,
-        .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
-        .self_check = makeSelfCheck(scene.camera, scene.image_size),
-        .calibration = {},
-        .created_by = programName()};
+    return bareCameraFile(scene.camera, scene.image_size, programName());
   }
 
   void renderAll(const Scene& scene, const std::vector<SE3>& poses, const std::vector<std::string>& names,

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/io/camera_source.h"
 #include "point_stream.h"
 
 namespace alidade {
@@ -19,9 +20,9 @@ int StreamCommand::run(const CLI::App& app) {
   if (camera_path_.empty())
     throw usageError({.where = app.get_name(),
                       .found = "no camera file",
-                      .expected = "a camera file (YAML)",
+                      .expected = "a camera file",
                       .next_step = "alidade " + app.get_name() + " --help"});
-  const CameraFile file = readCameraFile(camera_path_);
+  const CameraFile file = readCamera(camera_path_, camera_.readOptions());
   prepare(file);
   AnswerWriter out(format(file));
   // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.
@@ -38,8 +39,9 @@ int StreamCommand::run(const CLI::App& app) {
 }
 
 void StreamCommand::setUpStream(CLI::App& app, const char* points) {
-  app.add_option("camera", camera_path_, "Camera file (YAML)");
+  app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
   app.add_option("points", points_path_, points);
+  addCameraOptions(app, camera_);
   addCommonOptions(app, common_, false);
 }
 

@@ -12,6 +12,7 @@
 #include "alidade/io/camera_file.h"
 #include "alidade/io/table_lines.h"
 #include "answer_writer.h"
+#include "camera_options.h"
 #include "command.h"
 
 namespace alidade {
@@ -50,6 +51,7 @@ class StreamCommand : public Command {
   [[nodiscard]] std::string countsText() const;
 
   std::string camera_path_;
+  CameraOptions camera_;
   std::string points_path_;
   std::array<std::size_t, kNumStatuses> counts_{};
 };

@@ -18,9 +18,11 @@
 #include "alidade/image/remap.h"
 #include "alidade/image/undistortion_view.h"
 #include "alidade/io/camera_file.h"
+#include "alidade/io/camera_source.h"
 #include "alidade/io/image_file.h"
 #include "alidade/io/image_list.h"
 #include "alidade/io/projection_file.h"
+#include "camera_options.h"
 #include "command.h"
 #include "image_names.h"
 #include "interrupt.h"
@@ -66,7 +68,7 @@ class UndistortCommand final : public Command {
         "Makes PNG files with the colours and bits of the inputs (JPEG files of JPEG files), and "
         "camera.yaml, the\n"
         "pinhole camera that they are of, or projection.yaml for the other projections.");
-    app.add_option("camera", camera_path_, "Camera file (YAML)");
+    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
     app.add_option("input", inputs_, "Folders, image files or patterns");
     app.add_option("-o,--output", output_, "Folder to make");
     app.add_option("--projection", projection_,
@@ -90,16 +92,17 @@ class UndistortCommand final : public Command {
     app.add_flag("--camera-only", camera_only_, "Only the camera or projection file; inputs are not read");
     app.add_flag("--overwrite", overwrite_,
                  "Replace an earlier result for these inputs; anything else in the folder is never touched");
+    addCameraOptions(app, camera_);
     addCommonOptions(app, common_, true);
   }
 
   int run(const CLI::App& app) override {
     checkUsage(app);
     const CancelFlag* cancel = catchInterrupts();
-    const CameraFile source = readCameraFile(camera_path_);
+    const CameraFile source = readCamera(camera_path_, camera_.readOptions());
     const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
     std::vector<std::string> sources = paths;
-    sources.insert(sources.end(), {camera_path_, common_.config});
+    sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
     std::vector<UndistortedImage> images = namesOf(paths);
 
@@ -238,16 +241,7 @@ class UndistortCommand final : public Command {
   static void writeView(const OutputView& view, const PendingFolder& folder) {
     if (view.projection != ViewProjection::kRectilinear)
       return writeProjectionFile(folder.path(kProjectionName), {.view = view, .created_by = programName()});
-    const AnyCamera camera = pinholeOf(view);
-    const DomainCertificate domain = certifyDomain(camera, view.size);
-    writeCameraFile(
-        folder.path(kCameraName),
-        {.camera = camera,
-         .image_size = view.size,
-         .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
-         .self_check = makeSelfCheck(camera, view.size),
-         .calibration = {},
-         .created_by = programName()});
+    writeCameraFile(folder.path(kCameraName), bareCameraFile(pinholeOf(view), view.size, programName()));
   }
 
   static std::vector<std::string> notesOn(const ViewChoice& choice,
@@ -316,6 +310,7 @@ class UndistortCommand final : public Command {
   }
 
   std::string camera_path_;
+  CameraOptions camera_;
   std::vector<std::string> inputs_;
   std::string output_;
   std::string projection_ = "rectilinear";

@@ -7,9 +7,12 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/io/camera_file.h"
-#include "alidade/validate/camera_checks.h"
+#include "alidade/io/camera_list.h"
+#include "alidade/io/camera_source.h"
+#include "camera_options.h"
 #include "command.h"
+#include "file_judgement.h"
+#include "judgement_output.h"
 
 namespace alidade {
 namespace {
@@ -19,8 +22,12 @@ class ValidateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade validate camera.yaml\n"
+        "Example: alidade validate calibrations/ --strict\n"
+        "Files may be of any format (docs/formats.md); FILE#NAME is one camera of several.\n"
         "Exit code 0: no check failed; 1: a file cannot be read as a camera file; 3: a check failed.");
-    app.add_option("file", files_, "Camera files (YAML)");
+    app.add_option("file", files_, "Camera files, or folders of them");
+    app.add_flag("--strict", is_strict_, "Fail what is otherwise a warning");
+    addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
 
@@ -28,91 +35,60 @@ class ValidateCommand final : public Command {
     if (files_.empty())
       throw usageError({.where = "validate",
                         .found = "no file",
-                        .expected = "camera files (YAML)",
+                        .expected = "camera files, or folders of them",
                         .next_step = "alidade validate --help"});
-    nlohmann::json documents = nlohmann::json::array();
-    std::string text;
-    std::size_t num_unreadable = 0;
-    bool has_failed = false;
-    for (const std::string& path : files_) {
-      std::vector<Check> checks;
-      try {
-        checks = checkFile(path);
-      } catch (const Error& e) {
-        if (files_.size() == 1) throw;
-        checks = {schemaCheck(CheckStatus::kFail, "cannot be read", e.what())};
-        ++num_unreadable;
-      }
-      const auto num_failed = std::count_if(checks.begin(), checks.end(),
-                                            [](const Check& c) { return c.status == CheckStatus::kFail; });
-      has_failed = has_failed || num_failed > 0;
-      text += table(path, checks, static_cast<int>(num_failed));
-      documents.push_back(json(path, checks));
+    const CameraList list = listCameraFiles(files_);
+    std::vector<FileJudgement> judgements;
+    for (const std::string& path : list.paths) judgeFile(path, list.paths.size() == 1, judgements);
+    const auto num_unreadable =
+        std::count_if(judgements.begin(), judgements.end(), [](const auto& j) { return !j.isReadable(); });
+    const bool is_valid =
+        std::all_of(judgements.begin(), judgements.end(), [](const auto& j) { return j.isValid(); });
+    print(judgements);
+    if (!list.skipped.empty() && !common_.quiet) {
+      printMessage(fmt::format("note: {} files of the folder are of no known format and were passed over: {}",
+                               list.skipped.size(), join(list.skipped, ", ")));
     }
-    printResult(common_.json ? jsonText({{"files", documents}}) : text);
     if (num_unreadable > 0) {
-      printMessage(fmt::format("error: {} of {} files cannot be read", num_unreadable, files_.size()));
+      printMessage(fmt::format("error: {} of {} files cannot be read", num_unreadable, list.paths.size()));
       return static_cast<int>(ErrorCode::kInput);
     }
-    return has_failed ? static_cast<int>(ErrorCode::kVerdict) : 0;
+    return is_valid ? 0 : static_cast<int>(ErrorCode::kVerdict);
   }
 
  private:
-  static Check schemaCheck(CheckStatus status, std::string value, std::string message) {
-    return {.id = "schema",
-            .status = status,
-            .value = std::move(value),
-            .limit = "camera file, format 1",
-            .message = std::move(message)};
+  void judgeFile(const std::string& path, bool is_only_file, std::vector<FileJudgement>& judgements) const {
+    try {
+      const CameraSource source = readCameras(path, camera_.readOptions());
+      for (std::size_t i = 0; i < source.cameras.size(); ++i) {
+        judgements.push_back(judgeCamera(source, i));
+        if (is_strict_) failWarnings(judgements.back());
+      }
+    } catch (const Error& e) {
+      if (is_only_file || e.code() != ErrorCode::kInput) throw;
+      judgements.push_back(judgeUnreadable(path, e.what()));
+    }
   }
 
-  static std::vector<Check> checkFile(const std::string& path) {
-    const CameraFile file = readCameraFile(path);
-    CameraClaims claims{.camera = &file.camera,
-                        .image_size = file.image_size,
-                        .domain = file.domain,
-                        .self_check = file.self_check,
-                        .parameter_std = {},
-                        .covariance = {}};
-    if (file.calibration) {
-      claims.verdict = file.calibration->verdict;
-      claims.parameter_std = file.calibration->parameter_std;
-      claims.covariance = file.calibration->covariance;
+  static void failWarnings(FileJudgement& judgement) {
+    for (Check& check : judgement.checks) {
+      if (check.status == CheckStatus::kWarn) check.status = CheckStatus::kFail;
     }
-    std::vector<Check> checks = checkCamera(claims);
-    checks.insert(checks.begin(), schemaCheck(CheckStatus::kPass, std::string(file.camera.modelId()),
-                                              "all keys are known, all numbers are finite"));
-    return checks;
   }
 
-  static std::string table(const std::string& path, const std::vector<Check>& checks, int num_failed) {
-    std::string text = path + "\n";
-    for (const Check& check : checks) {
-      // A message of several lines stays in its column.
-      text += fmt::format("  {}  {:<16} {}\n", checkStatusName(check.status), check.id,
-                          fmt::join(split(check.message, '\n'), fmt::format("\n{:25}", "")));
-      text += fmt::format("        {:<16} found {}; accepted {}\n", "", check.value, check.limit);
+  void print(const std::vector<FileJudgement>& judgements) const {
+    if (common_.json) {
+      nlohmann::json documents = nlohmann::json::array();
+      for (const FileJudgement& judgement : judgements) documents.push_back(judgementJson(judgement));
+      printResult(jsonText({{"files", std::move(documents)}}));
+      return;
     }
-    return text + (num_failed == 0
-                       ? "  valid\n"
-                       : fmt::format("  NOT valid: {} of {} checks failed\n", num_failed, checks.size()));
-  }
-
-  static nlohmann::json json(const std::string& path, const std::vector<Check>& checks) {
-    nlohmann::json list = nlohmann::json::array();
-    bool is_valid = true;
-    for (const Check& check : checks) {
-      is_valid = is_valid && check.status != CheckStatus::kFail;
-      list.push_back({{"id", check.id},
-                      {"status", checkStatusName(check.status)},
-                      {"value", check.value},
-                      {"limit", check.limit},
-                      {"message", check.message}});
-    }
-    return {{"file", path}, {"valid", is_valid}, {"checks", list}};
+    printResult(judgements.size() == 1 ? judgementText(judgements.front()) : judgementTable(judgements));
   }
 
   std::vector<std::string> files_;
+  bool is_strict_ = false;
+  CameraOptions camera_;
 };
 
 }  // namespace

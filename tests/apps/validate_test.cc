@@ -9,6 +9,7 @@ namespace alidade {
 namespace {
 
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 using testing::Not;
@@ -80,8 +81,9 @@ TEST(Validate, ChecksTheOtherFilesWhenOneCannotBeRead) {
 
   const RunResult table = runAlidade(args);
   EXPECT_THAT(table, EndsWith(1));  // worse than a check that failed
-  EXPECT_THAT(table.out, AllOf(HasSubstr("FAIL  schema"), HasSubstr("no such file"), HasSubstr("  valid\n"),
-                               HasSubstr("FAIL  self_check")));
+  EXPECT_THAT(table.out,
+              AllOf(HasSubstr("FAIL  schema"), HasSubstr("no such file"),
+                    HasSubstr("valid    " + dataPath("camera.yaml")), HasSubstr("FAIL  self_check")));
   EXPECT_EQ(table.err, "error: 2 of 4 files cannot be read\n");
 
   args.emplace_back("--json");
@@ -129,6 +131,85 @@ TEST(Validate, KeepsAbsurdNumbersShort) {
     start = end + 1;
   }
   EXPECT_LE(longest, kMaxLine) << result.out;
+}
+
+std::string opencvCamera(const std::string& coefficients) {
+  return "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+         "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+         "   data: [ 535.0123456789012, 0., 322.5, 0., 534., 238.1, 0., 0., 1. ]\n"
+         "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   data: [ " +
+         coefficients + " ]\n";
+}
+
+// "PASS" and so on of a check in the program's JSON.
+std::string statusOf(const nlohmann::json& file, const std::string& id) {
+  for (const auto& check : file.at("checks")) {
+    if (check.at("id") == id) return check.at("status");
+  }
+  return "";
+}
+
+TEST(Validate, ChecksAWholeFolderOfAnyFormat) {
+  const ScratchFolder scratch;
+  scratch.write("a.yml", opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01"));
+  scratch.write("b.yaml", smallCamera());
+  scratch.write("notes.txt", "nothing of a camera\n");
+  scratch.write("image.png", "not looked at");
+  const RunResult result = runAlidade({"validate", scratch.path(""), "--json"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("1 files of the folder"), HasSubstr("notes.txt")));
+  const auto files = nlohmann::json::parse(result.out).at("files");
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[0].at("format"), "opencv");
+  EXPECT_EQ(files[0].at("model"), "radtan");
+  EXPECT_EQ(files[0].at("image"), "640x480");
+  EXPECT_EQ(files[1].at("format"), "alidade");
+  // OpenCV's format has no room for points to check itself by, so they are not missed.
+  EXPECT_EQ(statusOf(files[0], "self_check"), "");
+  EXPECT_EQ(statusOf(files[1], "self_check"), "WARN");
+}
+
+TEST(Validate, StrictFailsWarnings) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("camera.yaml", smallCamera());
+  EXPECT_THAT(runAlidade({"validate", file}), EndsWith(0));
+  const RunResult strict = runAlidade({"validate", file, "--strict"});
+  EXPECT_THAT(strict, EndsWith(3));
+  EXPECT_THAT(strict.out, AllOf(HasSubstr("FAIL  self_check"), Not(HasSubstr("WARN"))));
+  const std::string clean = scratch.write("clean.yml", opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01"));
+  EXPECT_THAT(runAlidade({"validate", clean, "--strict"}), EndsWith(0));
+}
+
+TEST(Validate, SuspectsWhatAFileCannotShowByItself) {
+  const ScratchFolder scratch;
+  struct Case {
+    std::string text;
+    std::string check;
+    std::string hint;
+  };
+  const std::string good = opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01");
+  const std::vector<Case> cases = {
+      // k1 k2 k3 p1 p2
+      {opencvCamera("-0.28, 0.08, -0.05, 8e-4, -4e-4"), "coefficient_order", "k1 k2 k3 p1 p2"},
+      {opencvCamera("0.08, -0.28, -0.1, 0.2, -0.01"), "coefficient_order", "permuted"},
+      {replaced(replaced(good, "322.5", "238.1"), "534., 238.1", "534., 322.5"), "principal_point",
+       "swapped"},
+      {replaced(replaced(good, "width: 640", "width: 480"), "height: 480", "height: 640"), "principal_point",
+       "swapped"},
+      {replaced(good, "535.0123456789012", "535.01"), "digits", "digits were cut off"},
+      {replaced(good, "image_width: 640\n", ""), "image_size", "--image-size"},
+      {good + "lens: unknown\n", "unknown_keys", "lens"},
+      {replaced(good, "distortion_coefficients", "distortions"), "conventions", "no distortion coefficients"},
+  };
+  const std::string path = scratch.write("good.yml", good);
+  EXPECT_THAT(runAlidade({"validate", path}).out, Not(AnyOf(HasSubstr("WARN"), HasSubstr("FAIL"))));
+  int num_seen = 0;
+  for (const Case& c : cases) {
+    const RunResult result = runAlidade({"validate", scratch.write("odd.yml", c.text)});
+    EXPECT_THAT(result.out, AllOf(HasSubstr("WARN  " + c.check), HasSubstr(c.hint))) << c.text;
+    ++num_seen;
+  }
+  EXPECT_EQ(num_seen, 8);
 }
 
 }  // namespace

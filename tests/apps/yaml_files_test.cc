@@ -104,15 +104,11 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
       {"# nothing but a comment\n", "", "expected"},
       {good + "---\n" + good, "", "2 YAML documents"},
       {std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16), "", "a zero byte at offset 8"},
-      {"\x01\x02\x03\x04", ":1", "without the key 'alidade_camera'"},
-      {"just text\n", ":1", "without the key 'alidade_camera'"},
-      {"- 1\n- 2\n", ":1", "without the key 'alidade_camera'"},
+      {"\x01\x02\x03\x04", ":1", "nothing that tells the format"},
+      {"just text\n", ":1", "nothing that tells the format"},
+      {"- 1\n- 2\n", ":1", "nothing that tells the format"},
       {"alidade_camera: 1\nmodel: [\n", "", "not valid YAML"},
       {"alidade_camera: 1\n\tmodel: pinhole\n", ":2", "not valid YAML"},
-      {"%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix\n   rows: 3\n", ":1",
-       "other tools' formats are not read yet"},
-      {"image_width: 640\ncamera_matrix: {rows: 3}\n", ":1", "other tools' formats are not read yet"},
-      {"cam0:\n  camera_model: pinhole\n", ":1", "other tools' formats are not read yet"},
       {repeated("[", 100'000), ":1", "nested more than"},
       {repeated("{a: ", 100'000), ":1", "nested more than"},
       {repeated("- ", 100'000), ":1", "nested more than"},
@@ -128,7 +124,7 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
                        [](const std::string& path) {
                          return runAlidade({"validate", path});
                        }),
-            58u);
+            55u);
   int num_commands = 0;
   scratch.write("bad.yaml", bad_files.front().text);
   for (const char* command : {"project", "unproject"}) {

@@ -7,13 +7,9 @@
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
+namespace {
 
-Checkerboard readBoard(const std::string& source) {
-  std::error_code ignored;  // what cannot be looked at is no file
-  const bool is_file = source.ends_with(".yaml") || source.ends_with(".yml") ||
-                       (source.find(':') == std::string::npos && std::filesystem::exists(source, ignored));
-  if (!is_file) return parseBoardSpec(source);
-  const detail::YamlNode root = detail::YamlNode::readFile(source);
+Checkerboard readRoot(const detail::YamlNode& root) {
   root.allowKeys({"kind", "columns", "rows", "square"});
   const detail::YamlNode kind = root.at("kind");
   if (kind.text() != "checkerboard") throw kind.error("'" + kind.text() + "'", "checkerboard");
@@ -28,6 +24,20 @@ Checkerboard readBoard(const std::string& source) {
     throw inputError({.where = e.what()});  // what a flag would get wrong is here a file's fault
   }
   return board;
+}
+
+}  // namespace
+
+Checkerboard parseBoard(const std::string& text, const std::string& name) {
+  return readRoot(detail::YamlNode::parse(text, name));
+}
+
+Checkerboard readBoard(const std::string& source) {
+  std::error_code ignored;  // what cannot be looked at is no file
+  const bool is_file = source.ends_with(".yaml") || source.ends_with(".yml") ||
+                       (source.find(':') == std::string::npos && std::filesystem::exists(source, ignored));
+  if (!is_file) return parseBoardSpec(source);
+  return readRoot(detail::YamlNode::readFile(source));
 }
 
 }  // namespace alidade

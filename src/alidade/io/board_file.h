@@ -12,4 +12,7 @@ namespace alidade {
 /// @throws Error (kUsage for a SPEC, kInput for a file)
 [[nodiscard]] Checkerboard readBoard(const std::string& spec_or_path);
 
+/// A board file from text; `name` stands for the file in messages. @throws Error (kInput)
+[[nodiscard]] Checkerboard parseBoard(const std::string& text, const std::string& name);
+
 }  // namespace alidade

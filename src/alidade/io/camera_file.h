@@ -97,6 +97,9 @@ struct CameraFile {
 /// The same from text; `name` stands for the file in messages.
 [[nodiscard]] CameraFile parseCameraFile(const std::string& text, const std::string& name);
 
+/// The file of a camera of which nothing else is known: with its domain and points to check itself by.
+[[nodiscard]] CameraFile bareCameraFile(const AnyCamera& camera, ImageSize size, std::string created_by);
+
 /// The file as text, with every number in the fewest digits that read back as the same double.
 [[nodiscard]] std::string cameraFileText(const CameraFile& file);
 

@@ -2,7 +2,6 @@
 #include "alidade/io/camera_file.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "alidade/io/camera_node.h"
@@ -196,22 +195,12 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   return record;
 }
 
-// Keys at the root of camera files of OpenCV, ROS, Kalibr and camodocal.
-bool isForeign(const YamlNode& root) {
-  constexpr std::array kForeignKeys = {
-      "camera_matrix",    "Camera_Matrix", "cameraMatrix",          "distortion_coefficients",
-      "distortion_model", "distCoeffs",    "projection_parameters", "cam0",
-      "camera_model"};
-  return std::any_of(kForeignKeys.begin(), kForeignKeys.end(),
-                     [&root](const char* key) { return root.has(key); });
-}
+}  // namespace
 
-CameraFile readRoot(const YamlNode& root) {
+CameraFile detail::readCameraRoot(const YamlNode& root) {
   if (!root.isMap() || !root.has("alidade_camera")) {
     throw root.error("a file without the key 'alidade_camera'", "a camera file of this program",
-                     isForeign(root) ? "this looks like another tool's camera file; other tools' formats are "
-                                       "not read yet; carry the numbers over by hand"
-                                     : "start it with: alidade_camera: 1");
+                     "start it with: alidade_camera: 1");
   }
   const YamlNode version = root.at("alidade_camera");
   if (version.integer() != 1) {
@@ -234,14 +223,12 @@ CameraFile readRoot(const YamlNode& root) {
   return file;
 }
 
-}  // namespace
-
 CameraFile readCameraFile(const std::string& path) {
-  return readRoot(YamlNode::readFile(path));
+  return detail::readCameraRoot(YamlNode::readFile(path));
 }
 
 CameraFile parseCameraFile(const std::string& text, const std::string& name) {
-  return readRoot(YamlNode::parse(text, name));
+  return detail::readCameraRoot(YamlNode::parse(text, name));
 }
 
 }  // namespace alidade

@@ -155,6 +155,16 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
 
 }  // namespace
 
+CameraFile bareCameraFile(const AnyCamera& camera, ImageSize size, std::string created_by) {
+  const DomainCertificate domain = certifyDomain(camera, size);
+  return {.camera = camera,
+          .image_size = size,
+          .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
+          .self_check = makeSelfCheck(camera, size),
+          .calibration = {},
+          .created_by = std::move(created_by)};
+}
+
 std::string cameraFileText(const CameraFile& file) {
   YAML::Emitter out;
   out << YAML::BeginMap;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/io/camera_file.h"
 #include "alidade/io/yaml_node.h"
 
 namespace alidade::detail {
@@ -11,5 +12,8 @@ namespace alidade::detail {
 
 /// Reads the keys model and parameters of a map (other keys are the caller's to check).
 [[nodiscard]] AnyCamera readCamera(const YamlNode& node);
+
+/// Reads a whole camera file of this program's own format.
+[[nodiscard]] CameraFile readCameraRoot(const YamlNode& root);
 
 }  // namespace alidade::detail

@@ -8,6 +8,7 @@
 #include "alidade/io/board_file.h"
 #include "alidade/io/camera_file.h"
 #include "alidade/io/camera_node.h"
+#include "alidade/io/camera_source.h"
 #include "alidade/io/pose_node.h"
 
 namespace alidade {
@@ -105,7 +106,7 @@ Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
     return make(detail::readCamera(camera), size);
   }
   const std::string file = (folder / camera.text()).string();
-  const CameraFile read = readNamed(camera, [&] { return readCameraFile(file); });
+  const CameraFile read = readNamed(camera, [&] { return readCamera(file); });
   checkRenderSize(camera, read.image_size);
   return make(read.camera, read.image_size);
 }

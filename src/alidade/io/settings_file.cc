@@ -4,9 +4,9 @@
 #include "alidade/io/yaml_node.h"
 
 namespace alidade {
+namespace {
 
-std::vector<SettingEntry> readSettingsFile(const std::string& path) {
-  const detail::YamlNode root = detail::YamlNode::readFile(path);
+std::vector<SettingEntry> readRoot(const detail::YamlNode& root) {
   if (!root.isMap()) throw root.error("no map", "flags as keys, for example\n  board: checkerboard:9x6:25mm");
   root.allowKeys(root.keys());  // a doubled key
   std::vector<SettingEntry> entries;
@@ -22,6 +22,16 @@ std::vector<SettingEntry> readSettingsFile(const std::string& path) {
     entries.push_back(std::move(entry));
   }
   return entries;
+}
+
+}  // namespace
+
+std::vector<SettingEntry> readSettingsFile(const std::string& path) {
+  return readRoot(detail::YamlNode::readFile(path));
+}
+
+std::vector<SettingEntry> parseSettings(const std::string& text, const std::string& name) {
+  return readRoot(detail::YamlNode::parse(text, name));
 }
 
 }  // namespace alidade

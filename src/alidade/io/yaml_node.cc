@@ -56,7 +56,7 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
     throw inputError({.where = file + ":1",
                       .found = "found %YAML:1.0, which starts files of OpenCV's own format",
                       .expected = "YAML 1.2",
-                      .next_step = "other tools' formats are not read yet; carry the numbers over by hand"});
+                      .next_step = "OpenCV's files are read as camera files only"});
   }
   try {
     const int num_documents = countDocuments(text);

@@ -33,10 +33,14 @@ struct CameraClaims {
   ImageSize image_size;
   std::optional<DomainClaim> domain;
   std::span<const SelfCheckPoint> self_check;
-  std::span<const double> parameter_std;  ///< empty = not stated
-  std::span<const double> covariance;     ///< lower triangle row by row; empty = not stated
+  std::span<const double> parameter_std;           ///< empty = not stated
+  std::span<const double> covariance;              ///< lower triangle row by row; empty = not stated
+  std::span<const double> stated_covariance = {};  ///< the same
   /// What the calibration said of itself; nothing = the file does not come from a calibration.
   std::optional<Verdict> verdict = std::nullopt;
+  /// Does the file's format have room for a domain, self-check points, a covariance and a verdict? If not,
+  /// they are not missed.
+  bool can_say_more = true;
 };
 
 /// Focal lengths, aspect, principal point, one-to-one over the image, the stated domain, self-check points,

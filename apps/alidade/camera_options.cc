@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#include "camera_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+
+ReadOptions CameraOptions::readOptions() const {
+  ReadOptions options{.image_size = {}, .model = read_as};
+  if (size.empty()) return options;
+  const auto parts = split(size, 'x');
+  const auto width = parseInt(parts.front());
+  const auto height = parts.size() == 2 ? parseInt(parts.back()) : std::nullopt;
+  constexpr int kMaxSide = 1'000'000;
+  if (!width || !height || *width < 1 || *height < 1 || *width > kMaxSide || *height > kMaxSide) {
+    throw usageError({.where = "--image-size",
+                      .found = "'" + size + "'",
+                      .expected = "WIDTHxHEIGHT in pixels, such as 640x480"});
+  }
+  options.image_size = {.width = *width, .height = *height};
+  return options;
+}
+
+void addCameraOptions(CLI::App& app, CameraOptions& options) {
+  app.add_option("--image-size", options.size,
+                 "Size of the image, WIDTHxHEIGHT in pixels, for a camera file that does not state it");
+  app.add_option(
+         "--read-as", options.read_as,
+         "Model of four distortion coefficients in a file that does not say whether they are radtan's or "
+         "kannala_brandt's")
+      ->check(CLI::IsMember({"radtan", "kannala_brandt"}));
+}
+
+}  // namespace alidade

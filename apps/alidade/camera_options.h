@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+#include "alidade/io/formats/stated_camera.h"
+
+namespace CLI {
+class App;
+}
+
+namespace alidade {
+
+/// What a user can add to a camera file of another tool that leaves things open.
+struct CameraOptions {
+  std::string size;     ///< "640x480"; empty = the file says
+  std::string read_as;  ///< model; empty = the file says
+
+  /// @throws Error (kUsage) for a size that is none
+  [[nodiscard]] ReadOptions readOptions() const;
+};
+
+/// The flags --image-size and --read-as.
+void addCameraOptions(CLI::App& app, CameraOptions& options);
+
+}  // namespace alidade

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "conversion_output.h"
+
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+
+std::string pixelText(const Eigen::Vector2d& pixel) {
+  return fmt::format("({:.1f}, {:.1f})", pixel.x(), pixel.y());
+}
+
+namespace {
+
+std::string capitalised(std::string word) {
+  word.front() = static_cast<char>(word.front() - 'a' + 'A');
+  return word;
+}
+
+// What a new axis is, as "-y".
+std::string axisText(const Eigen::Matrix3d& new_from_old, Eigen::Index row) {
+  const Eigen::Index column = new_from_old(row, 0) != 0 ? 0 : 1;
+  return std::string(new_from_old(row, column) < 0 ? "-" : "") + (column == 0 ? "x" : "y");
+}
+
+std::string fitText(const ModelFit& fit) {
+  std::string text =
+      fmt::format("Model    {}: {}\n", fit.camera.modelId(),
+                  fit.is_exact ? "exactly the same lens" : "the best fit over the image, not the same lens");
+  if (fit.num_unreached < fit.num_pixels)
+    text += fmt::format("Error    RMS {:.3g} px, at most {:.3g} px at pixel {}; over {} pixels\n", fit.rms_px,
+                        fit.max_error_px, pixelText(fit.worst_pixel), fit.num_pixels - fit.num_unreached);
+  if (fit.num_unreached > 0) {
+    text += fmt::format("Reach    {:.3g} % of the pixels are not reached, such as {}\n",
+                        100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel));
+  }
+  if (fit.num_without_ray > 0) {
+    text += fmt::format("         {} of {} pixels have no ray in the old camera either and do not count\n",
+                        fit.num_without_ray, fit.num_without_ray + fit.num_pixels);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string conversionSummary(const std::string& path, const CameraFile& source, const Conversion& conversion,
+                              const CameraFile& file) {
+  std::string text =
+      fmt::format("From     {}: {}, {} px\n", path, source.camera.modelId(), sizeText(source.image_size));
+  for (const Conversion::Step& step : conversion.steps) {
+    if (step.name != "model")
+      text += fmt::format("{:<8} {}: {} px\n", capitalised(step.name), step.value, sizeText(step.size));
+  }
+  if (!conversion.edit.new_from_old.isIdentity()) {
+    const Eigen::Matrix3d& R = conversion.edit.new_from_old;
+    text += fmt::format("         the camera frame turned: x_new = {}, y_new = {}, z_new = z\n",
+                        axisText(R, 0), axisText(R, 1));
+  }
+  if (conversion.fit) text += fitText(*conversion.fit);
+  text += fmt::format("Camera   {}, {} px\n", file.camera.modelId(), sizeText(file.image_size));
+  for (std::size_t i = 0; i < file.camera.parameters().size(); ++i) {
+    text +=
+        fmt::format("  {:<6} {}\n", file.camera.parameterNames()[i], exactText(file.camera.parameters()[i]));
+  }
+  text += fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis; {}",
+                      file.domain->max_angle_rad * 180 / std::numbers::pi,
+                      file.domain->full_image ? "every pixel of the image has a ray"
+                                              : "NOT every pixel of the image has a ray");
+  for (const Conversion::Reason& reason : conversion.reasons)
+    text += fmt::format("\nFAILED   {} [{}]", reason.message, reason.id);
+  return text;
+}
+
+nlohmann::json conversionJson(const std::string& path, const CameraFile& source, const Conversion& conversion,
+                              const CameraFile& file) {
+  using nlohmann::json;
+  const auto sizeJson = [](ImageSize size) { return json{{"width", size.width}, {"height", size.height}}; };
+  json parameters = json::object();
+  for (std::size_t i = 0; i < file.camera.parameters().size(); ++i)
+    parameters[std::string(file.camera.parameterNames()[i])] = file.camera.parameters()[i];
+  json steps = json::array();
+  for (const Conversion::Step& step : conversion.steps)
+    steps.push_back({{"step", step.name}, {"value", step.value}, {"image_size", sizeJson(step.size)}});
+  json rotation = json::array();
+  for (const auto& row : conversion.edit.new_from_old.rowwise()) rotation.push_back({row(0), row(1), row(2)});
+  json reasons = json::array();
+  for (const Conversion::Reason& reason : conversion.reasons)
+    reasons.push_back({{"id", reason.id}, {"message", reason.message}});
+  json fit = nullptr;
+  if (conversion.fit) {
+    const ModelFit& f = *conversion.fit;
+    fit = {{"exact", f.is_exact},
+           {"rms_px", f.rms_px},
+           {"max_error_px", f.max_error_px},
+           {"worst_pixel", {f.worst_pixel.x(), f.worst_pixel.y()}},
+           {"num_pixels", f.num_pixels},
+           {"num_without_ray", f.num_without_ray},
+           {"num_unreached", f.num_unreached},
+           {"unreached_share", f.unreachedShare()},
+           {"unreached_pixel",
+            f.unreached_pixel ? json({f.unreached_pixel->x(), f.unreached_pixel->y()}) : json(nullptr)}};
+  }
+  return {
+      {"input", path},
+      {"from", {{"model", source.camera.modelId()}, {"image_size", sizeJson(source.image_size)}}},
+      {"steps", steps},
+      {"new_from_old", rotation},
+      {"model", file.camera.modelId()},
+      {"image_size", sizeJson(file.image_size)},
+      {"parameters", parameters},
+      {"fit", fit},
+      {"domain", {{"max_angle_rad", file.domain->max_angle_rad}, {"full_image", file.domain->full_image}}},
+      {"trustworthy", conversion.reasons.empty()},
+      {"reasons", reasons}};
+}
+
+}  // namespace alidade

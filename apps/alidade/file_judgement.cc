@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "file_judgement.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/validate/file_checks.h"
+
+namespace alidade {
+namespace {
+
+CameraClaims claimsOf(const StatedCamera& stated) {
+  CameraClaims claims;
+  claims.camera = &stated.camera;
+  claims.image_size = stated.image_size.value_or(sizeAround(stated.camera));
+  claims.can_say_more = stated.own.has_value();
+  if (!stated.own) return claims;
+  claims.domain = stated.own->domain;
+  claims.self_check = stated.own->self_check;
+  if (const auto& record = stated.own->calibration) {
+    claims.verdict = record->verdict;
+    claims.parameter_std = record->parameter_std;
+    claims.covariance = record->covariance;
+    claims.stated_covariance = record->stated_covariance;
+  }
+  return claims;
+}
+
+}  // namespace
+
+std::size_t FileJudgement::count(CheckStatus status) const {
+  return static_cast<std::size_t>(
+      std::count_if(checks.begin(), checks.end(), [status](const Check& c) { return c.status == status; }));
+}
+
+FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
+  const StatedCamera& stated = source.cameras[index];
+  FileClaims file{.camera = &stated.camera,
+                  .image_size = stated.image_size,
+                  .half_units = stated.half_units,
+                  .unknown_keys = {},
+                  .assumed = {}};
+  const bool can_show_slips = stated.own && !stated.own->self_check.empty();
+  // Points to check by show better than the look of numbers whether digits are missing.
+  if (can_show_slips) file.half_units = {};
+  for (const Remark& remark : stated.remarks) {
+    if (remark.id == "unknown_keys") file.unknown_keys.push_back(remark.message);
+    if (remark.id == "assumed") file.assumed.push_back(remark.message);
+  }
+  FileJudgement judgement{
+      .file = source.cameras.size() > 1 ? source.path + "#" + cameraLabel(source, index) : source.path,
+      .format = std::string(source.format),
+      .model = std::string(stated.camera.modelId()),
+      .size =
+          stated.image_size ? fmt::format("{}x{}", stated.image_size->width, stated.image_size->height) : "",
+      .checks = {},
+      .can_show_slips = can_show_slips};
+  judgement.checks.push_back({.id = "schema",
+                              .status = CheckStatus::kPass,
+                              .value = fmt::format("{}, {}", source.format_name, stated.camera.modelId()),
+                              .limit = "a known format",
+                              .message = "what has to be there is there, and all numbers are finite"});
+  for (auto& checks : {checkStatement(file), checkCamera(claimsOf(stated))})
+    judgement.checks.insert(judgement.checks.end(), checks.begin(), checks.end());
+  return judgement;
+}
+
+FileJudgement judgeUnreadable(const std::string& path, const std::string& reason) {
+  return {.file = path,
+          .format = {},
+          .model = {},
+          .size = {},
+          .checks = {{.id = "schema",
+                      .status = CheckStatus::kFail,
+                      .value = "cannot be read",
+                      .limit = "a known format",
+                      .message = reason}},
+          .can_show_slips = false};
+}
+
+}  // namespace alidade

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace alidade {
+
+/// The camera files that inputs stand for.
+struct CameraList {
+  std::vector<std::string> paths;    ///< in natural order (cam2 before cam10) within each folder
+  std::vector<std::string> skipped;  ///< files in folders that are text, but of no known format
+};
+
+/// An input is a camera file ("FILE#NAME" too), or a folder: of its files with an extension that camera files
+/// have (yaml, yml, json, xml, txt, cameramodel, cam), those whose content is of a known format. Hidden files
+/// and sub-folders are passed over. A file is not opened here, a folder's files are.
+/// @throws Error (kInput) for a folder without a camera file, or one that cannot be read
+[[nodiscard]] CameraList listCameraFiles(std::span<const std::string> inputs);
+
+}  // namespace alidade

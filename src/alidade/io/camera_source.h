@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/io/camera_file.h"
+#include "alidade/io/formats/stated_camera.h"
+
+namespace alidade {
+
+/// All cameras that a file of some format states.
+struct CameraSource {
+  std::string path;                   ///< without "#NAME"
+  std::string_view format;            ///< id: "ros"
+  std::string_view format_name;       ///< for people: "ROS camera_info (YAML)"
+  std::vector<StatedCamera> cameras;  ///< at least one
+};
+
+/// `path` without "#NAME".
+[[nodiscard]] std::string cameraFilePath(const std::string& path);
+
+/// Reads a camera file of any format (cameraFormats), which its content tells. `path` may end in "#NAME" to
+/// mean one camera of several, by its name or its number from 0.
+/// @throws Error (kInput) for a file that cannot be read, of no known format, with contents that are no
+/// camera, or without the camera that is asked for, naming what there is
+[[nodiscard]] CameraSource readCameras(const std::string& path, const ReadOptions& options = {});
+
+/// Is the file's content of a known format? What cannot be read, or is no text, is of none; an error in the
+/// content of a known format is for readCameras to tell.
+[[nodiscard]] bool isCameraFile(const std::string& path);
+
+/// The same from text; `name` stands for the file in messages.
+[[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,
+                                        const ReadOptions& options = {});
+
+/// How FILE#... calls a camera of a file: its name, or its number.
+[[nodiscard]] std::string cameraLabel(const CameraSource& source, std::size_t index);
+
+/// The one camera of a file, in this program's own terms. Errors of readCameras; Error (kInput) too if there
+/// are several, or if neither the file nor `options` says how large the image is.
+[[nodiscard]] CameraFile readCamera(const std::string& path, const ReadOptions& options = {});
+
+/// A stated camera as a camera file; `where` is for messages. @throws Error (kInput) without an image size
+[[nodiscard]] CameraFile cameraFileOf(const StatedCamera& camera, const std::string& where);
+
+}  // namespace alidade

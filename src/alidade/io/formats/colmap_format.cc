@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+// COLMAP's cameras.txt: a line a camera, ID MODEL WIDTH HEIGHT PARAMS (COLMAP's documentation, "Output
+// format"; names and orders of the parameters in colmap/sensor/models.h). COLMAP counts pixels from the
+// image's corner: the centre of the first one is (0.5, 0.5).
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string>
+
+#include "alidade/core/text.h"
+#include "alidade/io/formats/camera_document.h"
+#include "alidade/io/formats/formats.h"
+#include "alidade/io/formats/lens_layout.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::StatedNumber;
+
+constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
+
+// The first of each of our models is the one that is written.
+constexpr std::array<LensLayout, 13> kLenses = {
+    {{"PINHOLE", "pinhole", "fx fy cx cy"},
+     {"OPENCV", "radtan", "fx fy cx cy k1 k2 p1 p2"},
+     {"FULL_OPENCV", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
+     {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
+     {"FOV", "fov", "fx fy cx cy w"},
+     {"EUCM", "eucm", "fx fy cx cy alpha beta"},
+     {"SIMPLE_PINHOLE", "pinhole", "f cx cy"},
+     {"SIMPLE_RADIAL", "radtan", "f cx cy k1"},
+     {"RADIAL", "radtan", "f cx cy k1 k2"},
+     {"SIMPLE_FISHEYE", "kannala_brandt", "f cx cy"},
+     {"FISHEYE", "kannala_brandt", "fx fy cx cy"},
+     {"SIMPLE_RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1"},
+     {"RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1 k2"}}};
+
+struct Line {
+  std::string place;  // "cameras.txt:4"
+  std::vector<std::string> words;
+};
+
+std::vector<std::string> wordsOf(std::string_view text) {
+  std::vector<std::string> words(1);
+  for (const char c : text) {
+    if (std::isspace(static_cast<unsigned char>(c)) == 0) {
+      words.back() += c;
+    } else if (!words.back().empty()) {
+      words.emplace_back();
+    }
+  }
+  if (words.back().empty()) words.pop_back();
+  return words;
+}
+
+// All lines but comments and empty ones; up to `max_count`.
+std::vector<Line> linesOf(const CameraDocument& document, std::size_t max_count) {
+  std::vector<Line> lines;
+  std::size_t number = 0;
+  for (const std::string_view text : split(document.text(), '\n')) {
+    ++number;
+    std::vector<std::string> words = wordsOf(text);
+    if (words.empty() || words.front().starts_with('#')) continue;
+    lines.push_back({document.file() + ":" + std::to_string(number), std::move(words)});
+    if (lines.size() == max_count) break;
+  }
+  return lines;
+}
+
+bool isModelName(std::string_view word) {
+  return word.size() > 2 &&
+         std::all_of(word.begin(), word.end(),
+                     [](char c) { return c == '_' || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }) &&
+         word.front() >= 'A';
+}
+
+bool recognises(const CameraDocument& document) {
+  if (document.isMap()) return false;
+  const std::vector<Line> lines = linesOf(document, 1);
+  if (lines.empty())
+    return document.text().find("# Camera list with one line of data per camera") != std::string::npos;
+  const std::vector<std::string>& words = lines.front().words;
+  return words.size() > 4 && parseInt(words[0]) && isModelName(words[1]) && parseDouble(words[2]) &&
+         parseDouble(words[3]);
+}
+
+[[noreturn]] void complain(const Line& line, const std::string& found, const std::string& expected,
+                           const std::string& next_step = "") {
+  throw inputError(
+      {.where = line.place, .found = "found " + found, .expected = expected, .next_step = next_step});
+}
+
+int sideOf(const Line& line, const std::string& word) {
+  constexpr int kMaxSide = 1'000'000;
+  const auto side = parseInt(word);
+  if (!side || *side < 1 || *side > kMaxSide) complain(line, "'" + word + "'", "1 to 1000000 pixels");
+  return *side;
+}
+
+const LensLayout& lensOf(const Line& line) {
+  if (const LensLayout* lens = detail::findLayout(kLenses, line.words[1])) return *lens;
+  std::vector<std::string> names;
+  for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
+  complain(line, "the camera model " + line.words[1], "one of " + join(names, ", "),
+           "run COLMAP with one of these models, or leave the camera out");
+}
+
+StatedCamera readLine(const Line& line) {
+  constexpr std::size_t kNumBefore = 4;
+  if (line.words.size() <= kNumBefore)
+    complain(line, std::to_string(line.words.size()) + " words", "ID MODEL WIDTH HEIGHT PARAMS");
+  if (!parseInt(line.words[0])) complain(line, "'" + line.words[0] + "'", "a camera's number");
+  const LensLayout& lens = lensOf(line);
+  const std::vector<std::string> names = detail::listedNames(lens);
+  if (line.words.size() != kNumBefore + names.size()) {
+    complain(line, std::to_string(line.words.size() - kNumBefore) + " parameters",
+             std::to_string(names.size()) + " for " + std::string(lens.name) + ": " + join(names, " "));
+  }
+  std::vector<StatedNumber> listed;
+  for (std::size_t i = kNumBefore; i < line.words.size(); ++i) {
+    const auto number = detail::parseStated(line.words[i]);
+    if (!number) complain(line, "'" + line.words[i] + "'", "a finite number for " + names[i - kNumBefore]);
+    listed.push_back(*number);
+  }
+  std::vector<StatedNumber> parameters = detail::storageOrder(lens, listed);
+  detail::takeOrigin(parameters, kOrigin);
+  const ImageSize size = {.width = sideOf(line, line.words[2]), .height = sideOf(line, line.words[3])};
+  return detail::stateCamera(line.place, line.words[0], lens.model, parameters, size);
+}
+
+std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+  constexpr std::size_t kMaxCameras = 100'000;
+  std::vector<StatedCamera> cameras;
+  for (const Line& line : linesOf(document, kMaxCameras + 1)) {
+    if (cameras.size() == kMaxCameras)
+      complain(line, "more than " + std::to_string(kMaxCameras) + " cameras", "fewer");
+    cameras.push_back(readLine(line));
+  }
+  return cameras;
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  std::string text =
+      "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  text += "# Number of cameras: " + std::to_string(cameras.size()) + "\n";
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const LensLayout& lens = detail::layoutOf(kLenses, cameras[i].camera.modelId());
+    text += std::to_string(i + 1) + " " + std::string(lens.name) + " " +
+            std::to_string(cameras[i].image_size.width) + " " + std::to_string(cameras[i].image_size.height);
+    for (const double value : detail::listedOrder(lens, cameras[i].camera, kOrigin))
+      text += " " + exactText(value);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+const CameraFormat& colmap() {
+  static const CameraFormat kFormat = {
+      .id = "colmap",
+      .title = "COLMAP cameras.txt",
+      .models = {"pinhole", "radtan", "rational", "kannala_brandt", "fov", "eucm"},
+      .absent = {{"radtan", "k3"}},
+      .holds_several = true,
+      .recognises = recognises,
+      .read = read,
+      .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/formats/key_check.h"
+
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
+
+#include "alidade/core/error.h"
+
+namespace alidade::detail {
+namespace {
+
+constexpr std::size_t kMaxKeys = 1000;
+
+class KeyChecker final : public YAML::EventHandler {
+ public:
+  explicit KeyChecker(const std::string& file) : file_(file) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override { takeValue(); }
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override { takeValue(); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string& text) override {
+    if (isKeyNext()) takeKey(mark, text);
+    takeValue();
+  }
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    open_.push_back({.is_map = false});
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    open_.push_back({.is_map = true});
+  }
+  void OnMapEnd() override { close(); }
+
+ private:
+  struct Open {
+    bool is_map = false;
+    std::size_t num_nodes = 0;  // keys and values
+    std::set<std::string> keys = {};
+  };
+
+  [[nodiscard]] bool isKeyNext() const {
+    return !open_.empty() && open_.back().is_map && open_.back().num_nodes % 2 == 0;
+  }
+
+  void takeKey(const YAML::Mark& mark, const std::string& text) {
+    std::set<std::string>& keys = open_.back().keys;
+    if (!keys.insert(text).second) complain(mark, "the key '" + text + "' twice", "each key once");
+    if (keys.size() > kMaxKeys)
+      complain(mark, "a map with more than " + std::to_string(kMaxKeys) + " keys", "a camera file");
+  }
+
+  void takeValue() {
+    if (!open_.empty()) ++open_.back().num_nodes;
+  }
+
+  void close() {
+    open_.pop_back();
+    takeValue();
+  }
+
+  [[noreturn]] void complain(const YAML::Mark& mark, const std::string& found,
+                             const std::string& expected) const {
+    throw inputError({.where = file_ + ":" + std::to_string(mark.line + 1),
+                      .found = "found " + found,
+                      .expected = expected});
+  }
+
+  const std::string& file_;
+  std::vector<Open> open_;
+};
+
+}  // namespace
+
+void checkKeys(const std::string& text, const std::string& file) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  KeyChecker checker(file);
+  (void)parser.HandleNextDocument(checker);
+}
+
+}  // namespace alidade::detail

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+// nerfstudio's transforms.json, and instant-ngp's, from which it comes: fl_x fl_y cx cy w h and coefficients
+// at the top, or in each frame (nerfstudio's documentation, "Data conventions"; nerfstudio_dataparser.py; the
+// names in cameras.py). A perspective camera has k1 k2 k3 p1 p2 as OpenCV's five, and k4 of an eighth power
+// that nothing else has; a fisheye k1 k2 k3 k4. Pixels count from the image's corner: the centre of the first
+// one is (0.5, 0.5). Axes that point up and back are those of the poses, which are not read.
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "alidade/core/text.h"
+#include "alidade/io/formats/camera_document.h"
+#include "alidade/io/formats/format_text.h"
+#include "alidade/io/formats/formats.h"
+#include "alidade/io/formats/lens_layout.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
+
+constexpr std::array<LensLayout, 3> kWritten = {
+    {{"PINHOLE", "pinhole", "fx fy cx cy"},
+     {"OPENCV", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"},
+     {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"}}};
+constexpr std::array kPerspective = {"OPENCV",        "PINHOLE", "SIMPLE_PINHOLE",
+                                     "SIMPLE_RADIAL", "RADIAL",  "PERSPECTIVE"};
+
+const std::vector<std::string> kCameraKeys = {"camera_model", "fl_x", "fl_y", "cx", "cy", "w",  "h",
+                                              "k1",           "k2",   "k3",   "k4", "p1", "p2", "is_fisheye"};
+// Poses, images and how to train: not of the camera.
+const std::vector<std::string> kOtherKeys = {"frames",
+                                             "applied_transform",
+                                             "applied_scale",
+                                             "ply_file_path",
+                                             "orientation_override",
+                                             "train_filenames",
+                                             "val_filenames",
+                                             "test_filenames",
+                                             "camera_angle_x",
+                                             "camera_angle_y",
+                                             "aabb_scale",
+                                             "scale",
+                                             "offset",
+                                             "fl_y_is_fl_x",
+                                             "enable_depth_loading",
+                                             "integer_depth_scale"};
+
+bool recognises(const CameraDocument& document) {
+  return document.has("fl_x") || document.has("camera_angle_x") ||
+         (document.has("frames") && !document.has("alidade_camera"));
+}
+
+constexpr std::array kTopCoefficients = {"k1", "k2", "k3", "p1", "p2"};
+
+// What the top says of all frames goes before what one of them says. Coefficients come from one of the two.
+struct Intrinsics {
+  YamlNode top;
+  YamlNode frame;
+
+  [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const {
+    if (const auto node = top.find(key)) return node;
+    return frame.find(key);
+  }
+  [[nodiscard]] StatedNumber number(const std::string& key) const {
+    if (const auto node = find(key)) return detail::statedNumber(*node);
+    return detail::statedNumber(frame.at(key));  // says that it is missing
+  }
+  [[nodiscard]] StatedNumber coefficient(const std::string& key) const {
+    const bool is_at_top = std::any_of(kTopCoefficients.begin(), kTopCoefficients.end(),
+                                       [this](const char* name) { return top.has(name); });
+    const auto node = (is_at_top ? top : frame).find(key);
+    return node && !node->isNull() ? detail::statedNumber(*node) : StatedNumber{};
+  }
+};
+
+bool isFisheye(const Intrinsics& intrinsics) {
+  if (const auto model = intrinsics.find("camera_model")) {
+    const std::string name = model->text();
+    if (name == "OPENCV_FISHEYE") return true;
+    if (std::find(kPerspective.begin(), kPerspective.end(), name) != kPerspective.end()) return false;
+    throw model->error("'" + name + "'",
+                       "OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL or RADIAL");
+  }
+  const auto flag = intrinsics.find("is_fisheye");
+  return flag && flag->boolean();
+}
+
+std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fisheye) {
+  std::vector<StatedNumber> parameters;
+  for (const char* key : {"fl_x", "fl_y", "cx", "cy"}) parameters.push_back(intrinsics.number(key));
+  detail::takeOrigin(parameters, kOrigin);
+  const std::vector<std::string> keys = is_fisheye ? std::vector<std::string>{"k1", "k2", "k3", "k4"}
+                                                   : std::vector<std::string>{"k1", "k2", "p1", "p2", "k3"};
+  for (const std::string& key : keys) parameters.push_back(intrinsics.coefficient(key));
+  for (const char* key : {"k4", "p1", "p2"}) {
+    if (std::find(keys.begin(), keys.end(), key) != keys.end() || intrinsics.coefficient(key).value == 0)
+      continue;
+    throw intrinsics.find(key)->error(
+        std::string(key) + " = " + intrinsics.find(key)->text(),
+        is_fisheye ? "0: a fisheye here has no tangential terms" : "0: a perspective camera here ends at k3");
+  }
+  return parameters;
+}
+
+StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name) {
+  const bool is_fisheye = isFisheye(intrinsics);
+  const std::vector<StatedNumber> parameters = parametersOf(intrinsics, is_fisheye);
+  const bool is_plain =
+      !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
+                                 [](const StatedNumber& number) { return number.value == 0; });
+  const auto width = intrinsics.find("w");
+  const auto height = intrinsics.find("h");
+  std::optional<ImageSize> size;
+  if (width && height) size = detail::readSize(*width, *height);
+  StatedCamera camera =
+      detail::stateCamera(intrinsics.find("fl_x")->where(), name,
+                          is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
+                          std::span(parameters).first(is_plain ? 4 : parameters.size()), size);
+  if (!intrinsics.find("camera_model") && !intrinsics.find("is_fisheye")) {
+    camera.remarks.push_back(
+        {"assumed",
+         intrinsics.top.where() + ": there is no camera_model; taken as OPENCV, as nerfstudio does"});
+  }
+  std::vector<std::string> known = kCameraKeys;
+  known.insert(known.end(), kOtherKeys.begin(), kOtherKeys.end());
+  detail::remarkUnknownKeys(intrinsics.top, known, camera);
+  return camera;
+}
+
+bool isSame(const StatedCamera& a, const StatedCamera& b) {
+  return a.camera.modelId() == b.camera.modelId() && a.image_size == b.image_size &&
+         std::equal(a.camera.parameters().begin(), a.camera.parameters().end(),
+                    b.camera.parameters().begin());
+}
+
+std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+  const YamlNode& root = document.root();
+  if (root.has("fl_x") || !root.has("frames")) return {readOne({root, root}, "")};
+  constexpr std::size_t kMaxFrames = 100'000;
+  constexpr std::size_t kMaxCameras = 1000;
+  const std::vector<YamlNode> frames = root.at("frames").items();
+  if (frames.size() > kMaxFrames)
+    throw root.at("frames").error(std::to_string(frames.size()) + " frames", "fewer");
+  // Each frame has a camera, and mostly they are all the same.
+  std::vector<StatedCamera> cameras;
+  for (const YamlNode& frame : frames) {
+    const auto path = frame.find("file_path");
+    StatedCamera camera = readOne({root, frame}, path ? path->text() : "");
+    const bool is_known = std::any_of(cameras.begin(), cameras.end(),
+                                      [&camera](const StatedCamera& other) { return isSame(other, camera); });
+    if (is_known) continue;
+    if (cameras.size() == kMaxCameras)
+      throw frame.error("more than " + std::to_string(kMaxCameras) + " different cameras", "fewer");
+    cameras.push_back(std::move(camera));
+  }
+  if (cameras.size() == 1) cameras.front().name.clear();
+  return cameras;
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const LensLayout& lens = detail::layoutOf(kWritten, named.camera.modelId());
+  const std::vector<std::string> names = detail::listedNames(lens);
+  const std::vector<double> values = detail::listedOrder(lens, named.camera, kOrigin);
+  std::string text = "{\n  \"camera_model\": \"" + std::string(lens.name) +
+                     "\",\n  \"w\": " + std::to_string(named.image_size.width) +
+                     ",\n  \"h\": " + std::to_string(named.image_size.height);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string key = names[i] == "fx" ? "fl_x" : (names[i] == "fy" ? "fl_y" : names[i]);
+    text += ",\n  \"" + key + "\": " + detail::realText(values[i]);
+  }
+  return text + ",\n  \"frames\": []\n}\n";
+}
+
+}  // namespace
+
+const CameraFormat& nerfstudio() {
+  static const CameraFormat kFormat = {.id = "nerfstudio",
+                                       .title = "nerfstudio transforms.json",
+                                       .models = {"pinhole", "radtan", "kannala_brandt"},
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

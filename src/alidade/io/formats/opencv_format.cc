@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+// OpenCV's FileStorage: YAML with the header %YAML:1.0, XML, or JSON. What the nodes are called is up to each
+// program; known here are the names of OpenCV's own samples (calibration, stereo_calib, the tutorial
+// camera_calibration, omnidir) and the commonest ones beside them. Coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6
+// [s1 s2 s3 s4 [tx ty]]]] as in cv::projectPoints, k1 k2 k3 k4 as in cv::fisheye. Pixel (0, 0) is a pixel's
+// centre.
+#include <array>
+#include <string>
+
+#include "alidade/core/text.h"
+#include "alidade/io/formats/camera_document.h"
+#include "alidade/io/formats/format_text.h"
+#include "alidade/io/formats/formats.h"
+#include "alidade/io/formats/lens_numbers.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+constexpr std::array kMatrixKeys = {"camera_matrix",
+                                    "Camera_Matrix",
+                                    "cameraMatrix",
+                                    "CameraMatrix",
+                                    "camera_Matrix",
+                                    "intrinsic_matrix",
+                                    "mtx",
+                                    "K",
+                                    "M"};
+constexpr std::array kCoefficientKeys = {"distortion_coefficients",
+                                         "Distortion_Coefficients",
+                                         "distCoeffs",
+                                         "DistCoeffs",
+                                         "dist_coeffs",
+                                         "dist_coeff",
+                                         "distortion",
+                                         "dist",
+                                         "D"};
+// Names that mean something, or that OpenCV's samples write beside the camera.
+const std::vector<std::string> kOtherKeys = {"image_width",
+                                             "image_height",
+                                             "image_Width",
+                                             "image_Height",
+                                             "image_size",
+                                             "imageSize",
+                                             "width",
+                                             "height",
+                                             "fisheye_model",
+                                             "distortion_model",
+                                             "xi",
+                                             "camera_name",
+                                             "calibration_time",
+                                             "calibration_Time",
+                                             "nframes",
+                                             "nr_of_frames",
+                                             "nrOfFrames",
+                                             "board_width",
+                                             "board_height",
+                                             "board_Width",
+                                             "board_Height",
+                                             "square_size",
+                                             "square_Size",
+                                             "fix_aspect_ratio",
+                                             "aspectRatio",
+                                             "flags",
+                                             "flagValue",
+                                             "avg_reprojection_error",
+                                             "avg_reprojection_Error",
+                                             "per_view_reprojection_errors",
+                                             "extrinsic_parameters",
+                                             "image_points",
+                                             "grid_points",
+                                             "R",
+                                             "T",
+                                             "R1",
+                                             "R2",
+                                             "P1",
+                                             "P2",
+                                             "Q",
+                                             "E",
+                                             "F"};
+
+const std::vector<std::string> kStereo = {"R", "T", "R1", "R2", "P1", "P2", "extrinsic_parameters"};
+
+template <std::size_t N>
+std::optional<std::string> findKey(const YamlNode& root, const std::array<const char*, N>& keys,
+                                   const std::string& suffix) {
+  for (const char* key : keys) {
+    if (root.has(key + suffix)) return key + suffix;
+  }
+  return std::nullopt;
+}
+
+// A single camera, or the first and second of a pair ("M1", "M2").
+constexpr std::array kSuffixes = {"", "1", "2"};
+
+bool recognises(const CameraDocument& document) {
+  // ROS and MATLAB call matrices by the same names.
+  if (!document.isMap() || ros().recognises(document) || matlab().recognises(document)) return false;
+  for (const char* suffix : kSuffixes) {
+    if (findKey(document.root(), kMatrixKeys, suffix)) return true;
+  }
+  return false;
+}
+
+std::optional<ImageSize> findSize(const YamlNode& root) {
+  constexpr std::array<std::array<const char*, 2>, 3> kPairs = {
+      {{"image_width", "image_height"}, {"image_Width", "image_Height"}, {"width", "height"}}};
+  for (const auto& [width, height] : kPairs) {
+    if (root.has(width) && root.has(height)) return detail::readSize(root.at(width), root.at(height));
+  }
+  for (const char* key : {"image_size", "imageSize"}) {
+    if (root.has(key)) return detail::readSize(root.at(key));
+  }
+  return std::nullopt;
+}
+
+bool saysFisheye(const YamlNode& root) {
+  const auto flag = root.find("fisheye_model");
+  if (!flag) return false;
+  const std::string text = flag->text();
+  return text == "1" || text == "true";
+}
+
+// What the file says of its lens: "" where it does not.
+std::string statedModel(const YamlNode& root) {
+  if (root.has("fisheye_model")) return saysFisheye(root) ? "kannala_brandt" : "radtan";
+  const auto name = root.find("distortion_model");
+  if (!name) return "";
+  const std::string text = name->text();
+  for (const char* fisheye : {"kannala_brandt", "fisheye", "equidistant"}) {
+    if (text == fisheye) return "kannala_brandt";
+  }
+  for (const char* radtan :
+       {"radtan", "plumb_bob", "rational", "rational_polynomial", "thin_prism", "pinhole"}) {
+    if (text == radtan) return "radtan";
+  }
+  throw name->error("'" + text + "'",
+                    "kannala_brandt, fisheye or equidistant; or radtan, plumb_bob, rational, "
+                    "rational_polynomial, thin_prism or pinhole");
+}
+
+[[noreturn]] void throwAmbiguous(const YamlNode& node) {
+  throw node.error(
+      "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a "
+      "fisheye",
+      "a file that says which, by 'fisheye_model: 1' or 'fisheye_model: 0'",
+      "add --read-as radtan or --read-as kannala_brandt");
+}
+
+std::string modelOf(const YamlNode& node, std::size_t count, const std::string& stated) {
+  const bool is_fisheye = stated == "kannala_brandt";
+  switch (count) {
+    case 0:
+      if (!is_fisheye) return "pinhole";
+      break;
+    case 4:
+      if (stated.empty()) throwAmbiguous(node);
+      return is_fisheye ? "kannala_brandt" : "radtan";
+    case 5:
+      if (!is_fisheye) return "radtan";
+      break;
+    case 8:
+      if (!is_fisheye) return "rational";
+      break;
+    case 12:
+    case 14:
+      if (!is_fisheye) return "thin_prism";
+      break;
+    default:
+      break;
+  }
+  throw node.error(std::to_string(count) + " distortion coefficients",
+                   is_fisheye ? "4 for a fisheye" : "none, 4, 5, 8, 12 or 14");
+}
+
+// k1 k2 p1 p2 and the unified model's xi, as cv::omnidir has them.
+StatedCamera readOmni(const YamlNode& node, const std::string& name, std::vector<StatedNumber> parameters,
+                      const YamlNode& xi, std::span<const StatedNumber> coefficients,
+                      std::optional<ImageSize> size) {
+  if (coefficients.size() != 4)
+    throw node.error(std::to_string(coefficients.size()) + " distortion coefficients", "4 beside xi");
+  parameters.push_back(xi.isMap() ? detail::statedNumbers(xi, 1).front() : detail::statedNumber(xi));
+  detail::append(parameters, coefficients);
+  return detail::stateCamera(node.where(), name, "omni", parameters, size);
+}
+
+StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
+  const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
+  std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
+  const auto key = findKey(root, kCoefficientKeys, suffix);
+  const auto size = findSize(root);
+  // One value in XML is no list.
+  std::vector<StatedNumber> coefficients =
+      key ? detail::statedNumbers(root.at(*key)) : std::vector<StatedNumber>();
+  const YamlNode place = key ? root.at(*key) : matrix;
+  if (root.has("xi")) return readOmni(place, suffix, parameters, root.at("xi"), coefficients, size);
+  const std::string stated = statedModel(root).empty() ? options.model : statedModel(root);
+  const std::string model = modelOf(place, coefficients.size(), stated);
+  if (coefficients.size() == 14) {
+    if (coefficients[12].value != 0 || coefficients[13].value != 0) {
+      throw place.error("a tilted sensor (coefficients 13 and 14)", "both zero: tilt is not supported",
+                        "convert the calibration to 12 coefficients");
+    }
+    coefficients.resize(12);
+  }
+  if (model == "radtan") coefficients.resize(5);
+  detail::append(parameters, coefficients);
+  StatedCamera camera = detail::stateCamera(place.where(), suffix, model, parameters, size);
+  if (!key)
+    camera.remarks.push_back(
+        {"assumed", matrix.where() + ": there are no distortion coefficients; taken as none"});
+  return camera;
+}
+
+std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions& options) {
+  const YamlNode& root = document.root();
+  std::vector<std::string> known = kOtherKeys;
+  std::vector<StatedCamera> cameras;
+  for (const char* suffix : kSuffixes) {
+    for (const char* key : kMatrixKeys) known.push_back(std::string(key) + suffix);
+    for (const char* key : kCoefficientKeys) known.push_back(std::string(key) + suffix);
+    if (findKey(root, kMatrixKeys, suffix)) cameras.push_back(readOne(root, suffix, options));
+  }
+  for (StatedCamera& camera : cameras) {
+    detail::remarkUnknownKeys(root, known, camera);
+    detail::remarkNotCarried(root, kStereo, camera);
+  }
+  return cameras;
+}
+
+std::string matrixText(const std::string& key, int rows, int columns, std::span<const double> values) {
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(detail::realText(value));
+  return key + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
+         "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ " + join(texts, ", ") + " ]\n";
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const std::span<const double> p = named.camera.parameters();
+  const std::string_view model = named.camera.modelId();
+  std::string text = "%YAML:1.0\n---\n";
+  text += "image_width: " + std::to_string(named.image_size.width) + "\n";
+  text += "image_height: " + std::to_string(named.image_size.height) + "\n";
+  text += "fisheye_model: " + std::string(model == "kannala_brandt" ? "1" : "0") + "\n";
+  const std::array<double, 9> K = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
+  text += matrixText("camera_matrix", 3, 3, K);
+  std::vector<double> coefficients(p.begin() + 4, p.end());
+  if (model == "pinhole") coefficients.assign(5, 0.0);
+  if (model == "omni") {
+    text += matrixText("xi", 1, 1, std::span(coefficients).first(1));
+    coefficients.erase(coefficients.begin());
+  }
+  return text + matrixText("distortion_coefficients", static_cast<int>(coefficients.size()), 1, coefficients);
+}
+
+}  // namespace
+
+const CameraFormat& opencv() {
+  static const CameraFormat kFormat = {
+      .id = "opencv",
+      .title = "OpenCV FileStorage (YAML, XML, JSON)",
+      .models = {"pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "omni"},
+      .recognises = recognises,
+      .read = read,
+      .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/io/camera_file.h"
+
+namespace alidade {
+
+/// Something about a file that a reader noticed and did not refuse: for `validate`, and for people.
+struct Remark {
+  std::string id;       ///< stable, for scripts: "unknown_keys", "assumed", "not_carried"
+  std::string message;  ///< one sentence, with the place
+};
+
+/// A camera as a file of any format states it, in this program's conventions: pixel (0, 0) is the centre of
+/// the top-left pixel, parameters in storage order.
+struct StatedCamera {
+  std::string name;  ///< as the file calls it; empty where it has no names
+  AnyCamera camera;
+  std::optional<ImageSize> image_size;  ///< nothing: the file does not say
+  /// By how much the text of each parameter may be rounded: half a unit of its last digit, 0 for a whole
+  /// number. In parameter order; empty = unknown.
+  std::vector<double> half_units;
+  std::vector<Remark> remarks;
+  std::optional<CameraFile> own;  ///< all the rest of this program's own camera file
+};
+
+/// What a file leaves open and a user can add.
+struct ReadOptions {
+  std::optional<ImageSize> image_size;  ///< for files that do not state one
+  std::string model;                    ///< what coefficients of an unnamed model mean; empty = the file says
+};
+
+/// A camera to be written.
+struct NamedCamera {
+  std::string name;  ///< empty = the format's usual name
+  AnyCamera camera;
+  ImageSize image_size;
+};
+
+}  // namespace alidade

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/io/pose_file.h"
+#include "alidade/io/pose_list.h"
+#include "fuzz.h"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace alidade;
+  const std::string text = fuzz::textOf(data, size);
+  fuzz::read([&] { (void)parsePoseList(text, "poses", {}); });
+  fuzz::read([&] { (void)parsePoseList(text, "poses", PoseDirection::kCameraFromWorld); });
+  // Text in braces is a pose itself; anything else would be the name of a file.
+  fuzz::read([&] { (void)readPoseSource("{" + text); });
+  return 0;
+}
