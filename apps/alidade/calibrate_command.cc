@@ -50,8 +50,9 @@ class CalibrateCommand final : public Command {
                    "image's centre for cx and cy, 0 for the lens. With --model auto cx and cy alone")
         ->delimiter(',');
     app.add_flag("--same-focal", same_focal_, "One focal length: fx = fy");
-    app.add_option("--board-shape", board_shape_,
-                   "flat: the board is taken as flat; warp: its bend is estimated; auto: if a test sees one")
+    app.add_option(
+           "--board-shape", board_shape_,
+           "flat: the board is taken as flat; warp: its bend is estimated; auto: if the views agree on one")
         ->check(CLI::IsMember({"flat", "warp", "auto"}))
         ->capture_default_str();
     addDebugOption(app, debug_);

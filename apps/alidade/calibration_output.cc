@@ -10,6 +10,7 @@
 
 #include "alidade/camera/self_check.h"
 #include "alidade/core/size_groups.h"
+#include "board_shape_output.h"
 #include "command.h"
 #include "model_choice_output.h"
 #include "uncertainty_output.h"
@@ -50,31 +51,6 @@ std::string startText(const StartReport& start) {
                   start.num_tried, start.num_solved, start.num_agreed);
   if (start.num_optima > 1) text += fmt::format("; {} shapes of the lens compared", start.num_optima);
   return text + "\n";
-}
-
-// "1.02 +- 0.01"
-std::string millimetres(double value_m, double std_m) {
-  const double std = 1e3 * std_m;
-  const int decimals = std > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 6) : 6;
-  return fmt::format("{:.{}f} +- {:.{}f}", 1e3 * value_m, decimals, std, decimals);
-}
-
-std::string shapeText(const CalibrationResult& result) {
-  const ShapeReport& shape = result.shape;
-  if (!shape.is_determined) return "Board    taken as flat: these views do not tell whether it is bent\n";
-  if (!shape.is_estimated) {
-    if (!std::isfinite(shape.f)) return "Board    taken as flat\n";
-    return fmt::format("Board    flat: no bend seen (F {:.2g}; one sigma {:.2g} and {:.2g} mm)\n", shape.f,
-                       1e3 * shape.std_m.x(), 1e3 * shape.std_m.y());
-  }
-  const auto parameters = result.camera.parameters();
-  return fmt::format(
-      "Board    bent (F {:.3g}): its middle lies {} mm behind its left and right ends and {} mm behind its "
-      "upper and lower ends;\n         held flat, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
-      "px\n",
-      shape.f, millimetres(shape.shape.bend_x_m, shape.std_m.x()),
-      millimetres(shape.shape.bend_y_m, shape.std_m.y()), shape.flat_rms_px, shape.flat_params[0],
-      parameters[0]);
 }
 
 // The least known of what a weak prior holds together.
@@ -184,7 +160,7 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
     text += fmt::format("Noise    {:.3g} px an axis beyond what detection states of its corners\n",
                         result.unexplained_sigma_px);
   }
-  text += shapeText(result);
+  text += boardShapeText(result);
   if (result.model_choice) text += modelChoiceText(*result.model_choice);
   text += parameterTable(result);
   text += weakPriorText(result);
@@ -275,16 +251,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
        {{"max_angle_rad", result.domain.cone.max_angle_rad},
         {"full_image", result.domain.full_image},
         {"min_relative_det", result.domain.min_relative_det}}},
-      {"board_shape",
-       {{"estimated", result.shape.is_estimated},
-        {"determined", result.shape.is_determined},
-        {"f", orNull(result.shape.f)},
-        {"bend_x_m", result.shape.shape.bend_x_m},
-        {"bend_y_m", result.shape.shape.bend_y_m},
-        {"bend_x_std_m", orNull(result.shape.std_m.x())},
-        {"bend_y_std_m", orNull(result.shape.std_m.y())},
-        {"flat_rms_px", orNull(result.shape.flat_rms_px)},
-        {"flat_parameters", result.shape.flat_params}}},
+      {"board_shape", boardShapeJson(result.shape)},
       {"weak_prior", weakPriorJson(result)},
       {"start",
        {{"num_tried", result.start.num_tried},

@@ -145,14 +145,14 @@ class ConvertCommand final : public Command {
     return all;
   }
 
-  [[nodiscard]] static std::string contentOf(const std::vector<Converted>& cameras,
-                                             const CameraFormat& format) {
+  [[nodiscard]] std::string contentOf(const std::vector<Converted>& cameras,
+                                      const CameraFormat& format) const {
     if (format.id == kOwnFormat) return cameraFileText(cameras.front().file);
     std::vector<NamedCamera> named;
     for (const Converted& c : cameras) {
       named.push_back({.name = c.name, .camera = c.file.camera, .image_size = c.file.image_size});
     }
-    return formatText(format, named);
+    return formatText(format, named, output_);
   }
 
   // What is worth knowing and is no reason to refuse.
@@ -167,7 +167,7 @@ class ConvertCommand final : public Command {
       }
     }
     for (const Converted& c : cameras) {
-      if (format.id != kOwnFormat && c.file.calibration) {
+      if (format.id != kOwnFormat && c.source.calibration) {
         notes.push_back(c.where + ": uncertainty, verdict and poses of its calibration have no place in " +
                         std::string(format.title));
       }

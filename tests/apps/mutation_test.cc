@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Damaged files: whatever the bytes, the readers accept them or complain with an Error, and nothing else.
 #include <optional>
-#include <random>
 
 #include "alidade/core/error.h"
 #include "alidade/io/camera_file.h"
@@ -9,46 +8,12 @@
 #include "alidade/io/pose_list.h"
 #include "alidade/io/scene_file.h"
 #include "apps/command_line.h"
+#include "support/mutator.h"
 
 namespace alidade {
 namespace {
 
 constexpr int kNumRuns = 3000;
-constexpr int kMaxChanges = 2;
-
-class Mutator {
- public:
-  explicit Mutator(std::uint32_t seed) : random_(seed) {}
-
-  // Bytes changed to ones that mean something in YAML and CSV, or to any; pieces dropped or doubled.
-  std::string operator()(std::string text) {
-    constexpr std::string_view kTelling = "[]{}:,-#&*!|>'\"%@`\n\t 0123456789.eEnaif";
-    const std::size_t num_changes = 1 + below(kMaxChanges);
-    for (std::size_t i = 0; i < num_changes && !text.empty(); ++i) {
-      const std::size_t at = below(text.size());
-      switch (below(4)) {
-        case 0:
-          text[at] = static_cast<char>(below(256));
-          break;
-        case 1:
-          text[at] = kTelling[below(kTelling.size())];
-          break;
-        case 2:
-          text.erase(at, 1 + below(20));
-          break;
-        default:
-          text.insert(below(text.size()), text.substr(at, 1 + below(20)));
-      }
-    }
-    return text;
-  }
-
- private:
-  std::size_t below(std::size_t limit) { return random_() % limit; }
-
-  std::mt19937 random_;
-};
-
 struct Counts {
   int read = 0;
   int refused = 0;

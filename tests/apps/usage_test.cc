@@ -172,6 +172,11 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
   const ScratchFolder scratch;
   linkImages(scratch, "photos", 4);
   scratch.write("camera.yaml", readFile(dataPath("camera.yaml")));
+  for (const char* name : {"camchain.yaml", "calibrations/camchain.yaml"}) {
+    scratch.write(name,
+                  "cam0: {camera_model: pinhole, distortion_model: none, distortion_coeffs: [], "
+                  "intrinsics: [500.123456, 501.234567, 320.123456, 240.345678], resolution: [640, 480]}\n");
+  }
   scratch.write("points.csv", "x,y,z\n0,0,1\n");
   scratch.write("trajectory.txt", "1.5 0 0 -1 0 0 0 1\n");
   // Rendering one of its views shows as much as rendering all.
@@ -185,7 +190,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 13);
+  EXPECT_EQ(num_examples, 15);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -39,7 +39,7 @@ void expectTrueSigmas(Trouble trouble) {
   EXPECT_LT(coverageOf(sets, &Judged::Parameter::stated_std).covered, 0.985);
   int num_exceeded = 0;
   for (const Judged& set : sets) num_exceeded += set.is_noise_exceeded ? 1 : 0;
-  EXPECT_LE(num_exceeded, 1);
+  EXPECT_LE(num_exceeded, 4);  // of 60, each by chance once in 100
 }
 
 TEST(Uncertainty, IsTrueUnderNoise) {
@@ -61,6 +61,12 @@ TEST(Uncertainty, AllowsForABoardThatIsBentButHeldFlat) {
   const auto sets = judgeSets(Trouble::kBentBoard);
   EXPECT_LT(coverageOf(sets, &Judged::Parameter::std).covered, 0.7) << "noise alone does not explain it";
   expectCovered(sets, 0.9);
+  // Every parameter by itself, the focal length too, of which all views have the same error.
+  constexpr int kFewestParameters = 8;
+  for (const auto std : {&Judged::Parameter::std_by_views, &Judged::Parameter::stated_std}) {
+    for (int i = 0; i < kFewestParameters; ++i) EXPECT_GT(coverageOf(sets, std, i).covered, 0.9) << i;
+    EXPECT_NEAR(coverageOf(sets, std).std, 1, 0.12) << "and no larger than need be";
+  }
 }
 
 }  // namespace

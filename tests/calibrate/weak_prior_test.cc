@@ -191,26 +191,41 @@ TEST(WeakPrior, UnfoldsALensInCornersThatNoBoardReached) {
   EXPECT_GE(num_held, 1) << "nothing to be seen here otherwise";
 }
 
+// Truths about the model's start, views that say something or nothing of them, and estimates under a prior.
 TEST(WeakPrior, NarrowPriorsDoNotMakeSigmasSmall) {
   LensScale scale{.mean = Eigen::VectorXd::Zero(5), .size = Eigen::VectorXd::Zero(5)};
   scale.size(4) = 2;
-  Eigen::MatrixXd information = Eigen::MatrixXd::Identity(5, 5);
-  information(4, 4) = 0;  // the views say nothing of the lens
   constexpr double kVariance = 0.04;
-  double previous = std::numeric_limits<double>::infinity();
-  int num_widths = 0;
-  for (const double width : {10.0, 1.0, 0.1, 0.03}) {
-    const WeakPrior held{.width = width, .prior = scale.prior(width, kVariance), .scale = scale};
-    const auto covariance = heldCovariance(information, held, kVariance, {});
-    ASSERT_TRUE(covariance);
-    const double sigma = std::sqrt((*covariance)(4, 4));
-    EXPECT_NEAR(sigma, 2 * std::max(width, 1.0), 1e-9) << "a natural size at least";
-    EXPECT_LE(sigma, previous + 1e-9);
-    EXPECT_NEAR((*covariance)(0, 0), kVariance, 1e-12);
-    previous = sigma;
-    ++num_widths;
+  constexpr int kNumDraws = 2000;
+  Random random(8);
+  int num_cases = 0;
+  for (const double known : {0.0, 0.01, 1.0}) {
+    Eigen::MatrixXd information = Eigen::MatrixXd::Identity(5, 5);
+    information(4, 4) = known;
+    for (const double width : {10.0, 1.0, 0.1, 0.03}) {
+      const WeakPrior held{.width = width, .prior = scale.prior(width, kVariance), .scale = scale};
+      double sum_z2 = 0;
+      double least = std::numeric_limits<double>::infinity();
+      for (int i = 0; i < kNumDraws; ++i) {
+        const double truth = 2 * std::max(width, 1.0) * random.normal();
+        const double by_views = known * truth + std::sqrt(known * kVariance) * random.normal();
+        const std::vector<double> params = {0, 0, 0, 0, by_views / (known + held.prior.precision(4))};
+        const auto covariance = HeldCovariance::make(information, params, held, kVariance, {});
+        ASSERT_TRUE(covariance);
+        const double variance = covariance->byNoise()(4, 4);
+        EXPECT_NEAR(covariance->byNoise()(0, 0), kVariance, 1e-12);
+        sum_z2 += (params[4] - truth) * (params[4] - truth) / variance;
+        least = std::min(least, variance);
+      }
+      // What the views do not tell at all is known to a natural size and no better.
+      if (known == 0) {
+        EXPECT_NEAR(least, std::pow(2 * std::max(width, 1.0), 2), 1e-9);
+      }
+      EXPECT_NEAR(sum_z2 / kNumDraws, 1, 0.15) << known << " " << width;
+      ++num_cases;
+    }
   }
-  EXPECT_EQ(num_widths, 4);
+  EXPECT_EQ(num_cases, 12);
 }
 
 }  // namespace

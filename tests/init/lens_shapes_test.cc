@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Core>
 
 namespace alidade {
 namespace {
@@ -70,6 +71,31 @@ TEST(ParametersByName, KeepsWhatBothModelsHave) {
   const AnyCamera plain = AnyCamera::make("pinhole", std::vector<double>{500, 501, 320, 240});
   EXPECT_EQ(parametersByName(plain.modelId(), plain.parameters(), "ucm"),
             (std::vector<double>{500, 501, 320, 240, 0}));
+}
+
+TEST(AxisFocal, HasTheDerivativesOfItsDifferences) {
+  const AnyCamera fisheye =
+      AnyCamera::make("kannala_brandt", std::vector<double>{230, 231, 322, 236, 0.02, -0.004, 0.001, 0});
+  int num_checked = 0;
+  for (const char* model :
+       {"pinhole", "radtan", "kannala_brandt", "fov", "ucm", "omni", "eucm", "double_sphere"}) {
+    const std::vector<double> params = lensShapes(model, fisheye, grid()).front().params;
+    const Eigen::MatrixXd J = axisFocalJacobian(AnyCamera::make(model, params));
+    ASSERT_EQ(J.cols(), static_cast<Eigen::Index>(params.size()));
+    for (std::size_t i = 0; i < params.size(); ++i) {
+      constexpr double kStep = 1e-5;
+      const auto at = [&](double step) {
+        std::vector<double> moved = params;
+        moved[i] += step;
+        return axisFocal(AnyCamera::make(model, moved));
+      };
+      const Eigen::Vector2d expected = (at(kStep) - at(-kStep)) / (2 * kStep);
+      EXPECT_LE((J.col(static_cast<Eigen::Index>(i)) - expected).norm(), 1e-4 * (1 + expected.norm()))
+          << model << i;
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 4 + 9 + 8 + 5 + 5 + 9 + 6 + 6);
 }
 
 }  // namespace

@@ -12,13 +12,15 @@ double CalibrationResult::parameterStd(int i) const {
 }
 
 bool CalibrationResult::isNoiseExceeded() const {
-  constexpr double kBeyondChance = 4;  // normal deviates; of clean sets fewer than 1 in 300 exceed it
-  constexpr double kExactPx = 1e-4;    // corners without noise: rounding is no disagreement
+  constexpr double kExactPx = 1e-4;  // corners without noise: rounding is no disagreement
   return by_views && coordinate_sigma_px > kExactPx && by_views->excess_sigmas > kBeyondChance;
 }
 
 Eigen::MatrixXd CalibrationResult::statedCovariance() const {
-  Eigen::MatrixXd stated = isNoiseExceeded() ? by_views->larger : *covariance;
+  const bool is_other = shape.ignored && shape.ignored->covariance;
+  Eigen::MatrixXd stated = isNoiseExceeded() ? by_views->larger
+                           : is_other        ? *shape.ignored->covariance
+                                             : *covariance;
   if (shape.ignored) stated += shape.ignored->params_step * shape.ignored->params_step.transpose();
   return stated;
 }

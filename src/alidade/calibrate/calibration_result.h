@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "alidade/calibrate/bend_by_views.h"
 #include "alidade/calibrate/bundle_adjustment.h"
 #include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/finding.h"
@@ -67,6 +68,9 @@ struct BetterModel {
 struct IgnoredBend {
   BoardShape shape;
   Eigen::VectorXd params_step;  ///< N parameters
+  double cost_share = 1;        ///< of the corners' cost, what the bend would leave
+  /// N x N: the covariance by the corners' noise of the camera with the bend.
+  std::optional<Eigen::MatrixXd> covariance = {};
 };
 
 /// What the views say of the board's shape.
@@ -77,6 +81,7 @@ struct ShapeReport {
   bool is_determined = true;  ///< false: these views and this board cannot tell a bend
   /// F statistic of the bend against a flat board, about 1 for a flat one; NaN if nobody asked.
   double f = std::numeric_limits<double>::quiet_NaN();
+  std::optional<BendByViews> by_views;  ///< the same by views; nothing if nobody asked or they are too few
   /// One sigma of bend_x and bend_y, or with the board held flat what it would be; NaN if unknown.
   Eigen::Vector2d std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   double bend_share = 0;  ///< the larger bend as a share of the board's extent along it
@@ -116,9 +121,9 @@ struct CalibrationResult {
   int num_corners_outside = 0;  ///< used corners that the final camera says it cannot see
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
   std::optional<Eigen::MatrixXd> covariance;
-  /// The same without taking the corners of one view for independent; nothing where there is no covariance,
-  /// or the views are too few. Where it is much larger, the views have errors that the model and the noise do
-  /// not explain.
+  /// The same without taking the corners of one view for independent, and with a bend that was ignored as a
+  /// common error; nothing where there is no covariance, or the views are too few. Where it is much larger,
+  /// the views have errors that the model and the noise do not explain.
   std::optional<ViewCovariance> by_views;
   /// N x N, per px^2: what the corners say about the parameters with all poses free, and the board's bend
   /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
@@ -153,8 +158,9 @@ struct CalibrationResult {
   /// Whether the views disagree by more than the corners' noise makes them, beyond chance: then `covariance`
   /// is too small, and `by_views` is what counts.
   [[nodiscard]] bool isNoiseExceeded() const;
-  /// The covariance to go by: where noise is exceeded, in every direction the larger of both; a bend that
-  /// was ignored counts as an error of its size. There must be a covariance.
+  /// The covariance to go by: where noise is exceeded, in every direction the larger of both. Where a bend
+  /// was ignored, that of the camera with the bend, and on top the square of what the bend would change.
+  /// There must be a covariance.
   [[nodiscard]] Eigen::MatrixXd statedCovariance() const;
   /// Its one standard deviation of parameter i; NaN without a covariance.
   [[nodiscard]] double statedStd(int i) const;

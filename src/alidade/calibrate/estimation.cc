@@ -54,16 +54,20 @@ double weigh(const CornerNoise& noise, Observations& views) {
   return change;
 }
 
-double meanWeightedSquare(const Estimation& estimation) {
-  double sum = 0;
-  int count = 0;
+std::vector<Eigen::Vector2d> weightedErrors(const Estimation& estimation) {
+  std::vector<Eigen::Vector2d> errors;
   for (std::size_t v = 0; v < estimation.errors.size(); ++v) {
-    for (std::size_t i = 0; i < estimation.errors[v].size(); ++i) {
-      sum += estimation.observations[v][i].weight * estimation.errors[v][i].squaredNorm();
-      ++count;
-    }
+    for (std::size_t i = 0; i < estimation.errors[v].size(); ++i)
+      errors.emplace_back(std::sqrt(estimation.observations[v][i].weight) * estimation.errors[v][i]);
   }
-  return sum / count;
+  return errors;
+}
+
+double meanWeightedSquare(const Estimation& estimation) {
+  const std::vector<Eigen::Vector2d> errors = weightedErrors(estimation);
+  double sum = 0;
+  for (const Eigen::Vector2d& error : errors) sum += error.squaredNorm();
+  return sum / static_cast<double>(errors.size());
 }
 
 double weightedRms(std::string_view model_id, const Observations& views, const BundleState& state) {

@@ -52,6 +52,9 @@ void solve(Estimation& estimation, double function_tolerance = BundleOptions().f
 /// Gives each corner its weight; the largest relative change of one.
 double weigh(const CornerNoise& noise, Observations& views);
 
+/// Errors of the corners in use times the roots of their weights, view by view.
+[[nodiscard]] std::vector<Eigen::Vector2d> weightedErrors(const Estimation& estimation);
+
 /// Mean over the corners in use of weight (dx^2 + dy^2), px^2.
 [[nodiscard]] double meanWeightedSquare(const Estimation& estimation);
 

@@ -7,8 +7,10 @@
 
 #include "alidade/calibrate/calibration_result.h"
 #include "alidade/calibrate/data_findings.h"
+#include "alidade/calibrate/lens_prior.h"
 #include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/number_text.h"
+#include "alidade/init/lens_shapes.h"
 
 namespace alidade {
 namespace {
@@ -56,16 +58,18 @@ std::vector<double> tiltsDeg(const CalibrationResult& result) {
   return tilts;
 }
 
-// Relative one sigma of the focal lengths with corners no better than the noise floor.
+// Relative one sigma of the focal lengths on the axis, the stated one and that by noise with corners no
+// better than the noise floor, whichever is larger.
 double relativeFocalStd(const CalibrationResult& result) {
   if (!result.covariance) return std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd J = axisFocalJacobian(result.camera);
+  const Eigen::Vector2d focal = axisFocal(result.camera);
+  const auto largest = [&](const Eigen::MatrixXd& covariance) {
+    const Eigen::Vector2d std = (J * covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+    return std.cwiseQuotient(focal).maxCoeff();
+  };
   const double inflate = std::max(1.0, kNoiseFloorPx / result.coordinate_sigma_px);
-  double largest = 0;
-  for (int i = 0; i < 2; ++i) {
-    largest =
-        std::max(largest, result.parameterStd(i) / result.camera.parameters()[static_cast<std::size_t>(i)]);
-  }
-  return largest * inflate;
+  return std::max(inflate * largest(*result.covariance), largest(result.statedCovariance()));
 }
 
 void judgeObservability(const CalibrationResult& result, std::vector<Finding>& findings) {
@@ -114,9 +118,34 @@ void judgeObservability(const CalibrationResult& result, std::vector<Finding>& f
   }
 }
 
+// Where no prior could hold a lens together without contradicting the corners.
+void judgeRunaway(const CalibrationResult& result, std::vector<Finding>& findings) {
+  const LensScale scale = lensScale(result.camera.modelId(), result.camera, result.image_size);
+  const auto params = result.camera.parameters();
+  std::string names;
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    const bool is_held =
+        std::find(result.held.begin(), result.held.end(), static_cast<int>(i)) != result.held.end();
+    if (is_held || scale.distance(params, static_cast<Eigen::Index>(i)) <= kRunawaySizes) continue;
+    names += (names.empty() ? "" : ", ") + std::string(result.camera.parameterNames()[i]) + " " +
+             numberText("%.3g", params[i]);
+  }
+  if (names.empty()) return;
+  findings.push_back({.severity = Severity::kWarning,
+                      .id = "ill_conditioned",
+                      .cause =
+                          "lens parameters make up for one another and went to numbers that no lens has; "
+                          "where no corner was seen the model is not to be trusted, whatever its sigmas",
+                      .evidence = names,
+                      .next_step = "use a smaller model, or add views that reach the image's corners"});
+}
+
 void judgeConditioning(const CalibrationResult& result, std::vector<Finding>& findings) {
   const WeakPrior& held = result.weak_prior;
-  if (held.isNone()) return;
+  if (held.isNone()) {
+    judgeRunaway(result, findings);
+    return;
+  }
   std::string changes;
   for (const int i : held.least_known) {
     const auto at = static_cast<std::size_t>(i);

@@ -42,6 +42,10 @@ struct LensScale {
   [[nodiscard]] double distance(std::span<const double> params, Eigen::Index i) const;
 };
 
+/// A parameter of more natural sizes is no lens: the solver went along a valley in which others make up for
+/// it, to where the views seem to tell even what they do not.
+inline constexpr double kRunawaySizes = 10;
+
 /// The prior that holds a lens together, if one does; see holdTogether().
 struct WeakPrior {
   double width = 0;      ///< one standard deviation in natural sizes; 0 without a prior

@@ -44,20 +44,21 @@ BundleState startOn(const Estimation& reference, const Candidate& candidate) {
 // Solves and cross-validates a candidate on the reference's corners, with its weights and loss.
 void evaluate(Candidate& candidate, const Estimation& reference) {
   if (candidate.unsoundness || !candidate.not_better_than.empty()) return;
+  // A prior hides what the views leave open, and a fold where no corner was seen.
+  const bool is_reference = candidate.id == reference.options.model;
+  const bool is_held = is_reference && !reference.weak_prior.isNone();
   const BundleOptions options = {.loss = reference.loss,
                                  .max_iterations = 100,
                                  .function_tolerance = 1e-8,
                                  .constraint = reference.constraint,
+                                 .prior = is_held ? reference.weak_prior.prior : LensPrior{},
                                  .cancel = reference.options.cancel};
   BundleState state = startOn(reference, candidate);
-  const BundleSummary summary = candidate.id == reference.options.model
-                                    ? reference.summary
-                                    : solveBundle(candidate.id, reference.observations, state, options);
+  const BundleSummary summary =
+      is_reference ? reference.summary : solveBundle(candidate.id, reference.observations, state, options);
   candidate.rms_px = weightedRms(candidate.id, reference.observations, state);
   candidate.unsoundness = unsoundnessOf(candidate.id, reference.views.front().size, reference.observations,
                                         state, summary, reference.constraint);
-  // A prior hides what the views leave open, and a fold where no corner was seen.
-  const bool is_held = candidate.id == reference.options.model && !reference.weak_prior.isNone();
   if (!candidate.unsoundness && is_held) {
     candidate.unsoundness = Unsoundness{.id = "ill_conditioned",
                                         .text =

@@ -5,15 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/LU>
-
 #include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/image_bias.h"
 #include "alidade/calibrate/local_sigma.h"
-#include "alidade/calibrate/shape_information.h"
-#include "alidade/calibrate/view_pulls.h"
-#include "alidade/calibrate/weak_prior.h"
+#include "alidade/calibrate/result_covariance.h"
 #include "alidade/core/median.h"
 #include "alidade/core/text.h"
 
@@ -46,57 +42,11 @@ ViewResult viewResult(const Estimation& e, std::size_t v) {
   return view;
 }
 
-// The information whose inverse along the directions is given; it is zero across them.
-Eigen::MatrixXd informationOf(const Eigen::MatrixXd& inverse, const Eigen::MatrixXd& directions) {
-  if (directions.cols() == 0) return Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
-  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
-  const Eigen::MatrixXd onto = squares.cwiseInverse().asDiagonal() * directions.transpose();
-  const Eigen::MatrixXd along = onto * inverse * onto.transpose();
-  return onto.transpose() * along.inverse() * onto;
-}
-
 // Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
 double unexplainedSigma(const Estimation& e, double variance) {
   if (!e.noise.isStated()) return std::numeric_limits<double>::quiet_NaN();
   if (!e.noise.isUniform()) return e.noise.unexplainedSigma();
   return std::sqrt(std::max(0.0, variance - e.noise.statedVariance(e.observations[0][0].sigma_px)));
-}
-
-std::optional<ViewCovariance> byViews(const Estimation& e, const Eigen::MatrixXd& directions, double variance,
-                                      std::span<const Eigen::Vector2d> weighted_errors) {
-  const double slope = meanSlope(weighted_errors, e.loss);
-  const auto num_params = static_cast<int>(directions.rows());
-  if (!e.shape.is_estimated) {
-    return viewCovariance(viewPulls(e.options.model, e.observations, e.state, e.loss), directions, num_params,
-                          variance, slope);
-  }
-  const auto pulls =
-      viewPullsWithBend(e.options.model, e.board, e.observations, e.state, e.loss, LossWeights::kLeaveOut);
-  return viewCovariance(pulls, withBend(directions), num_params, variance, slope);
-}
-
-// What the prior says of what is free.
-Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& prior) {
-  if (prior.isNone()) return Eigen::MatrixXd::Zero(directions.rows(), directions.rows());
-  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
-  const Eigen::MatrixXd onto = directions * squares.cwiseInverse().asDiagonal() * directions.transpose();
-  return onto * prior.precision.asDiagonal() * onto;
-}
-
-// The covariances that the views alone give, as they are under the prior.
-void holdCovariances(const Estimation& e, double variance, CalibrationResult& result) {
-  result.weak_prior = e.weak_prior;
-  if (e.weak_prior.isNone()) return;
-  result.covariance = heldCovariance(result.information, e.weak_prior, variance, e.constraint);
-  if (!result.covariance) result.by_views.reset();
-  if (!result.by_views) return;
-  const auto under = [&](const Eigen::MatrixXd& free) {
-    return heldRobustCovariance(result.information, free, e.weak_prior, variance, e.constraint);
-  };
-  const auto covariance = under(result.by_views->covariance);
-  const auto larger = under(result.by_views->larger);
-  result.by_views->covariance = covariance.value();
-  result.by_views->larger = larger.value();
 }
 
 void setProjection(const Estimation& e, CalibrationResult& result) {
@@ -118,15 +68,12 @@ void setProjection(const Estimation& e, CalibrationResult& result) {
 CalibrationResult resultOf(const Estimation& e) {
   CalibrationResult result(AnyCamera::make(e.options.model, e.state.params));
   result.image_size = e.views.front().size;
-  std::vector<Eigen::Vector2d> weighted_errors;
+  const std::vector<Eigen::Vector2d> weighted_errors = weightedErrors(e);
   result.local_sigma_px = localSigma(e.board, e.observations, e.errors);
   double sum = 0;
   for (std::size_t v = 0; v < e.views.size(); ++v) {
     result.views.push_back(viewResult(e, v));
-    for (std::size_t i = 0; i < e.errors[v].size(); ++i) {
-      sum += e.errors[v][i].squaredNorm();
-      weighted_errors.emplace_back(std::sqrt(e.observations[v][i].weight) * e.errors[v][i]);
-    }
+    for (const Eigen::Vector2d& error : e.errors[v]) sum += error.squaredNorm();
   }
   result.num_corners = static_cast<int>(weighted_errors.size());
   result.rms_px = std::sqrt(sum / result.num_corners);
@@ -146,33 +93,13 @@ CalibrationResult resultOf(const Estimation& e) {
   const double variance = coordinateVariance(weighted_errors, e.loss, num_free);
   result.coordinate_sigma_px = std::sqrt(variance);
   result.unexplained_sigma_px = unexplainedSigma(e, variance);
-  const IntrinsicsInformation information =
-      intrinsicsInformation(e.options.model, e.observations, e.state, e.constraint);
-  result.scaled_condition = information.scaled_condition;
-  result.free_directions = directions;
-  result.information = information.information;
-  // Without a corner more than are needed there is no telling how good they are.
-  const bool has_variance = std::isfinite(variance);
-  if (information.inverse && has_variance) result.covariance = variance * *information.inverse;
   result.shape = e.shape;
-  bool is_bend_known = true;
   if (e.shape.is_estimated) {
     const BoardShape& shape = e.shape.shape;
     result.shape.bend_share = std::max(std::abs(shape.bend_x_m) / (e.board.square_m * (e.board.columns - 1)),
                                        std::abs(shape.bend_y_m) / (e.board.square_m * (e.board.rows - 1)));
-    const auto bent = shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss,
-                                       e.constraint, e.weak_prior.prior);
-    // Without the bend's share the covariance would be too small, so there is none then.
-    result.covariance.reset();
-    is_bend_known = bent.has_value();
-    if (bent && has_variance) result.covariance = variance * bent->params_inverse;
-    if (bent)
-      result.information =
-          informationOf(bent->params_inverse, directions) - precisionOn(directions, e.weak_prior.prior);
-    if (bent) result.shape.std_m = (variance * bent->bend_inverse.diagonal()).cwiseSqrt();
   }
-  if (result.covariance) result.by_views = byViews(e, directions, variance, weighted_errors);
-  if (has_variance && is_bend_known) holdCovariances(e, variance, result);
+  setCovariances(e, directions, variance, weighted_errors, result);
 
   const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
   result.board_stretch = boardStretch(scores, directions, variance);

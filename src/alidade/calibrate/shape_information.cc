@@ -2,7 +2,6 @@
 #include "alidade/calibrate/shape_information.h"
 
 #include "alidade/calibrate/scaled_inverse.h"
-#include "alidade/calibrate/view_pulls.h"
 
 namespace alidade {
 namespace {
@@ -32,11 +31,13 @@ std::optional<ShapeInformation> shapeInformation(std::string_view model_id, cons
                                                  std::span<const std::vector<Observation>> views,
                                                  const BundleState& state, HuberLoss loss,
                                                  const ParamConstraint& constraint, const LensPrior& prior) {
-  const auto pull = [&](LossWeights weights) {
-    return sumOf(viewPullsWithBend(model_id, board, views, state, loss, weights));
-  };
-  ViewPull robust = pull(LossWeights::kUse);
-  ViewPull plain = pull(LossWeights::kLeaveOut);
+  ShapeInformation result;
+  const auto robust_pulls = viewPullsWithBend(model_id, board, views, state, loss, LossWeights::kUse);
+  result.pulls = viewPullsWithBend(model_id, board, views, state, loss, LossWeights::kLeaveOut);
+  ViewPull robust = sumOf(robust_pulls);
+  ViewPull plain = sumOf(result.pulls);
+  result.prior = Eigen::MatrixXd::Zero(plain.information.rows(), plain.information.cols());
+  if (!prior.isNone()) result.prior.diagonal().head(prior.precision.size()) = prior.precision;
   for (ViewPull* sum : {&robust, &plain}) prior.addTo(state.params, sum->information, sum->gradient);
   const Eigen::Index num_params = robust.gradient.size() - kNumBends;
 
@@ -46,11 +47,13 @@ std::optional<ShapeInformation> shapeInformation(std::string_view model_id, cons
   const auto plain_inverse = scaledInverse(directions.transpose() * plain.information * directions).inverse;
   if (!robust_inverse || !plain_inverse) return std::nullopt;
 
-  ShapeInformation result;
   const Eigen::VectorXd gradient = directions.transpose() * robust.gradient;
   const Eigen::VectorXd step = -*robust_inverse * gradient;
   result.step_m = step.tail<kNumBends>();
-  result.params_step = (directions * step).head(num_params);
+  const Eigen::VectorXd change = directions * step;
+  result.params_step = change.head(num_params);
+  for (std::size_t v = 0; v < result.pulls.size(); ++v)
+    result.pulls[v].gradient += robust_pulls[v].information * change;
   result.drop = -gradient.dot(step);
   const Eigen::MatrixXd inverse = directions * *plain_inverse * directions.transpose();
   result.bend_inverse = inverse.bottomRightCorner<kNumBends, kNumBends>();

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/view_pulls.h"
 #include "alidade/target/board_shape.h"
 
 namespace alidade {
@@ -23,6 +24,9 @@ struct ShapeInformation {
   /// the variance of a corner of weight 1, covariances.
   Eigen::Matrix2d bend_inverse;
   Eigen::MatrixXd params_inverse;
+  /// What each view says at the end of the step: the information without the loss' weights.
+  std::vector<ViewPull> pulls;
+  Eigen::MatrixXd prior;  ///< what is known besides, per px^2, with rows as those of the pulls
 };
 
 /// Free directions of the intrinsics, see freeDirections(), and behind them the two of the bend.

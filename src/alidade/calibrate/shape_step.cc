@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string_view>
 #include <utility>
 
+#include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/larger_model.h"
 #include "alidade/calibrate/robust_weighting.h"
 #include "alidade/calibrate/shape_information.h"
-#include "alidade/calibrate/view_pulls.h"
 
 namespace alidade {
 namespace {
@@ -20,6 +21,13 @@ constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference 
 std::optional<ShapeInformation> information(const Estimation& e) {
   return shapeInformation(e.options.model, e.board, e.observations, e.state, e.loss, e.constraint,
                           e.weak_prior.prior);
+}
+
+std::optional<BendByViews> byViews(const Estimation& e, const ShapeInformation& info) {
+  const Eigen::Vector2d bend_m(e.shape.shape.bend_x_m, e.shape.shape.bend_y_m);
+  return bendByViews(info, bend_m + info.step_m,
+                     freeDirections(static_cast<int>(e.state.params.size()), e.constraint),
+                     meanSlope(weightedErrors(e), e.loss));
 }
 
 // Twice the cost by the degrees of freedom that are left with the bend free: the variance of a coordinate.
@@ -67,6 +75,7 @@ bool stepToRest(Estimation& e) {
     }
     const double variance = varianceLeft(e, info->drop);
     e.shape.std_m = (variance * info->bend_inverse.diagonal()).cwiseSqrt();
+    e.shape.by_views = byViews(e, *info);
     if (info->drop <= kAtRest * 2 * e.summary.cost) return true;
     bend(e, info->step_m);
     solve(e);
@@ -88,7 +97,8 @@ void estimateShape(Estimation& e) {
   const double variance = varianceLeft(e, info->drop);
   e.shape.f = info->drop / kNumBends / variance;
   e.shape.std_m = (variance * info->bend_inverse.diagonal()).cwiseSqrt();
-  if (e.options.board_shape == BoardShapeMode::kAuto && !(e.shape.f > kBendF)) return;
+  e.shape.by_views = byViews(e, *info);
+  if (e.options.board_shape == BoardShapeMode::kAuto && !isBent(e.shape.f, e.shape.by_views)) return;
   const auto larger = e.options.board_shape == BoardShapeMode::kAuto ? betterModel(e) : std::nullopt;
   const BundleState flat = e.state;
   e.shape.is_estimated = true;
@@ -123,8 +133,9 @@ bool refineShape(Estimation& e) {
   e.shape.f = drop / kNumBends / varianceLeft(e, 0);
   e.shape.flat_params = flat.params;
   e.shape.flat_rms_px = weightedRms(e.options.model, views, flat);
-  const bool is_bent = e.options.board_shape == BoardShapeMode::kWarp || e.shape.f > kBendF;
-  if (is_determined && is_bent) return true;
+  if (is_determined &&
+      (e.options.board_shape == BoardShapeMode::kWarp || isBent(e.shape.f, e.shape.by_views)))
+    return true;
   // What looked like a bend was outliers.
   takeAsFlat(e, std::move(flat));
   solve(e);
@@ -134,9 +145,12 @@ bool refineShape(Estimation& e) {
 void noteIgnoredBend(Estimation& e) {
   if (e.options.board_shape != BoardShapeMode::kFlat) return;
   const auto info = information(e);
-  if (!info || !(info->drop / kNumBends > kBendF * varianceLeft(e, info->drop))) return;
+  if (!info) return;
+  const double f = info->drop / kNumBends / varianceLeft(e, info->drop);
+  if (!isBent(f, byViews(e, *info))) return;
   e.shape.ignored = IgnoredBend{.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()},
-                                .params_step = info->params_step};
+                                .params_step = info->params_step,
+                                .cost_share = 1 - info->drop / (2 * e.summary.cost)};
 }
 
 }  // namespace alidade

@@ -6,7 +6,7 @@
 namespace alidade {
 
 /// Estimates the bend of the board together with everything else, from the solution for a flat one, if the
-/// options ask for it and, when they leave it open, a test says that the board is bent (kBendF).
+/// options ask for it and, when they leave it open, the tests say that the board is bent, see isBent().
 void estimateShape(Estimation& estimation);
 
 /// Solves again with the bend that suits the corners now in use, if it is estimated at all, and compares with
@@ -18,8 +18,5 @@ bool refineShape(Estimation& estimation);
 /// Where the board is held flat by the user's wish, looks whether it is bent all the same, and notes what
 /// that does to the parameters.
 void noteIgnoredBend(Estimation& estimation);
-
-/// F statistic from which a board counts as bent. A flat one exceeds it once in a thousand times.
-inline constexpr double kBendF = 6.9;
 
 }  // namespace alidade

@@ -10,6 +10,10 @@
 
 namespace alidade {
 
+/// From so many normal deviates on, views disagree by more than the corners' noise makes them: of clean sets
+/// about 1 in 100 exceeds it.
+inline constexpr double kBeyondChance = 3;
+
 /// What the views' disagreement says of the intrinsics' uncertainty.
 struct ViewCovariance {
   Eigen::MatrixXd covariance;  ///< N x N, parameters in storage order
@@ -27,8 +31,13 @@ struct ViewCovariance {
   /// deviations hold 95 %.
   Eigen::MatrixXd larger;
 
+  /// N: an error that all views have in common and that is known, which no disagreement shows (a bend of the
+  /// board that was ignored); empty: none. Not in `covariance` and `larger`.
+  Eigen::VectorXd common_error = {};
+
   /// Half the width of parameter i's 95 % interval over 1.96: one standard deviation that can be used like
-  /// one of a normal variable. 0 for a parameter that is held.
+  /// one of a normal variable, together with the root mean square of the common error. 0 for a parameter that
+  /// is held.
   [[nodiscard]] double effectiveStd(int i) const;
 };
 
@@ -37,15 +46,10 @@ struct ViewCovariance {
 /// the slope times the information, g being the pull of one view on what is free (Liang and Zeger 1986,
 /// Longitudinal data analysis using generalized linear models, Biometrika 73(1), the empirical covariance).
 ///
-/// The fit has drawn all views towards itself, so that their pulls are too small, those of views with much
-/// say most. They are scaled up so that under independent noise their expected squares are right, and the
-/// degrees of freedom are found under the same assumption: Bell and McCaffrey 2002, Bias reduction in
-/// standard errors for linear regression with multi-stage samples, Survey Methodology 28(2) ("CR2");
-/// Imbens and Kolesar 2016, Robust standard errors in small samples, Review of Economics and Statistics
-/// 98(4).
+/// In small samples see ViewShares.
 ///
 /// What is wrong in the same way in all views (a bent board held flat) shows only as far as it pulls
-/// different views differently.
+/// different views differently: see `common_error`, which is left empty here.
 ///
 /// @param pulls       one a view, at the optimum; columns as the rows of `directions`
 /// @param directions  what is free, one direction a column; the first `num_params` rows are the intrinsics

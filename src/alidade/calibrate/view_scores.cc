@@ -10,6 +10,7 @@
 #include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/reprojection.h"
 #include "alidade/calibrate/scaled_inverse.h"
+#include "alidade/calibrate/view_covariance.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/median.h"
 
@@ -43,6 +44,69 @@ ViewScore scoreOf(const double* params, const SE3& camera_from_board, std::span<
   return {.information = reduced.template topLeftCorner<kN + 1, kN + 1>(),
           .gradient = reduced.template topRightCorner<kN + 1, 1>()};
 }
+
+// A view beside the others, in coordinates in which noise gives the result the covariance 1.
+struct OneView {
+  Eigen::MatrixXd S;             // the share that it says of what all say, between 0 and 1
+  Eigen::VectorXd move;          // of the result without it
+  Eigen::VectorXd disagreement;  // its pull as it would be if the fit had not been drawn towards it
+  Eigen::VectorXd pull;          // each element with variance 1 where there is nothing but noise
+  double freedom = 0;            // number of directions in which it speaks and others do too
+};
+
+OneView oneView(const Eigen::MatrixXd& share, const Eigen::VectorXd& gradient) {
+  constexpr double kNothing =
+      1e-6;  // share below which a view does not speak, above 1 less which none else does
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(share);
+  Eigen::VectorXd move = Eigen::VectorXd::Zero(gradient.size());
+  Eigen::VectorXd disagreement = move;
+  OneView view{.S = share, .move = {}, .disagreement = {}, .pull = move};
+  const Eigen::VectorXd g = solver.eigenvectors().transpose() * gradient;
+  for (Eigen::Index i = 0; i < g.size(); ++i) {
+    const double s = solver.eigenvalues()(i);
+    if (s < kNothing || s > 1 - kNothing) continue;
+    // The gradient has the variance s (1 - s) because the others have pulled the fit too.
+    move(i) = g(i) / (1 - s);
+    disagreement(i) = g(i) / std::sqrt(1 - s);
+    view.pull(i) = g(i) / std::sqrt(s * (1 - s));
+    ++view.freedom;
+  }
+  view.move = solver.eigenvectors() * move;
+  view.disagreement = solver.eigenvectors() * disagreement;
+  return view;
+}
+
+// How far views disagree by more than noise, in the same coordinates.
+class Disagreement {
+ public:
+  explicit Disagreement(Eigen::Index num_free) : squares_(Eigen::MatrixXd::Zero(num_free, num_free)) {}
+
+  void add(const OneView& view, int sign) {
+    squares_ += sign * view.disagreement * view.disagreement.transpose();
+    squares_of_shares_ += sign * view.S.squaredNorm();
+    num_views_ += sign;
+  }
+
+  // The size of a change in the sigmas that the views state: those by noise, or by their disagreement where
+  // that is larger beyond chance.
+  [[nodiscard]] double sigmas(const Eigen::VectorXd& change) const {
+    const Eigen::Index m = squares_.rows();
+    const auto num_free = static_cast<double>(m);
+    const double excess = squares_.trace() / num_free;
+    const bool is_exceeded =
+        num_views_ > m &&
+        normalOfMeanSquare(excess, num_free * num_free / squares_of_shares_) > kBeyondChance;
+    if (!is_exceeded) return change.norm();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(squares_);
+    const Eigen::VectorXd along = solver.eigenvectors().transpose() * change;
+    return std::sqrt(along.cwiseAbs2().cwiseQuotient(solver.eigenvalues().cwiseMax(1)).sum());
+  }
+
+ private:
+  Eigen::MatrixXd squares_;
+  double squares_of_shares_ = 0;
+  Eigen::Index num_views_ = 0;
+};
 
 // Scores come from corners weighted by the loss; they are coarser than what the covariance is made of.
 std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
@@ -104,37 +168,26 @@ std::vector<ViewInfluence> viewInfluences(std::span<const ViewScore> scores,
   const auto inverse = inverseOf(information);
   if (!inverse) return {};
   const Eigen::MatrixXd root = inverse->llt().matrixL();
-  std::vector<ViewInfluence> influences;
+  // In coordinates in which all views together say the same in every direction, noise has the covariance 1.
+  const Eigen::MatrixXd basis = directions * root / std::sqrt(variance);
+  std::vector<OneView> views;
+  Disagreement all(m);
   std::vector<double> means;  // of the squares that are 1 on average where there is nothing but noise
-  std::vector<double> freedoms;
   for (const ViewScore& score : scores) {
-    // In coordinates in which all views together say the same in every direction, the view says a share of
-    // it, and its gradient has the variance share (1 - share) because the others have pulled the fit too.
-    const Eigen::MatrixXd basis = directions * root;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-        basis.transpose() * score.information.topLeftCorner(n, n) * basis);
-    const Eigen::VectorXd gradient =
-        solver.eigenvectors().transpose() * (basis.transpose() * score.gradient.head(n));
-    constexpr double kNothing =
-        1e-6;  // share below which a view does not speak, above 1 less which none else does
-    double move = 0;
-    double sum = 0;
-    double freedom = 0;
-    for (Eigen::Index i = 0; i < m; ++i) {
-      const double share = solver.eigenvalues()(i);
-      if (share < kNothing || share > 1 - kNothing) continue;
-      const double square = gradient(i) * gradient(i) / variance;
-      move += square / ((1 - share) * (1 - share));
-      sum += square / (share * (1 - share));
-      ++freedom;
-    }
-    influences.push_back({.move_sigmas = std::sqrt(move)});
-    freedoms.push_back(freedom);
-    means.push_back(freedom > 0 ? sum / freedom : 0.0);
+    const Eigen::MatrixXd share =
+        variance * basis.transpose() * score.information.topLeftCorner(n, n) * basis;
+    views.push_back(oneView(share, basis.transpose() * score.gradient.head(n)));
+    all.add(views.back(), 1);
+    means.push_back(views.back().freedom > 0 ? views.back().pull.squaredNorm() / views.back().freedom : 0.0);
   }
   const double typical = std::max(1.0, medianOf(means));
-  for (std::size_t v = 0; v < influences.size(); ++v) {
-    if (freedoms[v] > 0) influences[v].surprise_sigmas = normalOfMeanSquare(means[v] / typical, freedoms[v]);
+  std::vector<ViewInfluence> influences;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    Disagreement others = all;
+    others.add(views[v], -1);
+    influences.push_back({.move_sigmas = others.sigmas(views[v].move)});
+    if (views[v].freedom > 0)
+      influences[v].surprise_sigmas = normalOfMeanSquare(means[v] / typical, views[v].freedom);
   }
   return influences;
 }

@@ -42,7 +42,9 @@ struct BoardStretch {
 
 /// What leaving out one view would do, to first order.
 struct ViewInfluence {
-  /// The most by which any function of the intrinsics would move, in standard deviations of its own.
+  /// The most by which any function of the intrinsics would move, in standard deviations of its own: those by
+  /// noise, or where the other views disagree with one another beyond chance, those by their disagreement if
+  /// larger.
   double move_sigmas = 0;
   /// How much more the view disagrees with the others than noise makes views disagree, in standard deviations
   /// of a normal variable; at most 1 in 1000 views of a clean set exceeds 3.1. Where all views disagree

@@ -80,7 +80,7 @@ class Ladder {
 
   // Is there nothing to be done?
   [[nodiscard]] bool isSound(const Solution& solution) const {
-    if (!isSteady(solution)) return false;
+    if (!isSteady(solution) || largest(solution) > kRunawaySizes) return false;
     const AnyCamera camera = cameraOf(solution.state);
     return !foldsInImage(camera, size_) && seesAll(camera, solution.state);
   }
@@ -160,7 +160,12 @@ class Ladder {
   [[nodiscard]] std::optional<Eigen::MatrixXd> covarianceOf(const Solution& solution) const {
     const Eigen::MatrixXd information =
         intrinsicsInformation(e_.options.model, e_.observations, solution.state, e_.constraint).information;
-    if (!solution.held.isNone()) return heldCovariance(information, solution.held, variance_, e_.constraint);
+    if (!solution.held.isNone()) {
+      const auto held =
+          HeldCovariance::make(information, solution.state.params, solution.held, variance_, e_.constraint);
+      if (!held) return std::nullopt;
+      return held->byNoise();
+    }
     const auto inverse = inverseOn(information, directions_);
     if (!inverse) return std::nullopt;
     return variance_ * *inverse;
@@ -222,29 +227,30 @@ void holdTogether(Estimation& e) {
   solve(e);
 }
 
-std::optional<Eigen::MatrixXd> heldCovariance(const Eigen::MatrixXd& information, const WeakPrior& held,
-                                              double variance, const ParamConstraint& constraint) {
+std::optional<HeldCovariance> HeldCovariance::make(const Eigen::MatrixXd& information,
+                                                   std::span<const double> params, const WeakPrior& held,
+                                                   double variance, const ParamConstraint& constraint) {
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(information.rows()), constraint);
-  const Eigen::MatrixXd P = held.prior.precision.asDiagonal();
-  const auto inverse = inverseOn(information + P, directions);
+  const LensPrior natural = held.scale.prior(std::max(held.width, kNatural), variance);
+  const auto inverse = inverseOn(information + Eigen::MatrixXd(natural.precision.asDiagonal()), directions);
   if (!inverse) return std::nullopt;
-  const double width = std::max(held.width, kNatural);
-  const Eigen::VectorXd truth = (width * held.scale.size).cwiseAbs2();
-  const Eigen::MatrixXd bias = held.prior.precision.cwiseAbs2().cwiseProduct(truth).asDiagonal();
-  return *inverse * (variance * information + bias) * *inverse;
+  const Eigen::Map<const Eigen::VectorXd> p(params.data(), information.rows());
+  HeldCovariance result;
+  result.information_ = information;
+  result.inverse_ = *inverse;
+  result.shift_ = *inverse * (held.prior.precision - natural.precision).cwiseProduct(p - held.prior.mean);
+  result.variance_ = variance;
+  return result;
 }
 
-std::optional<Eigen::MatrixXd> heldRobustCovariance(const Eigen::MatrixXd& information,
-                                                    const Eigen::MatrixXd& robust, const WeakPrior& held,
-                                                    double variance, const ParamConstraint& constraint) {
-  const auto all = heldCovariance(information, held, variance, constraint);
-  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(information.rows()), constraint);
-  const auto inverse =
-      inverseOn(information + Eigen::MatrixXd(held.prior.precision.asDiagonal()), directions);
-  if (!all || !inverse) return std::nullopt;
+Eigen::MatrixXd HeldCovariance::byNoise() const {
+  return variance_ * inverse_ + shift_ * shift_.transpose();
+}
+
+Eigen::MatrixXd HeldCovariance::byViews(const Eigen::MatrixXd& robust) const {
   // The views' pulls in place of independent corners; the prior's part stays.
-  return *all + *inverse * information * robust * information * *inverse -
-         variance * *inverse * information * *inverse;
+  const Eigen::MatrixXd through = inverse_ * information_;
+  return byNoise() + through * robust * through.transpose() - variance_ * through * inverse_;
 }
 
 }  // namespace alidade

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include <Eigen/Core>
 
@@ -22,20 +23,33 @@ namespace alidade {
 /// Leaves alone what is determined.
 void holdTogether(Estimation& estimation);
 
-/// Covariance of the parameters estimated under a prior, for the truth lying about the model's start by no
-/// less than the prior's width nor than a natural size: (H + P)^-1 (H variance + P C P) (H + P)^-1 with the
-/// information H, the prior's P and the truth's covariance C. (Mean square error of ridge regression, Hoerl
-/// and Kennard 1970, Technometrics 12(1), section 4, the bias being averaged over the truths.) A prior
-/// narrower than what is known so does not make the sigmas small. Nothing where H + P is singular.
-[[nodiscard]] std::optional<Eigen::MatrixXd> heldCovariance(const Eigen::MatrixXd& information,
-                                                            const WeakPrior& held, double variance,
-                                                            const ParamConstraint& constraint);
+/// What is known of parameters that were estimated under a prior. Before any view the truth is taken to lie
+/// about the model's start by a natural size, or by the prior's width where that is wider. Where the prior is
+/// narrower, which keeps the lens from folding where no corner was seen, the estimate is not the most likely
+/// truth, but so far from it: C = variance (H + Q)^-1 + d d^T, d = (H + Q)^-1 (P - Q) (estimate - start),
+/// with the information H of the views, the prior's P and the natural Q. (Averaged over the truths it is the
+/// mean square error of ridge regression, Hoerl and Kennard 1970, Technometrics 12(1), section 4.) So a
+/// narrow prior does not make the sigmas small.
+class HeldCovariance {
+ public:
+  /// @param information  of the views alone, N x N, per px^2
+  /// @param params       as estimated
+  /// @param variance     of the coordinate of a corner of weight 1, px^2
+  /// @returns nothing where H + Q is singular
+  [[nodiscard]] static std::optional<HeldCovariance> make(const Eigen::MatrixXd& information,
+                                                          std::span<const double> params,
+                                                          const WeakPrior& held, double variance,
+                                                          const ParamConstraint& constraint);
 
-/// What the views alone would say, see viewCovariance(), as it is under the prior.
-/// @param robust  without the prior
-[[nodiscard]] std::optional<Eigen::MatrixXd> heldRobustCovariance(const Eigen::MatrixXd& information,
-                                                                  const Eigen::MatrixXd& robust,
-                                                                  const WeakPrior& held, double variance,
-                                                                  const ParamConstraint& constraint);
+  [[nodiscard]] Eigen::MatrixXd byNoise() const;
+  /// @param robust  what the views alone would say without a prior, see viewCovariance()
+  [[nodiscard]] Eigen::MatrixXd byViews(const Eigen::MatrixXd& robust) const;
+
+ private:
+  Eigen::MatrixXd information_;
+  Eigen::MatrixXd inverse_;
+  Eigen::VectorXd shift_;
+  double variance_ = 0;
+};
 
 }  // namespace alidade

@@ -66,6 +66,23 @@ Eigen::Vector2d axisFocal(const AnyCamera& camera) {
                  : Eigen::Vector2d(camera.parameters()[0], camera.parameters()[1]);
 }
 
+Eigen::MatrixXd axisFocalJacobian(const AnyCamera& camera) {
+  constexpr double kStep = 1e-4;  // radians; the models' own derivatives are differenced, to 1e-8
+  const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> ahead(2, num_params);
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> behind(2, num_params);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Identity(2, num_params);
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+    const bool is_seen = camera.visit([&](const auto& c) {
+      return c.project(Eigen::Vector3d::UnitZ() + step, nullptr, ahead.data()).ok() &&
+             c.project(Eigen::Vector3d::UnitZ() - step, nullptr, behind.data()).ok();
+    });
+    if (is_seen) J.row(axis) = (ahead.row(axis) - behind.row(axis)) / (2 * kStep);
+  }
+  return J;
+}
+
 std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
                                      std::string_view model_id) {
   const auto own = parameterNames(from_id);

@@ -15,6 +15,10 @@ namespace alidade {
 /// Pixels a radian on the axis, by x and y.
 [[nodiscard]] Eigen::Vector2d axisFocal(const AnyCamera& camera);
 
+/// Its change by the parameters, 2 x N. In models whose shape bends the middle of the image too (ucm, omni,
+/// double_sphere, fov) it is not fx and fy alone that set it.
+[[nodiscard]] Eigen::MatrixXd axisFocalJacobian(const AnyCamera& camera);
+
 /// The parameters that `model_id` shares with the camera's model, by name; its further ones are zero. The
 /// same camera where the one model contains the other.
 [[nodiscard]] std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,

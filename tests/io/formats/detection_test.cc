@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "alidade/io/atomic_file.h"
 #include "alidade/io/camera_source.h"
 #include "alidade/io/formats/camera_document.h"
 #include "alidade/io/formats/camera_format.h"
@@ -55,6 +56,25 @@ TEST(FormatDetection, ReadsWhatEachExampleSays) {
     EXPECT_EQ(ids, example.remarks);
   }
   EXPECT_EQ(num_cameras, 50);
+}
+
+// The examples in docs/formats.md, each below the heading of its format.
+TEST(FormatDetection, ReadsTheExamplesOfTheDocumentation) {
+  const std::string text = readTextFile(ALIDADE_SOURCE_DIR "/docs/formats.md", 1U << 20U);
+  int num_examples = 0;
+  for (const CameraFormat* format : cameraFormats()) {
+    const std::size_t heading = text.find("\n### " + std::string(format->id) + "\n");
+    if (heading == std::string::npos) continue;
+    constexpr std::string_view kFence = "\n```";
+    const std::size_t begin = text.find('\n', text.find(kFence, heading) + 1) + 1;
+    const std::size_t end = text.find(kFence, begin);
+    ASSERT_NE(end, std::string::npos);
+    const CameraSource source = parseCameras(text.substr(begin, end + 1 - begin), "example");
+    EXPECT_EQ(source.format, format->id);
+    EXPECT_EQ(source.cameras.size(), 1u);
+    ++num_examples;
+  }
+  EXPECT_EQ(num_examples, static_cast<int>(cameraFormats().size()) - 1);  // all but this program's own
 }
 
 // Digits that were cut off are known where the numbers are text.

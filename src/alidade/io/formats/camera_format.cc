@@ -87,10 +87,14 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
 
 }  // namespace
 
-std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras) {
+std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
+                       const std::string& path) {
   std::vector<NamedCamera> held(cameras.begin(), cameras.end());
   for (NamedCamera& named : held) named.camera = heldCamera(format, named);
-  std::string text = format.write(held);
+  const auto dialect =
+      std::find_if(format.dialects.begin(), format.dialects.end(),
+                   [&path](const CameraFormat::Dialect& d) { return path.ends_with(d.extension); });
+  std::string text = dialect == format.dialects.end() ? format.write(held) : dialect->write(held);
   const std::vector<StatedCamera> back =
       format.read(detail::CameraDocument(text, std::string(format.id)), {});
   expect(back.size() == cameras.size(), "a written camera file has to hold all cameras");

@@ -39,6 +39,13 @@ struct CameraFormat {
   /// `cameras` are of models that the format holds (see formatText). @throws Error (kInput) for what it
   /// cannot say of one all the same
   std::string (*write)(std::span<const NamedCamera> cameras) = nullptr;
+
+  /// Another way to write the same, into files with this extension.
+  struct Dialect {
+    std::string_view extension;  ///< ".xml"
+    std::string (*write)(std::span<const NamedCamera> cameras);
+  };
+  std::vector<Dialect> dialects = {};
 };
 
 /// THE list of formats; the first one is this program's own. No file is recognised by two of them.
@@ -50,7 +57,9 @@ struct CameraFormat {
 /// The file of these cameras, each in a model that `format` holds, with every parameter that is not zero, and
 /// that is the same lens. It is read back
 /// before it is handed out: every camera projects as it did.
+/// `path` is where it is to be written, as far as its extension tells a dialect.
 /// @throws Error (kInput) if a camera cannot be held exactly, with the reason
-[[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras);
+[[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
+                                     const std::string& path = "");
 
 }  // namespace alidade

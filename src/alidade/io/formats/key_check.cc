@@ -44,6 +44,7 @@ class KeyChecker final : public YAML::EventHandler {
     bool is_map = false;
     std::size_t num_nodes = 0;  // keys and values
     std::set<std::string> keys = {};
+    std::string last_key = {};
   };
 
   [[nodiscard]] bool isKeyNext() const {
@@ -51,6 +52,7 @@ class KeyChecker final : public YAML::EventHandler {
   }
 
   void takeKey(const YAML::Mark& mark, const std::string& text) {
+    open_.back().last_key = text;
     std::set<std::string>& keys = open_.back().keys;
     if (!keys.insert(text).second) complain(mark, "the key '" + text + "' twice", "each key once");
     if (keys.size() > kMaxKeys)
@@ -66,11 +68,26 @@ class KeyChecker final : public YAML::EventHandler {
     takeValue();
   }
 
+  // "calibration.views[2]", as YamlNode calls it.
+  [[nodiscard]] std::string pathOfMap() const {
+    std::string path;
+    for (std::size_t i = 0; i + 1 < open_.size(); ++i) {
+      if (open_[i].is_map) {
+        path += (path.empty() ? "" : ".") + open_[i].last_key;
+      } else {
+        path += "[" + std::to_string(open_[i].num_nodes) + "]";
+      }
+    }
+    return path;
+  }
+
   [[noreturn]] void complain(const YAML::Mark& mark, const std::string& found,
                              const std::string& expected) const {
-    throw inputError({.where = file_ + ":" + std::to_string(mark.line + 1),
-                      .found = "found " + found,
-                      .expected = expected});
+    const std::string path = pathOfMap();
+    throw inputError(
+        {.where = file_ + ":" + std::to_string(mark.line + 1) + (path.empty() ? "" : ": " + path),
+         .found = "found " + found,
+         .expected = expected});
   }
 
   const std::string& file_;

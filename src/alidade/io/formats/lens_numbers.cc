@@ -78,7 +78,12 @@ StatedNumber statedNumber(const YamlNode& node) {
 std::vector<StatedNumber> statedNumbers(const YamlNode& node) {
   std::vector<StatedNumber> numbers;
   if (node.isMap()) {
-    appendRow(node.at("data"), numbers);
+    const YamlNode data = node.at("data");
+    if (data.isSequence()) {
+      appendRow(data, numbers);
+    } else {
+      numbers.push_back(statedNumber(data));  // one value, in XML
+    }
     const int rows = node.at("rows").integer();
     const int columns = node.at("cols").integer();
     if (rows < 0 || columns < 0 ||

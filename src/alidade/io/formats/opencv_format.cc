@@ -9,14 +9,15 @@
 
 #include "alidade/core/text.h"
 #include "alidade/io/formats/camera_document.h"
-#include "alidade/io/formats/format_text.h"
 #include "alidade/io/formats/formats.h"
 #include "alidade/io/formats/lens_numbers.h"
+#include "alidade/io/formats/opencv_text.h"
 
 namespace alidade::formats {
 namespace {
 
 using detail::CameraDocument;
+using detail::OpenCvNode;
 using detail::StatedNumber;
 using detail::YamlNode;
 
@@ -231,30 +232,36 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
   return cameras;
 }
 
-std::string matrixText(const std::string& key, int rows, int columns, std::span<const double> values) {
-  std::vector<std::string> texts;
-  for (const double value : values) texts.push_back(detail::realText(value));
-  return key + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
-         "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ " + join(texts, ", ") + " ]\n";
-}
-
-std::string write(std::span<const NamedCamera> cameras) {
+std::vector<OpenCvNode> nodesOf(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
   const std::span<const double> p = named.camera.parameters();
   const std::string_view model = named.camera.modelId();
-  std::string text = "%YAML:1.0\n---\n";
-  text += "image_width: " + std::to_string(named.image_size.width) + "\n";
-  text += "image_height: " + std::to_string(named.image_size.height) + "\n";
-  text += "fisheye_model: " + std::string(model == "kannala_brandt" ? "1" : "0") + "\n";
-  const std::array<double, 9> K = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
-  text += matrixText("camera_matrix", 3, 3, K);
+  std::vector<OpenCvNode> nodes = {
+      {.key = "image_width", .whole = named.image_size.width},
+      {.key = "image_height", .whole = named.image_size.height},
+      {.key = "fisheye_model", .whole = model == "kannala_brandt" ? 1 : 0},
+      {.key = "camera_matrix", .rows = 3, .columns = 3, .values = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1}}};
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (model == "pinhole") coefficients.assign(5, 0.0);
   if (model == "omni") {
-    text += matrixText("xi", 1, 1, std::span(coefficients).first(1));
+    nodes.push_back({.key = "xi", .rows = 1, .columns = 1, .values = {coefficients.front()}});
     coefficients.erase(coefficients.begin());
   }
-  return text + matrixText("distortion_coefficients", static_cast<int>(coefficients.size()), 1, coefficients);
+  nodes.push_back({.key = "distortion_coefficients",
+                   .rows = static_cast<int>(coefficients.size()),
+                   .columns = 1,
+                   .values = coefficients});
+  return nodes;
+}
+
+std::string writeYaml(std::span<const NamedCamera> cameras) {
+  return detail::openCvYaml(nodesOf(cameras));
+}
+std::string writeXml(std::span<const NamedCamera> cameras) {
+  return detail::openCvXml(nodesOf(cameras));
+}
+std::string writeJson(std::span<const NamedCamera> cameras) {
+  return detail::openCvJson(nodesOf(cameras));
 }
 
 }  // namespace
@@ -266,7 +273,8 @@ const CameraFormat& opencv() {
       .models = {"pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "omni"},
       .recognises = recognises,
       .read = read,
-      .write = write};
+      .write = writeYaml,
+      .dialects = {{".xml", writeXml}, {".json", writeJson}}};
   return kFormat;
 }
 

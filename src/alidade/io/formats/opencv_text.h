@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace alidade::detail {
+
+/// A node at the top of a file of OpenCV's FileStorage: a whole number, or a matrix row by row.
+struct OpenCvNode {
+  std::string key;
+  int whole = 0;
+  int rows = 0;  ///< 0 = a whole number
+  int columns = 0;
+  std::vector<double> values = {};
+};
+
+/// The three forms of the same file.
+[[nodiscard]] std::string openCvYaml(std::span<const OpenCvNode> nodes);
+[[nodiscard]] std::string openCvXml(std::span<const OpenCvNode> nodes);
+[[nodiscard]] std::string openCvJson(std::span<const OpenCvNode> nodes);
+
+}  // namespace alidade::detail
