@@ -88,9 +88,10 @@ WarpRecord readWarp(const YamlNode& node) {
   return warp;
 }
 
-// A sigma, or null where there is no ray.
+// A sigma, or null where there is no ray, which early files put into quotes.
 double readStd(const YamlNode& node) {
-  if (node.isNull()) return std::numeric_limits<double>::quiet_NaN();
+  if (node.isNull() || (node.isScalar() && node.text() == "null"))
+    return std::numeric_limits<double>::quiet_NaN();
   const double std = node.number();
   if (std < 0) throw node.error(std::to_string(std), "a standard deviation, or null where there is no ray");
   return std;

@@ -63,14 +63,19 @@ void writeViews(YAML::Emitter& out, const std::vector<ViewRecord>& views) {
 }
 
 // NaN, of a pixel without a ray, is null.
-std::string numberOrNull(double value) {
-  return std::isnan(value) ? "null" : number(value);
+void writeNumberOrNull(YAML::Emitter& out, double value) {
+  if (std::isnan(value)) {
+    out << YAML::Null;
+  } else {
+    out << number(value);
+  }
 }
 
 void writeProjectionStd(YAML::Emitter& out, const ProjectionStdRecord& record) {
   out << YAML::Key << "projection_std_px" << YAML::Value << YAML::Flow << YAML::BeginMap  //
-      << YAML::Key << "center" << YAML::Value << numberOrNull(record.center_px)           //
-      << YAML::Key << "worst" << YAML::Value << number(record.worst_px) << YAML::EndMap
+      << YAML::Key << "center" << YAML::Value;
+  writeNumberOrNull(out, record.center_px);
+  out << YAML::Key << "worst" << YAML::Value << number(record.worst_px) << YAML::EndMap
       << YAML::Comment("one sigma, at infinity, best rotation taken out");
   out << YAML::Key << "projection_std_grid" << YAML::Value << YAML::BeginMap;
   out << YAML::Key << "worst_pixel" << YAML::Value;
@@ -78,7 +83,7 @@ void writeProjectionStd(YAML::Emitter& out, const ProjectionStdRecord& record) {
   out << YAML::Key << "columns" << YAML::Value << record.columns;
   out << YAML::Key << "rows" << YAML::Value << record.rows;
   out << YAML::Key << "std_px" << YAML::Value << YAML::Flow << YAML::BeginSeq;
-  for (const double std : record.std_px) out << numberOrNull(std);
+  for (const double std : record.std_px) writeNumberOrNull(out, std);
   out << YAML::EndSeq << YAML::EndMap;
 }
 

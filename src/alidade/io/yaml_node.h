@@ -25,6 +25,7 @@ class YamlNode {
 
   [[nodiscard]] bool isMap() const { return node_.IsMap(); }
   [[nodiscard]] bool isNull() const { return node_.IsNull(); }
+  [[nodiscard]] bool isScalar() const { return node_.IsScalar(); }
   [[nodiscard]] bool isSequence() const { return node_.IsSequence(); }
   [[nodiscard]] bool has(const std::string& key) const;
   /// The value of a key of this map; missing is an error.
