@@ -3,6 +3,7 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,19 +35,28 @@ const AnyCamera& trueCamera() {
   return camera;
 }
 
+// 120 degrees over the image's width.
+const AnyCamera& fisheyeCamera() {
+  static const AnyCamera camera =
+      AnyCamera::make("kannala_brandt", std::vector<double>{900, 898, 955, 604, 0.02, -0.01, 0.003, -5e-4});
+  return camera;
+}
+
+std::vector<View> makeViews(const AnyCamera& camera, int count) {
+  Random random(1);
+  std::vector<View> views;
+  for (const SE3& pose : randomViews(camera, kSize, kBoard, count, random)) {
+    char name[32];
+    std::snprintf(name, sizeof name, "view_%04zu.png", views.size());
+    views.push_back(exactView(camera, kSize, kBoard, pose, name));
+    addCornerNoise(views.back(), kNoisePx, random);
+  }
+  return views;
+}
+
 // The first `count` of one fixed sequence of views.
 std::vector<View> simulatedViews(int count) {
-  static const std::vector<View> all = [] {
-    Random random(1);
-    std::vector<View> views;
-    for (const SE3& pose : randomViews(trueCamera(), kSize, kBoard, kMaxViews, random)) {
-      char name[32];
-      std::snprintf(name, sizeof name, "view_%04zu.png", views.size());
-      views.push_back(exactView(trueCamera(), kSize, kBoard, pose, name));
-      addCornerNoise(views.back(), kNoisePx, random);
-    }
-    return views;
-  }();
+  static const std::vector<View> all = makeViews(trueCamera(), kMaxViews);
   return {all.begin(), all.begin() + count};
 }
 
@@ -63,16 +73,30 @@ void setCounters(benchmark::State& state, double rms_px, double fx) {
   state.counters["fx_error_px"] = fx - trueCamera().parameters()[0];
 }
 
-void runAlidade(benchmark::State& state, const char* model) {
-  const auto num_views = static_cast<int>(state.range(0));
-  const std::vector<View> views = simulatedViews(num_views);
+// Calibrates over and over; the last result.
+std::optional<CalibrationResult> calibrateViews(benchmark::State& state, const std::vector<View>& views,
+                                                const char* model) {
+  std::optional<CalibrationResult> result;
   for (auto _ : state) {
-    const CalibrationResult result = calibrate(kBoard, views, {.model = model});
-    setCounters(state, result.rms_px, result.camera.parameters()[0]);
-    if (result.isUsable()) continue;
+    result = calibrate(kBoard, views, {.model = model});
+    if (result->isUsable()) continue;
     state.SkipWithError("the calibration is not trustworthy");
     break;
   }
+  return result;
+}
+
+// Another model may be chosen, so that only the errors compare.
+void runFisheye(benchmark::State& state) {
+  const auto result =
+      calibrateViews(state, makeViews(fisheyeCamera(), static_cast<int>(state.range(0))), kAutoModel);
+  if (result) state.counters["rms_px"] = result->rms_px;
+}
+
+void runAlidade(benchmark::State& state, const char* model) {
+  const auto num_views = static_cast<int>(state.range(0));
+  const auto result = calibrateViews(state, simulatedViews(num_views), model);
+  if (result) setCounters(state, result->rms_px, result->camera.parameters()[0]);
   state.counters["s_per_view"] = benchmark::Counter(
       num_views, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["peak_MB"] = peakMegabytes();
@@ -116,6 +140,9 @@ void registerAll() {
   };
   common(benchmark::RegisterBenchmark("calibrate/alidade_auto", runAlidade, kAutoModel))
       ->Arg(10)
+      ->Arg(100)
+      ->Repetitions(kRepetitions);
+  common(benchmark::RegisterBenchmark("calibrate/alidade_auto_fisheye", runFisheye))
       ->Arg(100)
       ->Repetitions(kRepetitions);
   common(benchmark::RegisterBenchmark("calibrate/alidade", runAlidade, "radtan"))
