@@ -65,8 +65,10 @@ TEST(FormatRoundTrip, KeepsSeveralCameras) {
 TEST(FormatRoundTrip, SaysWhatHasNoPlace) {
   const auto refusal = [](std::string_view format, std::string_view model,
                           std::vector<double> parameters) -> std::string {
-    const std::vector<NamedCamera> cameras = {
-        {.name = "cam.yaml", .camera = AnyCamera::make(model, parameters), .image_size = {640, 480}}};
+    const std::vector<NamedCamera> cameras = {{.name = "",
+                                               .camera = AnyCamera::make(model, parameters),
+                                               .image_size = {640, 480},
+                                               .where = "cam.yaml"}};
     try {
       return formatText(cameraFormat(format), cameras);
     } catch (const Error& error) {

@@ -79,7 +79,7 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   std::string expected = "a lens that " + std::string(format.title) + " can hold exactly: " + join(ids, ", ");
   for (const AbsentParameter& absent : format.absent)
     expected += "; " + std::string(absent.model) + " with " + std::string(absent.parameter) + " = 0";
-  throw inputError({.where = named.name.empty() ? "camera" : named.name,
+  throw inputError({.where = named.where,
                     .found = found,
                     .expected = expected,
                     .next_step = "add --model with one of these for the best fit, with its error"});

@@ -42,6 +42,7 @@ struct NamedCamera {
   std::string name;  ///< empty = the format's usual name
   AnyCamera camera;
   ImageSize image_size;
+  std::string where = "camera";  ///< for messages: the file that it comes from
 };
 
 }  // namespace alidade
