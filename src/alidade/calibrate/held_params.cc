@@ -19,7 +19,6 @@ namespace {
 constexpr int kFx = 0;
 constexpr int kFy = 1;
 constexpr int kCx = 2;
-constexpr int kCy = 3;
 constexpr int kNumAffine = static_cast<int>(kAffineParamNames.size());
 
 // Can the parameter be held without being given? A focal length cannot, nor a lens parameter that may not be
