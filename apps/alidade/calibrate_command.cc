@@ -14,6 +14,7 @@
 #include "alidade/io/camera_source.h"
 #include "alidade/report/next_view_svg.h"
 #include "calibration_output.h"
+#include "camera_options.h"
 #include "command.h"
 #include "detection_stage.h"
 #include "given_views.h"
@@ -89,7 +90,7 @@ class CalibrateCommand final : public Command {
                           : board_shape_ == "warp" ? BoardShapeMode::kWarp
                                                    : BoardShapeMode::kAuto;
     if (!init_.empty()) {
-      const CameraFile file = readCamera(init_);
+      const CameraFile file = readCameraTelling(init_, {}, common_.quiet);
       options.initial = {.camera = file.camera, .size = file.image_size};
     }
     static_cast<void>(constraintOf(options));  // wrong names are told before the images are read

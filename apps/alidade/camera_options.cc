@@ -5,6 +5,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "command.h"
 
 namespace alidade {
 
@@ -22,6 +23,14 @@ ReadOptions CameraOptions::readOptions() const {
   }
   options.image_size = {.width = *width, .height = *height};
   return options;
+}
+
+CameraFile readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet) {
+  const CameraSource source = readCameras(path, options);
+  CameraFile file = onlyCamera(source);
+  if (quiet) return file;
+  for (const Remark& remark : source.cameras.front().remarks) printMessage("note: " + remark.message);
+  return file;
 }
 
 void addCameraOptions(CLI::App& app, CameraOptions& options) {

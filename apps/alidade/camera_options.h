@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "alidade/io/formats/stated_camera.h"
+#include "alidade/io/camera_source.h"
 
 namespace CLI {
 class App;
@@ -19,6 +19,10 @@ struct CameraOptions {
   /// @throws Error (kUsage) for a size that is none
   [[nodiscard]] ReadOptions readOptions() const;
 };
+
+/// The one camera of a file of any format. What was passed over or assumed in reading it is told, unless
+/// `quiet`.
+[[nodiscard]] CameraFile readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet);
 
 /// The flags --image-size and --read-as.
 void addCameraOptions(CLI::App& app, CameraOptions& options);

@@ -150,7 +150,8 @@ class ConvertCommand final : public Command {
     if (format.id == kOwnFormat) return cameraFileText(cameras.front().file);
     std::vector<NamedCamera> named;
     for (const Converted& c : cameras) {
-      named.push_back({.name = c.name, .camera = c.file.camera, .image_size = c.file.image_size, .where = c.where});
+      named.push_back(
+          {.name = c.name, .camera = c.file.camera, .image_size = c.file.image_size, .where = c.where});
     }
     return formatText(format, named, output_);
   }

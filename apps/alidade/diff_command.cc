@@ -71,8 +71,8 @@ class DiffCommand final : public Command {
                         .expected = "one of them",
                         .next_step = "leave --distance out: in one frame the distance makes no difference"});
     }
-    const CameraFile a = readCamera(files_[0], camera_.readOptions());
-    const CameraFile b = readCamera(files_[1], camera_.readOptions());
+    const CameraFile a = readCameraTelling(files_[0], camera_.readOptions(), common_.quiet);
+    const CameraFile b = readCameraTelling(files_[1], camera_.readOptions(), common_.quiet);
     const DifferenceOptions options = differenceOptions();
     const ComparedCamera in_a{&a.camera, a.image_size, statedCovariance(a)};
     const ComparedCamera in_b{&b.camera, b.image_size, statedCovariance(b)};
@@ -86,7 +86,7 @@ class DiffCommand final : public Command {
       document["b"] = fileJson(files_[1], b);
       document["distance_m"] = distance_m_ ? nlohmann::json(*distance_m_) : nlohmann::json(nullptr);
       document["tolerance_px"] = tolerance_px_ ? nlohmann::json(*tolerance_px_) : nlohmann::json(nullptr);
-      document["agrees"] = !no;
+      document["agrees"] = tolerance_px_ || no ? nlohmann::json(!no) : nlohmann::json(nullptr);
       document["reason"] = no ? nlohmann::json(*no) : nlohmann::json(nullptr);
       printResult(jsonText(document));
     } else {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "held_out_stage.h"
 
+#include "camera_options.h"
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -44,7 +46,7 @@ void HeldOutStage::prepare(const CommonOptions& options) {
                       .found = "--board without --images",
                       .expected = "--images FOLDER, whose images show the board"});
   }
-  if (!against_.empty()) other_ = readCamera(against_);
+  if (!against_.empty()) other_ = readCameraTelling(against_, {}, options.quiet);
   if (images_.empty()) return;
   jobs_ = options.jobs;
   cancel_ = catchInterrupts();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -68,6 +69,21 @@ int fail(int code, const std::string& message) {
   return code;
 }
 
+// Every comparison with NaN is false, so that a limit of NaN would switch off what it limits.
+void refuseNotANumber(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_type_name().find("FLOAT") == std::string::npos) continue;
+    for (const std::string& text : option->results()) {
+      const auto value = parseDouble(text);
+      if (value && std::isfinite(*value)) continue;
+      throw usageError({.where = command.get_name() + ": " + option->get_name(),
+                        .found = "'" + text + "'",
+                        .expected = "a finite number",
+                        .next_step = "alidade " + command.get_name() + " --help"});
+    }
+  }
+}
+
 int runProgram(int argc, char** argv) {
   std::vector<CommandEntry> commands = makeCommands();
   CLI::App app(
@@ -100,8 +116,12 @@ int runProgram(int argc, char** argv) {
   CLI::App* chosen = app.get_subcommands().front();
   const auto entry = std::find_if(commands.begin(), commands.end(),
                                   [&](const CommandEntry& c) { return c.name == chosen->get_name(); });
+  refuseNotANumber(*chosen);
   const CLI::Option* config = chosen->get_option_no_throw("--config");
-  if (config != nullptr && config->count() > 0) applySettingsFile(*chosen, config->as<std::string>());
+  if (config != nullptr && config->count() > 0) {
+    applySettingsFile(*chosen, config->as<std::string>());
+    refuseNotANumber(*chosen);
+  }
   return entry->command->run(*chosen);
 }
 

@@ -22,7 +22,7 @@ int StreamCommand::run(const CLI::App& app) {
                       .found = "no camera file",
                       .expected = "a camera file",
                       .next_step = "alidade " + app.get_name() + " --help"});
-  const CameraFile file = readCamera(camera_path_, camera_.readOptions());
+  const CameraFile file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
   prepare(file);
   AnswerWriter out(format(file));
   // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.

@@ -99,7 +99,7 @@ class UndistortCommand final : public Command {
   int run(const CLI::App& app) override {
     checkUsage(app);
     const CancelFlag* cancel = catchInterrupts();
-    const CameraFile source = readCamera(camera_path_, camera_.readOptions());
+    const CameraFile source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
     const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
     std::vector<std::string> sources = paths;
     sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});

@@ -50,7 +50,7 @@ class ValidateCommand final : public Command {
         std::count_if(judgements.begin(), judgements.end(), [](const auto& j) { return !j.isReadable(); });
     const bool is_valid =
         std::all_of(judgements.begin(), judgements.end(), [](const auto& j) { return j.isValid(); });
-    print(judgements);
+    print(judgements, list.skipped);
     if (!list.skipped.empty() && !common_.quiet) {
       printMessage(fmt::format("note: {} files of the folder are of no known format and were passed over: {}",
                                list.skipped.size(), join(list.skipped, ", ")));
@@ -72,7 +72,7 @@ class ValidateCommand final : public Command {
         if (is_strict_) failWarnings(judgements.back());
       }
     } catch (const Error& e) {
-      if (is_only_file || e.code() != ErrorCode::kInput) throw;
+      if ((is_only_file && !common_.json) || e.code() != ErrorCode::kInput) throw;
       judgements.push_back(judgeUnreadable(path, e.what()));
     }
   }
@@ -83,11 +83,11 @@ class ValidateCommand final : public Command {
     }
   }
 
-  void print(const std::vector<FileJudgement>& judgements) const {
+  void print(const std::vector<FileJudgement>& judgements, const std::vector<std::string>& skipped) const {
     if (common_.json) {
       nlohmann::json documents = nlohmann::json::array();
       for (const FileJudgement& judgement : judgements) documents.push_back(judgementJson(judgement));
-      printResult(jsonText({{"files", std::move(documents)}}));
+      printResult(jsonText({{"files", std::move(documents)}, {"skipped", skipped}}));
       return;
     }
     printResult(judgements.size() == 1 ? judgementText(judgements.front()) : judgementTable(judgements));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Camera files of other tools on the command line: every command takes them, and convert hands them on.
 #include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
 
 #include "apps/command_line.h"
 #include "apps/scratch_folder.h"
@@ -72,6 +73,87 @@ TEST(Formats, RefuseWhatTheyCannotHold) {
   EXPECT_THAT(refused.err,
               testing::AllOf(testing::HasSubstr("kannala_brandt"), testing::HasSubstr("--model")));
   EXPECT_FALSE(folder.has("camera.cameramodel"));
+}
+
+// What leaves a wrong camera without a word is worse than any refusal.
+TEST(Formats, RefuseWhatContradictsItself) {
+  const ScratchFolder scratch;
+  const std::string matrix = "camera_matrix: [[532.8, 0, 342.5], [0, 532.9, 233.9], [0, 0, 1]]\n";
+  const std::string size = "image_width: 640\nimage_height: 480\n";
+  const std::string five = "[-0.281, 0.025, 0.0012, -0.0001, 0.063]\n";
+  struct Case {
+    std::string text;
+    std::vector<std::string> flags;
+    std::string complaint;
+  };
+  const std::vector<Case> cases = {
+      {size + matrix + "distortion_coeffs: " + five, {}, "'distortion_coeffs'"},
+      {size + matrix + "D1: " + five, {}, "'D1'"},
+      {size + matrix + "distortion_coefficients: " + five + "D: " + five, {}, "'D' beside"},
+      {size + matrix + "K: [1, 0, 0, 0, 1, 0, 0, 0, 1]\ndistortion_coefficients: " + five, {}, "'K' beside"},
+      {size + "image_size: [320, 240]\n" + matrix + "D: " + five, {}, "another image size"},
+      {size + "camera_matrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [5, 0, 3, 0, 5, 2, 0, "
+              "0, 1]\n"
+              "fisheye_model: 0\ndistortion_model: fisheye\nD: [0, 0, 0, 0]\n",
+       {},
+       "both to say the same"},
+      {size + matrix + "fisheye_model: 1\nD: [0, 0, 0, 0]\n", {"--read-as", "radtan"}, "as --read-as says"},
+      {"1 PINHOLE 640 480 500 500 320 240\n1 PINHOLE 640 480 600 600 320 240\n", {}, "two cameras '1'"},
+  };
+  const std::string points = scratch.write("points.csv", "x,y,z\n0.1,0.2,1\n");
+  int num_refused = 0;
+  for (const Case& c : cases) {
+    std::vector<std::string> args = {"project", scratch.write("camera.txt", c.text), points};
+    args.insert(args.end(), c.flags.begin(), c.flags.end());
+    const RunResult result = runAlidade(args);
+    EXPECT_THAT(result, FailsWith(1, testing::HasSubstr(c.complaint))) << c.text;
+    num_refused += result.exit_code == 1 ? 1 : 0;
+  }
+  EXPECT_EQ(num_refused, 8);
+  // COLMAP's names are numbers: one that is missing is no place in the list.
+  const std::string several =
+      scratch.write("cameras.txt", "1 PINHOLE 640 480 500 500 320 240\n3 PINHOLE 640 480 600 600 320 240\n");
+  EXPECT_THAT(runAlidade({"project", several + "#0", points}),
+              FailsWith(1, testing::HasSubstr("no camera '0'")));
+  EXPECT_THAT(runAlidade({"project", several + "#3", points}), EndsWith(0));
+  // What was assumed is told.
+  const RunResult bare = runAlidade({"project", scratch.write("bare.yml", size + matrix), points});
+  EXPECT_THAT(bare, EndsWith(0));
+  EXPECT_THAT(bare.err, testing::HasSubstr("note: "));
+  // `rostopic echo` ends a message with a line of its own.
+  EXPECT_THAT(runAlidade({"project",
+                          scratch.write("echo.yaml",
+                                        "height: 480\nwidth: 640\ndistortion_model: plumb_bob\n"
+                                        "D: " +
+                                            five + "K: [500, 0, 320, 0, 500, 240, 0, 0, 1]\n---\n"),
+                          points}),
+              EndsWith(0));
+}
+
+TEST(Formats, LimitsAreNumbers) {
+  const std::string camera = dataPath("camera.yaml");
+  int num_refused = 0;
+  for (const auto& args : std::vector<std::vector<std::string>>{
+           {"convert", camera, "-o", "-", "--model", "pinhole", "--max-error", "nan"},
+           {"validate", camera, "--against", camera, "--tolerance", "nan"},
+           {"diff", camera, camera, "--tolerance", "nan"},
+           {"diff", camera, camera, "--distance", "nan"}}) {
+    EXPECT_THAT(runAlidade(args), FailsWith(2, testing::HasSubstr("a finite number")));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 4);
+}
+
+TEST(Formats, ADamagedFileOfAFolderIsNoOtherFile) {
+  const ScratchFolder scratch;
+  scratch.write("good.yaml", readFile(dataPath("camera.yaml")));
+  scratch.write("cut.yaml", readFile(dataPath("camera.yaml")).substr(0, 200));
+  scratch.write("notes.yaml", "nothing: of a camera\n");
+  const RunResult result = runAlidade({"validate", scratch.path(""), "--json", "--quiet"});
+  EXPECT_THAT(result, EndsWith(1));
+  const auto document = nlohmann::json::parse(result.out);
+  EXPECT_EQ(document.at("files").size(), 2u);
+  EXPECT_EQ(document.at("skipped").size(), 1u);
 }
 
 }  // namespace

@@ -282,7 +282,7 @@ TEST_F(Undistort, RefusesWrongUsage) {
   int num_refused = 0;
   for (const Case& c :
        {Case{{"--fov", "60", "--keep", "all"}, "--fov beside --keep"},
-        Case{{"--fov", "170"}, "at most 150 degrees"}, Case{{"--fov", "nan"}, "at most 150 degrees"},
+        Case{{"--fov", "170"}, "at most 150 degrees"}, Case{{"--fov", "nan"}, "a finite number"},
         Case{{"--keep", "some"}, "some"}, Case{{"--projection", "fisheye"}, "rectilinear"},
         Case{{"--interpolation", "nearest"}, "cubic"}, Case{{"--size", "640"}, "WIDTHxHEIGHT"},
         Case{{"--size", "0x480"}, "WIDTHxHEIGHT"}, Case{{"--size", "1x480"}, "sides of 2 to"}}) {

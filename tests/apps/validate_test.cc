@@ -263,7 +263,7 @@ TEST(Validate, SuspectsWhatAFileCannotShowByItself) {
       {replaced(good, "535.0123456789012", "535.01"), "digits", "digits were cut off"},
       {replaced(good, "image_width: 640\n", ""), "image_size", "--image-size"},
       {good + "lens: unknown\n", "unknown_keys", "lens"},
-      {replaced(good, "distortion_coefficients", "distortions"), "conventions", "no distortion coefficients"},
+      {good.substr(0, good.find("distortion_coefficients")), "conventions", "no distortion coefficients"},
   };
   const std::string path = scratch.write("good.yml", good);
   EXPECT_THAT(runAlidade({"validate", path}).out, Not(AnyOf(HasSubstr("WARN"), HasSubstr("FAIL"))));

@@ -44,9 +44,9 @@ void listFolder(const std::string& folder, CameraList& list) {
   std::size_t num_found = 0;
   for (const std::string& name : names) {
     const std::string path = (fs::path(folder) / name).string();
-    const bool is_camera = isCameraFile(path);
-    (is_camera ? list.paths : list.skipped).push_back(path);
-    num_found += is_camera ? 1 : 0;
+    const bool is_other = kindOfFile(path) == FileKind::kOther;
+    (is_other ? list.skipped : list.paths).push_back(path);
+    num_found += is_other ? 0 : 1;
   }
   if (num_found == 0) {
     throw inputError({.where = folder,

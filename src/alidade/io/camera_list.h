@@ -14,8 +14,9 @@ struct CameraList {
 };
 
 /// An input is a camera file ("FILE#NAME" too), or a folder: of its files with an extension that camera files
-/// have (yaml, yml, json, xml, txt, cameramodel, cam), those whose content is of a known format. Hidden files
-/// and sub-folders are passed over. A file is not opened here, a folder's files are.
+/// have (yaml, yml, json, xml, txt, cameramodel, cam), those whose content is of a known format, and those
+/// that are damaged. Hidden files and sub-folders are passed over. A file is not opened here, a folder's
+/// files are.
 /// @throws Error (kInput) for a folder without a camera file, or one that cannot be read
 [[nodiscard]] CameraList listCameraFiles(std::span<const std::string> inputs);
 

@@ -33,17 +33,24 @@ std::string namesOf(const CameraSource& source) {
   return join(names, ", ");
 }
 
+bool isNumber(const std::string& name) {
+  return !name.empty() && name.find_first_not_of("0123456789") == std::string::npos;
+}
+
 StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
   for (const StatedCamera& camera : source.cameras) {
     if (camera.name == name) return camera;
   }
-  const auto number = parseInt(name);
-  if (number && *number >= 0 && static_cast<std::size_t>(*number) < source.cameras.size())
+  // Where names are numbers, as in COLMAP, another number is a mistake and no place in the list.
+  const bool has_numbers = std::any_of(source.cameras.begin(), source.cameras.end(),
+                                       [](const StatedCamera& c) { return isNumber(c.name); });
+  const auto number = isNumber(name) && !has_numbers ? parseInt(name) : std::nullopt;
+  if (number && static_cast<std::size_t>(*number) < source.cameras.size())
     return source.cameras[static_cast<std::size_t>(*number)];
   throw inputError({.where = source.path,
                     .found = "no camera '" + name + "'",
                     .expected = "one of " + namesOf(source),
-                    .next_step = "write FILE#NAME, or FILE#0 for the first"});
+                    .next_step = "write FILE#NAME"});
 }
 
 void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const std::string& where) {
@@ -56,6 +63,15 @@ void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const 
                       .next_step = "leave --image-size away; to change the size: alidade convert --resize"});
   }
   camera.image_size = size;
+}
+
+// --read-as is for coefficients that do not say what they are; it does not overrule a file that does.
+void refuseOtherModel(const StatedCamera& camera, const std::string& model, const std::string& where) {
+  if (model.empty() || camera.camera.modelId() == model) return;
+  throw inputError({.where = where,
+                    .found = "found a file that states a " + std::string(camera.camera.modelId()) + " camera",
+                    .expected = "a " + model + " camera, as --read-as says",
+                    .next_step = "leave --read-as away; to fit another model: alidade convert --model"});
 }
 
 const CameraFormat* formatOf(const detail::CameraDocument& document) {
@@ -85,7 +101,19 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
                         .found = "no camera in a file of the format " + std::string(format->title),
                         .expected = "at least one"});
     }
-    for (StatedCamera& camera : source.cameras) takeSize(camera, options.image_size, name);
+    for (std::size_t i = 0; i < source.cameras.size(); ++i) {
+      StatedCamera& camera = source.cameras[i];
+      takeSize(camera, options.image_size, name);
+      refuseOtherModel(camera, options.model, name);
+      const auto has_name = [&](const StatedCamera& c) { return !c.name.empty() && c.name == camera.name; };
+      if (std::any_of(source.cameras.begin(), source.cameras.begin() + static_cast<std::ptrdiff_t>(i),
+                      has_name)) {
+        throw inputError({.where = name,
+                          .found = "found two cameras '" + camera.name + "'",
+                          .expected = "a name of its own for each",
+                          .next_step = "rename or remove one"});
+      }
+    }
     return source;
   }
   const detail::YamlNode& root = document.root();  // says why, where the text is no tree
@@ -102,11 +130,16 @@ std::string cameraFilePath(const std::string& path) {
   return splitPath(path).path;
 }
 
-bool isCameraFile(const std::string& path) {
+FileKind kindOfFile(const std::string& path) {
   try {
-    return formatOf(detail::CameraDocument(readTextFile(path, kMaxFileBytes), path)) != nullptr;
+    const detail::CameraDocument document(readTextFile(path, kMaxFileBytes), path);
+    if (formatOf(document) != nullptr) return FileKind::kCamera;
+    // Any text may stand in a .txt; the other extensions promise a tree.
+    if (path.ends_with(".txt")) return FileKind::kOther;
+    static_cast<void>(document.root());
+    return FileKind::kOther;
   } catch (const Error&) {
-    return false;
+    return FileKind::kDamaged;
   }
 }
 
@@ -136,8 +169,7 @@ CameraFile cameraFileOf(const StatedCamera& camera, const std::string& where) {
           .created_by = {}};
 }
 
-CameraFile readCamera(const std::string& path, const ReadOptions& options) {
-  const CameraSource source = readCameras(path, options);
+CameraFile onlyCamera(const CameraSource& source) {
   if (source.cameras.size() > 1) {
     throw inputError({.where = source.path,
                       .found = std::to_string(source.cameras.size()) + " cameras: " + namesOf(source),
@@ -145,6 +177,10 @@ CameraFile readCamera(const std::string& path, const ReadOptions& options) {
                       .next_step = "name one: " + source.path + "#" + cameraLabel(source, 0)});
   }
   return cameraFileOf(source.cameras.front(), source.path);
+}
+
+CameraFile readCamera(const std::string& path, const ReadOptions& options) {
+  return onlyCamera(readCameras(path, options));
 }
 
 }  // namespace alidade

@@ -28,9 +28,13 @@ struct CameraSource {
 /// camera, or without the camera that is asked for, naming what there is
 [[nodiscard]] CameraSource readCameras(const std::string& path, const ReadOptions& options = {});
 
-/// Is the file's content of a known format? What cannot be read, or is no text, is of none; an error in the
-/// content of a known format is for readCameras to tell.
-[[nodiscard]] bool isCameraFile(const std::string& path);
+/// What the content of a file says that it is.
+enum class FileKind {
+  kCamera,   ///< of a known format; whether it is right is for readCameras to tell
+  kOther,    ///< text of no known format
+  kDamaged,  ///< cannot be read, or is not what its extension says
+};
+[[nodiscard]] FileKind kindOfFile(const std::string& path);
 
 /// The same from text; `name` stands for the file in messages.
 [[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,
@@ -42,6 +46,9 @@ struct CameraSource {
 /// The one camera of a file, in this program's own terms. Errors of readCameras; Error (kInput) too if there
 /// are several, or if neither the file nor `options` says how large the image is.
 [[nodiscard]] CameraFile readCamera(const std::string& path, const ReadOptions& options = {});
+
+/// The only camera of a source, in this program's own terms; errors as of readCamera.
+[[nodiscard]] CameraFile onlyCamera(const CameraSource& source);
 
 /// A stated camera as a camera file; `where` is for messages. @throws Error (kInput) without an image size
 [[nodiscard]] CameraFile cameraFileOf(const StatedCamera& camera, const std::string& where);

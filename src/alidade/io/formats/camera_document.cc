@@ -21,6 +21,13 @@ void commentOutDirective(std::string& text) {
   if (text.starts_with("%YAML:")) text.front() = '#';
 }
 
+// A stream of documents ends each with a line "---", of which `rostopic echo -n1` prints one.
+void dropEndOfDocument(std::string& text) {
+  const std::size_t last = text.find_last_not_of(" \t\r\n");
+  if (last == std::string::npos || last < 3 || text.compare(last - 3, 4, "\n---") != 0) return;
+  text.resize(last - 2);
+}
+
 // YAML has no tabs between values, JSON has. Outside of strings they become blanks.
 void replaceTabs(std::string& text) {
   bool in_string = false;
@@ -91,6 +98,7 @@ YamlNode parseTree(std::string text, const std::string& file) {
     dropTransformMatrices(text);
   } else {
     commentOutDirective(text);
+    dropEndOfDocument(text);
     dropPythonBytes(text);
   }
   // A tree costs a second for three megabytes, and no camera needs one.

@@ -88,10 +88,34 @@ const std::vector<std::string> kStereo = {"R", "T", "R1", "R2", "P1", "P2", "ext
 template <std::size_t N>
 std::optional<std::string> findKey(const YamlNode& root, const std::array<const char*, N>& keys,
                                    const std::string& suffix) {
+  std::optional<std::string> found;
   for (const char* key : keys) {
-    if (root.has(key + suffix)) return key + suffix;
+    if (!root.has(key + suffix)) continue;
+    if (found)
+      throw root.at(key + suffix)
+          .error("'" + (key + suffix) + "' beside '" + *found + "'", "one of them", "remove the other");
+    found = key + suffix;
   }
-  return std::nullopt;
+  return found;
+}
+
+// A camera without coefficients is a pinhole only if nothing is left over that may be its coefficients.
+void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
+  for (const std::string& name : root.keys()) {
+    const YamlNode node = root.at(name);
+    const bool is_matrix = node.isMap() && node.has("rows") && node.has("cols") && node.has("data");
+    if (std::find(kOtherKeys.begin(), kOtherKeys.end(), name) != kOtherKeys.end() || name.starts_with("x_") ||
+        !(is_matrix || node.isSequence()))
+      continue;
+    const std::size_t count = (is_matrix ? node.at("data") : node).items().size();
+    constexpr std::array<std::size_t, 5> kCounts = {4, 5, 8, 12, 14};
+    if (std::find(kCounts.begin(), kCounts.end(), count) == kCounts.end()) continue;
+    throw node.error(std::to_string(count) + " numbers '" + name +
+                         "', which may be the distortion coefficients that the camera matrix at " +
+                         matrix.where() + " lacks",
+                     "coefficients under a known name, such as distortion_coefficients",
+                     "rename them, or remove them if they are something else");
+  }
 }
 
 // A single camera, or the first and second of a pair ("M1", "M2").
@@ -109,13 +133,23 @@ bool recognises(const CameraDocument& document) {
 std::optional<ImageSize> findSize(const YamlNode& root) {
   constexpr std::array<std::array<const char*, 2>, 3> kPairs = {
       {{"image_width", "image_height"}, {"image_Width", "image_Height"}, {"width", "height"}}};
+  std::optional<ImageSize> found;
+  const auto take = [&](const YamlNode& place, ImageSize size) {
+    if (found && *found != size) {
+      throw place.error("another image size than before",
+                        std::to_string(found->width) + "x" + std::to_string(found->height),
+                        "remove the wrong one");
+    }
+    found = size;
+  };
   for (const auto& [width, height] : kPairs) {
-    if (root.has(width) && root.has(height)) return detail::readSize(root.at(width), root.at(height));
+    if (root.has(width) && root.has(height))
+      take(root.at(width), detail::readSize(root.at(width), root.at(height)));
   }
   for (const char* key : {"image_size", "imageSize"}) {
-    if (root.has(key)) return detail::readSize(root.at(key));
+    if (root.has(key)) take(root.at(key), detail::readSize(root.at(key)));
   }
-  return std::nullopt;
+  return found;
 }
 
 bool saysFisheye(const YamlNode& root) {
@@ -126,8 +160,7 @@ bool saysFisheye(const YamlNode& root) {
 }
 
 // What the file says of its lens: "" where it does not.
-std::string statedModel(const YamlNode& root) {
-  if (root.has("fisheye_model")) return saysFisheye(root) ? "kannala_brandt" : "radtan";
+std::string namedModel(const YamlNode& root) {
   const auto name = root.find("distortion_model");
   if (!name) return "";
   const std::string text = name->text();
@@ -141,6 +174,19 @@ std::string statedModel(const YamlNode& root) {
   throw name->error("'" + text + "'",
                     "kannala_brandt, fisheye or equidistant; or radtan, plumb_bob, rational, "
                     "rational_polynomial, thin_prism or pinhole");
+}
+
+std::string statedModel(const YamlNode& root) {
+  const std::string named = namedModel(root);
+  if (!root.has("fisheye_model")) return named;
+  std::string flagged = saysFisheye(root) ? "kannala_brandt" : "radtan";
+  if (!named.empty() && named != flagged) {
+    throw root.at("fisheye_model")
+        .error("'" + root.at("fisheye_model").text() + "' beside a distortion_model of '" +
+                   root.at("distortion_model").text() + "'",
+               "both to say the same", "remove the wrong one");
+  }
+  return flagged;
 }
 
 [[noreturn]] void throwAmbiguous(const YamlNode& node) {
@@ -192,6 +238,7 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
   std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
   const auto key = findKey(root, kCoefficientKeys, suffix);
+  if (!key) refuseLeftOver(matrix, root);
   const auto size = findSize(root);
   // One value in XML is no list.
   std::vector<StatedNumber> coefficients =

@@ -66,6 +66,21 @@ bool recognises(const CameraDocument& document) {
          text.find("opencv-matrix") == std::string::npos && text.find("opencv_storage") == std::string::npos;
 }
 
+// Images of a topic may be binned and cut; the camera is that of the whole sensor.
+void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
+  const auto above = [](const YamlNode& map, const char* key, double limit) {
+    const auto node = map.find(key);
+    return node && node->number() > limit;
+  };
+  const auto roi = root.find("roi");
+  const bool is_cut = roi && roi->isMap() && (above(*roi, "width", 0) || above(*roi, "height", 0));
+  if (!is_cut && !above(root, "binning_x", 1) && !above(root, "binning_y", 1)) return;
+  camera.remarks.push_back(
+      {"not_carried", root.where() +
+                          ": binning and roi are not carried along: this is the camera of "
+                          "the whole image; alidade convert --crop and --bin make that of the part"});
+}
+
 std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   const Names& names = *namesOf(document);
@@ -111,6 +126,7 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
                           detail::readSize(root.at(names.width), root.at(names.height)));
   detail::remarkUnknownKeys(root, kKnown, camera);
   detail::remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
+  remarkCroppedImages(root, camera);
   return {camera};
 }
 
