@@ -94,9 +94,7 @@ ReadByOpenCv readByOpenCv(const AnyCamera& camera, const std::string& path) {
   file["distortion_coefficients"] >> read.D;
   EXPECT_EQ(static_cast<int>(file["image_width"]), kTestImage.width);
   EXPECT_EQ(static_cast<int>(file["image_height"]), kTestImage.height);
-  cv::Mat xi;
-  file["xi"] >> xi;
-  if (!xi.empty()) read.xi = xi.at<double>(0);
+  if (!file["xi"].empty()) read.xi = static_cast<double>(file["xi"]);
   return read;
 }
 

@@ -291,7 +291,8 @@ std::vector<OpenCvNode> nodesOf(std::span<const NamedCamera> cameras) {
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (model == "pinhole") coefficients.assign(5, 0.0);
   if (model == "omni") {
-    nodes.push_back({.key = "xi", .rows = 1, .columns = 1, .values = {coefficients.front()}});
+    // A plain number, as the sample omni_calibration writes it.
+    nodes.push_back({.key = "xi", .values = {coefficients.front()}});
     coefficients.erase(coefficients.begin());
   }
   nodes.push_back({.key = "distortion_coefficients",

@@ -13,6 +13,10 @@ std::string valuesText(const OpenCvNode& node, std::string_view separator) {
   return join(texts, separator);
 }
 
+std::string numberText(const OpenCvNode& node) {
+  return node.values.empty() ? std::to_string(node.whole) : realText(node.values.front());
+}
+
 }  // namespace
 
 std::string openCvYaml(std::span<const OpenCvNode> nodes) {
@@ -20,7 +24,7 @@ std::string openCvYaml(std::span<const OpenCvNode> nodes) {
   for (const OpenCvNode& node : nodes) {
     text += node.key + ": ";
     if (node.rows == 0) {
-      text += std::to_string(node.whole) + "\n";
+      text += numberText(node) + "\n";
     } else {
       text += "!!opencv-matrix\n   rows: " + std::to_string(node.rows) +
               "\n   cols: " + std::to_string(node.columns) + "\n   dt: d\n   data: [ " +
@@ -34,7 +38,7 @@ std::string openCvXml(std::span<const OpenCvNode> nodes) {
   std::string text = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
   for (const OpenCvNode& node : nodes) {
     if (node.rows == 0) {
-      text += "<" + node.key + ">" + std::to_string(node.whole) + "</" + node.key + ">\n";
+      text += "<" + node.key + ">" + numberText(node) + "</" + node.key + ">\n";
     } else {
       text += "<" + node.key + " type_id=\"opencv-matrix\">\n  <rows>" + std::to_string(node.rows) +
               "</rows>\n  <cols>" + std::to_string(node.columns) + "</cols>\n  <dt>d</dt>\n  <data>\n    " +
@@ -49,7 +53,7 @@ std::string openCvJson(std::span<const OpenCvNode> nodes) {
   for (const OpenCvNode& node : nodes) {
     std::string part = "    \"" + node.key + "\": ";
     if (node.rows == 0) {
-      part += std::to_string(node.whole);
+      part += numberText(node);
     } else {
       part += "{\n        \"type_id\": \"opencv-matrix\",\n        \"rows\": " + std::to_string(node.rows) +
               ",\n        \"cols\": " + std::to_string(node.columns) +

@@ -7,11 +7,11 @@
 
 namespace alidade::detail {
 
-/// A node at the top of a file of OpenCV's FileStorage: a whole number, or a matrix row by row.
+/// A node at the top of a file of OpenCV's FileStorage: a whole number, a real one, or a matrix row by row.
 struct OpenCvNode {
   std::string key;
   int whole = 0;
-  int rows = 0;  ///< 0 = a whole number
+  int rows = 0;  ///< 0 = a number: the first of the values, or if there are none `whole`
   int columns = 0;
   std::vector<double> values = {};
 };
