@@ -2,13 +2,10 @@
 #include "alidade/detect/checkerboard_detector.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
 #include "alidade/core/error.h"
 #include "alidade/detect/board_placement.h"
@@ -16,6 +13,7 @@
 #include "alidade/detect/corner_mesh.h"
 #include "alidade/detect/mesh_growth.h"
 #include "alidade/detect/pyramid.h"
+#include "alidade/detect/refined_mesh.h"
 #include "alidade/detect/x_corner.h"
 
 namespace alidade {
@@ -128,15 +126,6 @@ std::vector<int> levelsToSearch(const GrayImage& image) {
   return levels;
 }
 
-template <class Visit>
-void forEachNode(const CornerMesh& mesh, Visit visit) {
-  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
-    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
-      if (const MeshCorner* corner = mesh.find({i, j})) visit(MeshNode{i, j}, *corner);
-    }
-  }
-}
-
 // The mesh in pixels of the whole image.
 CornerMesh inWholeImage(const CornerMesh& mesh, int level) {
   CornerMesh out;
@@ -194,87 +183,6 @@ Placement choosePlacement(const std::vector<Placement>& placements, const Corner
   };
   return *std::max_element(placements.begin(), placements.end(),
                            [&](const Placement& a, const Placement& b) { return merit(a) < merit(b); });
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double turn(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-struct Refined {
-  CornerMesh mesh;
-  std::vector<std::pair<MeshNode, CornerFit>> fits;
-};
-
-Refined refine(const GrayImage& image, const CornerMesh& mesh) {
-  Refined refined;
-  refined.mesh.origin_square_is_dark = mesh.origin_square_is_dark;
-  CornerFitter fitter;
-  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
-    const auto u = mesh.stepAt(node, 0);
-    const auto v = mesh.stepAt(node, 1);
-    if (!u || !v) return;
-    const auto fit = fitter.fit(image, {.pixel = corner.pixel, .step_u = *u, .step_v = *v});
-    if (!fit || (fit->contrast > 0) != mesh.squareIsDark(node)) return;
-    refined.mesh.insert(node, {.pixel = fit->pixel, .contrast = std::abs(fit->contrast)});
-    refined.fits.emplace_back(node, *fit);
-  });
-  return refined;
-}
-
-// All squares must be turned the same way round, and no corner may stand far from where its neighbours put
-// it.
-bool isRegular(const CornerMesh& mesh) {
-  bool is_regular = true;
-  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
-    const MeshCorner* right = mesh.find(step(node, 0));
-    const MeshCorner* below = mesh.find(step(node, 1));
-    if (right != nullptr && below != nullptr &&
-        !(turn(right->pixel - corner.pixel, below->pixel - corner.pixel) > 0))
-      is_regular = false;
-    const auto predicted = mesh.predict(node);
-    const auto u = mesh.stepAt(node, 0);
-    const auto v = mesh.stepAt(node, 1);
-    constexpr double kMaxMisfit = 0.3;
-    if (predicted && u && v &&
-        (*predicted - corner.pixel).norm() > kMaxMisfit * std::min(u->norm(), v->norm()))
-      is_regular = false;
-  });
-  return is_regular;
-}
-
-ViewMeasures measure(const Refined& refined, ImageSize size) {
-  std::vector<double> blurs;
-  std::vector<double> spacings;
-  std::vector<double> tilts;
-  double area = 0;
-  for (const auto& [node, fit] : refined.fits) {
-    blurs.push_back(fit.blur_px);
-    const auto u = refined.mesh.stepAt(node, 0);
-    const auto v = refined.mesh.stepAt(node, 1);
-    if (!u || !v) continue;
-    spacings.push_back(std::min(u->norm(), v->norm()));
-    Eigen::Matrix2d steps;
-    steps << *u, *v;
-    const Eigen::JacobiSVD<Eigen::Matrix2d> svd(steps);
-    tilts.push_back(std::acos(std::min(1.0, svd.singularValues()(1) / svd.singularValues()(0))));
-    const MeshCorner* here = refined.mesh.find(node);
-    const MeshCorner* right = refined.mesh.find(step(node, 0));
-    const MeshCorner* below = refined.mesh.find(step(node, 1));
-    const MeshCorner* across = refined.mesh.find(step(step(node, 0), 1));
-    if (right != nullptr && below != nullptr && across != nullptr)
-      area += 0.5 * std::abs(turn(across->pixel - here->pixel, below->pixel - right->pixel));
-  }
-  return {.blur_px = median(blurs),
-          .spacing_px = median(spacings),
-          .area_share = area / (static_cast<double>(size.width) * size.height),
-          .tilt_deg = median(tilts) * 180 / std::numbers::pi};
 }
 
 std::string countsText(int columns, int rows) {
@@ -373,7 +281,7 @@ Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, con
 
   const CornerMesh mesh = inWholeImage(candidate.mesh, candidate.level);
   const Placement placement = choosePlacement(candidate.placements, mesh, board);
-  const Refined refined = refine(image, mesh);
+  const RefinedMesh refined = refineMesh(image, mesh);
   detection.measures = measure(refined, image.size);
   constexpr double kMostShare = 0.6;
   const bool most_refined =
@@ -407,45 +315,6 @@ Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, con
 }
 
 }  // namespace
-
-std::string_view reasonCode(DetectionReason reason) {
-  switch (reason) {
-    case DetectionReason::kFound:
-      return "found";
-    case DetectionReason::kPartial:
-      return "partial";
-    case DetectionReason::kCut:
-      return "cut";
-    case DetectionReason::kNoBoard:
-      return "no_board";
-    case DetectionReason::kUnplaced:
-      return "unplaced";
-    case DetectionReason::kLargerBoard:
-      return "larger_board";
-    case DetectionReason::kOtherBoard:
-      return "other_board";
-    case DetectionReason::kSeveralBoards:
-      return "several_boards";
-    case DetectionReason::kIrregular:
-      return "irregular";
-    case DetectionReason::kBlurred:
-      return "blurred";
-    case DetectionReason::kTooSmall:
-      return "too_small";
-    case DetectionReason::kDuplicate:
-      return "duplicate";
-    case DetectionReason::kUnreadable:
-      return "unreadable";
-    case DetectionReason::kOtherSize:
-      return "other_size";
-  }
-  return "unknown";
-}
-
-bool givesCorners(DetectionReason reason) {
-  return reason == DetectionReason::kFound || reason == DetectionReason::kPartial ||
-         reason == DetectionReason::kCut;
-}
 
 Detection detectCheckerboard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");

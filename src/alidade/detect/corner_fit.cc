@@ -2,29 +2,25 @@
 #include "alidade/detect/corner_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "alidade/detect/corner_task.h"
 #include "alidade/detect/edge_model.h"
 #include "alidade/detect/edge_quality.h"
 #include "alidade/detect/edge_solver.h"
 #include "alidade/detect/edge_window.h"
-#include "alidade/detect/saddle_fit.h"
+#include "alidade/detect/saddle_corner.h"
+#include "alidade/detect/square_colours.h"
 
 namespace alidade {
 namespace {
 
-// A fit that leads further from the guess than this share of the spacing was not on that corner.
-constexpr double kMaxMoveShare = 0.35;
-// The lines may differ from the guess' steps by no more than this, and must cross at no less than that.
+// The lines may differ from the guess' steps by no more than this.
 constexpr double kMaxTurnDeg = 25;
-constexpr double kMinCrossingDeg = 10;
-constexpr double kMinContrast = 4;  // grey levels
 
 // First search: all pixels near the guess, thinned out to about this many, narrowing the window until nearly
 // none are left out. Half of its window as a share of the spacing reaches as far as it can without the next
@@ -41,39 +37,12 @@ constexpr double kNarrowShare = 0.3;
 constexpr double kApproachPx = 30;
 // Pixels this many blurs off a line still tell the grey levels on both sides.
 constexpr double kBandBlurs = 3.0;
-// What a window keeps off the neighbouring squares' edges.
-constexpr double kMarginBlurs = 1.5;
-constexpr double kMarginPx = 0.5;
 constexpr double kMinReachPx = 2.5;
 constexpr std::size_t kMinPixels = 50;
 
-double crossProduct(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-// What stays the same while one corner is refined.
-struct Task {
-  const GrayImage& image;
-  const CornerGuess& guess;
-  Eigen::Vector2i origin;
-  double spacing = 0;        // the shorter step's length, px
-  double crossing_sine = 0;  // of the steps
-
-  [[nodiscard]] EdgeWindow window(const Eigen::Vector2d& corner) const {
-    return {.center = corner + origin.cast<double>(), .step_u = guess.step_u, .step_v = guess.step_v};
-  }
-  [[nodiscard]] double distanceFromGuess(const EdgeModel& model) const {
-    return (model.corner() + origin.cast<double>() - guess.pixel).norm();
-  }
-  // Of lines that run along the steps, as a share of the step: what a window loses to blurred neighbours.
-  [[nodiscard]] double marginShare(double step_px, double blur_px) const {
-    return (kMarginBlurs * blur_px + kMarginPx) / (step_px * crossing_sine);
-  }
-};
-
 // Expectations that only count where the pixels say little: curvature and shading are those of any lens and
 // lamp.
-EdgePrior priorFor(const Task& task) {
+EdgePrior priorFor(const CornerTask& task) {
   constexpr double kVariance = 4;  // of the noise, squared grey levels
   constexpr double kCurvatureTimesStep = 0.1;
   constexpr double kShadeTimesStep = 0.5;
@@ -141,7 +110,7 @@ Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const NormalEquations& 
 }
 
 // The lines must be the guess' ones, at the guess' place.
-bool isPlausible(const Task& task, const EdgeModel& model) {
+bool isPlausible(const CornerTask& task, const EdgeModel& model) {
   static const double max_turn_sine = std::sin(kMaxTurnDeg * std::numbers::pi / 180);
   static const double min_crossing_sine = std::sin(kMinCrossingDeg * std::numbers::pi / 180);
   if (!(task.distanceFromGuess(model) <= kMaxMoveShare * task.spacing)) return false;
@@ -172,7 +141,7 @@ bool isCrossing(const Candidate& candidate, bool is_softened) {
 
 class Refinement {
  public:
-  Refinement(const Task& task, EdgePixels& pixels, EdgeResiduals& residuals)
+  Refinement(const CornerTask& task, EdgePixels& pixels, EdgeResiduals& residuals)
       : task_(task), prior_(priorFor(task)), pixels_(pixels), residuals_(residuals) {}
 
   // From the guess to within a pixel or so.
@@ -330,103 +299,13 @@ class Refinement {
            scatter(large) <= kMoreScatter * scatter(small) + kRounding;
   }
 
-  const Task& task_;
+  const CornerTask& task_;
   EdgePrior prior_;
   EdgePixels& pixels_;
   EdgeResiduals& residuals_;
 };
 
-// Grey level between pixels, by the four around; nothing outside of the image.
-std::optional<double> greyAt(const GrayImage& image, const Eigen::Vector2d& pixel) {
-  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= image.size.width - 1 &&
-        pixel.y() <= image.size.height - 1))
-    return std::nullopt;
-  const int x = std::min(static_cast<int>(pixel.x()), std::max(0, image.size.width - 2));
-  const int y = std::min(static_cast<int>(pixel.y()), std::max(0, image.size.height - 2));
-  const int next_x = std::min(x + 1, image.size.width - 1);
-  const int next_y = std::min(y + 1, image.size.height - 1);
-  const double fx = pixel.x() - x;
-  const double fy = pixel.y() - y;
-  return (1 - fy) * ((1 - fx) * image.at(x, y) + fx * image.at(next_x, y)) +
-         fy * ((1 - fx) * image.at(x, next_y) + fx * image.at(next_x, next_y));
-}
-
-// Contrast as in CornerFit from one place in each of the four squares; nothing where they do not alternate.
-std::optional<double> contrastOfSquares(const GrayImage& image, const CornerGuess& guess,
-                                        const Eigen::Vector2d& corner) {
-  constexpr double kShare = 0.4;
-  std::array<double, 4> grey{};
-  std::size_t i = 0;
-  for (const auto& [u, v] : std::array<std::array<double, 2>, 4>{{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}}) {
-    const auto level = greyAt(image, corner + kShare * (u * guess.step_u + v * guess.step_v));
-    if (!level) return std::nullopt;
-    grey[i++] = *level;
-  }
-  const double contrast = 0.5 * (grey[2] + grey[3] - grey[0] - grey[1]);
-  const double gap = contrast > 0 ? std::min(grey[2], grey[3]) - std::max(grey[0], grey[1])
-                                  : std::min(grey[0], grey[1]) - std::max(grey[2], grey[3]);
-  constexpr double kLeastGap = 0.3;
-  if (!(gap >= kLeastGap * std::abs(contrast))) return std::nullopt;
-  return contrast;
-}
-
-// True unless one of the four squares shows the other colour than the fit says, as where something covers it
-// or the pattern is none. Squares outside the image say nothing.
-bool haveColoursOfFit(const GrayImage& image, const CornerGuess& guess, const CornerFit& fit) {
-  constexpr double kShare = 0.35;
-  constexpr double kLeastGap = 0.25;  // of the contrast
-  double darkest_bright = std::numeric_limits<double>::infinity();
-  double brightest_dark = -darkest_bright;
-  for (const auto& [u, v] : std::array<std::array<double, 2>, 4>{{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}}) {
-    const auto level = greyAt(image, fit.pixel + kShare * (u * guess.step_u + v * guess.step_v));
-    if (!level) continue;
-    if ((u * v > 0) == (fit.contrast > 0)) {
-      brightest_dark = std::max(brightest_dark, *level);
-    } else {
-      darkest_bright = std::min(darkest_bright, *level);
-    }
-  }
-  return darkest_bright - brightest_dark > kLeastGap * std::abs(fit.contrast);
-}
-
-// For squares too small, or too blurred, for the edge model.
-std::optional<CornerFit> fitSaddle(const Task& task, const Eigen::Vector2d& start) {
-  constexpr double kRadiusShare = 0.45;
-  constexpr double kMinRadiusPx = 2.7;
-  constexpr double kMaxRadiusPx = 20;
-  constexpr double kMaxSigmaShare = 0.05;
-  // Along the board's lines the grey levels bend less than between them; motion across both lines bends them
-  // most.
-  constexpr double kMaxBend = 1.5;
-  const CornerGuess& guess = task.guess;
-  const double reach = kMaxMoveShare * task.spacing;
-  const auto saddle = findSaddle(task.image, start,
-                                 std::clamp(kRadiusShare * task.spacing, kMinRadiusPx, kMaxRadiusPx), reach);
-  if (!saddle || !((saddle->pixel - guess.pixel).norm() <= reach)) return std::nullopt;
-  const auto contrast = contrastOfSquares(task.image, guess, saddle->pixel);
-  if (!contrast || std::abs(*contrast) < kMinContrast ||
-      *contrast * *contrast < 4 * saddle->residual_variance)
-    return std::nullopt;
-  const Eigen::Vector2d u = guess.step_u.normalized();
-  const Eigen::Vector2d v = guess.step_v.normalized();
-  const double twist = u.dot(saddle->curvature * v);
-  if (twist * *contrast >= 0 || std::abs(u.dot(saddle->curvature * u)) > kMaxBend * std::abs(twist) ||
-      std::abs(v.dot(saddle->curvature * v)) > kMaxBend * std::abs(twist))
-    return std::nullopt;
-  CornerFit fit;
-  fit.pixel = saddle->pixel;
-  fit.covariance = saddle->covariance;
-  fit.sigma_px = std::sqrt(0.5 * saddle->covariance.trace());
-  if (!(fit.sigma_px <= kMaxSigmaShare * task.spacing)) return std::nullopt;
-  // At the corner the edge model's twist is (2 / pi) (contrast / 2) sin^2 / s^2.
-  fit.blur_px = task.crossing_sine * std::sqrt(std::abs(*contrast / twist) / std::numbers::pi);
-  fit.contrast = *contrast;
-  fit.window = kRadiusShare;
-  fit.method = CornerFitMethod::kSaddle;
-  return fit;
-}
-
-CornerFit asFit(const Task& task, const Candidate& candidate) {
+CornerFit asFit(const CornerTask& task, const Candidate& candidate) {
   const EdgeModel& model = candidate.model;
   CornerFit fit;
   fit.pixel = model.corner() + task.origin.cast<double>();
@@ -444,32 +323,10 @@ CornerFit asFit(const Task& task, const Candidate& candidate) {
   return fit;
 }
 
-std::optional<Task> makeTask(const GrayImage& image, const CornerGuess& guess) {
-  constexpr double kMinSpacingPx = 4;
-  constexpr double kMaxStepPx = 1e5;
-  if (image.empty() || !guess.pixel.allFinite() || !guess.step_u.allFinite() || !guess.step_v.allFinite())
-    return std::nullopt;
-  const double length_u = guess.step_u.norm();
-  const double length_v = guess.step_v.norm();
-  const double spacing = std::min(length_u, length_v);
-  if (!(spacing >= kMinSpacingPx && std::max(length_u, length_v) <= kMaxStepPx)) return std::nullopt;
-  const double sine = std::abs(crossProduct(guess.step_u, guess.step_v)) / (length_u * length_v);
-  if (!(sine >= std::sin(kMinCrossingDeg * std::numbers::pi / 180))) return std::nullopt;
-  if (!(guess.pixel.x() > -spacing && guess.pixel.x() < image.size.width + spacing &&
-        guess.pixel.y() > -spacing && guess.pixel.y() < image.size.height + spacing))
-    return std::nullopt;
-  return Task{.image = image,
-              .guess = guess,
-              .origin = {static_cast<int>(std::lround(guess.pixel.x())),
-                         static_cast<int>(std::lround(guess.pixel.y()))},
-              .spacing = spacing,
-              .crossing_sine = sine};
-}
-
 }  // namespace
 
 std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerGuess& guess) {
-  const std::optional<Task> task = makeTask(image, guess);
+  const std::optional<CornerTask> task = makeCornerTask(image, guess);
   if (!task) return std::nullopt;
   Refinement refinement(*task, pixels_, residuals_);
   const std::optional<EdgeModel> start = refinement.search();
@@ -484,7 +341,7 @@ std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerG
   if (!best && task->spacing > kSmallSpacingPx && !(start && refinement.isShort(*start, kFullShare)))
     return std::nullopt;
   const auto saddle =
-      fitSaddle(*task, start ? (start->corner() + task->origin.cast<double>()).eval() : guess.pixel);
+      fitSaddleCorner(*task, start ? (start->corner() + task->origin.cast<double>()).eval() : guess.pixel);
   // The sigma of so short edges may promise too much where the blur is not Gaussian: the saddle is preferred.
   constexpr double kPreferSaddle = 2.5;
   if (best && !(saddle && saddle->sigma_px < kPreferSaddle * best->sigma())) return asFit(*task, *best);
