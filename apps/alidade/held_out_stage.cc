@@ -62,10 +62,10 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
   if (given_) {
     try {
       const CameraFile file = cameraFileOf(camera, judgement.file);
-      const std::vector<Check> held_out =
-          heldOutChecks(judgeOnImages(compared(file), given_->input.board, given_->views,
-                                      {.jobs = jobs_, .cancel = cancel_}),
-                        tolerance_px_);
+      const std::vector<Check> held_out = heldOutChecks(
+          judgeOnImages(compared(file), given_->input.board, given_->views,
+                        {.is_covariance_by_views = isStatedByViews(file), .jobs = jobs_, .cancel = cancel_}),
+          tolerance_px_);
       checks.insert(checks.end(), held_out.begin(), held_out.end());
     } catch (const Error& error) {
       checks.push_back(failedCheck("held_out_error", error));

@@ -41,6 +41,10 @@ std::optional<Eigen::MatrixXd> statedCovariance(const CameraFile& file) {
                     static_cast<Eigen::Index>(file.camera.parameters().size()));
 }
 
+bool isStatedByViews(const CameraFile& file) {
+  return file.calibration && !file.calibration->stated_covariance.empty();
+}
+
 std::optional<ProjectionStdRecord> projectionRecord(const UncertaintyGrid& grid) {
   if (!std::isfinite(grid.worst_px)) return std::nullopt;
   ProjectionStdRecord record{.center_px = rounded(grid.center_px),

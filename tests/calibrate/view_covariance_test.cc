@@ -148,9 +148,46 @@ TEST(ViewCovariance, HasTheBendAmongTheFree) {
   EXPECT_EQ(by_views->larger.rows(), 9);
 }
 
-TEST(ViewCovariance, NeedsMoreViewsThanFreeDirections) {
-  EXPECT_FALSE(fitViews(9).byViews());
-  EXPECT_TRUE(fitViews(10).byViews());
+TEST(ViewCovariance, IsThatByNoiseTimesTheExcessWhereViewsAreFew) {
+  const RobustFit fit = fitViews(9);
+  const auto by_views = fit.byViews();
+  const auto inverse = intrinsicsInformation("radtan", fit.views, fit.state).inverse;
+  ASSERT_TRUE(by_views && inverse);
+  EXPECT_TRUE(by_views->is_pooled);
+  EXPECT_NEAR(by_views->excess, 1, 0.6);
+  const double times = std::max(1.0, std::pow(studentT95(8) / kNormal95, 2) * by_views->excess);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR(by_views->larger(i, i) / (times * fit.variance() * (*inverse)(i, i)), 1, 1e-6) << i;
+    EXPECT_EQ(by_views->effectiveStd(i), std::sqrt(by_views->larger(i, i))) << i;
+  }
+  EXPECT_FALSE(fitViews(10).byViews()->is_pooled);
+}
+
+// A few views that know nearly everything leave the others' disagreement without a say: hardly any degrees of
+// freedom, by which no finite covariance can be made from them alone.
+TEST(ViewCovariance, IsFiniteWhereAFewViewsKnowNearlyEverything) {
+  RobustFit fit = fitViews(12);
+  for (std::size_t v = 0; v < 3; ++v) {
+    for (Observation& corner : fit.views[v]) corner.weight = 1e6;
+  }
+  const auto by_views = fit.byViews();
+  ASSERT_TRUE(by_views);
+  EXPECT_LT(by_views->freedom.minCoeff(), 2);
+  EXPECT_TRUE(by_views->is_pooled);
+  EXPECT_TRUE(by_views->larger.allFinite());
+  EXPECT_TRUE(std::isfinite(by_views->effectiveStd(0)));
+}
+
+TEST(ViewCovariance, NeedsThreeViews) {
+  const RobustFit fit = fitViews(9);
+  const auto pulls = viewPulls("radtan", fit.views, fit.state, kLoss);
+  const Eigen::MatrixXd focal = Eigen::MatrixXd::Identity(9, 1);
+  const auto of = [&](std::size_t count) {
+    return viewCovariance(std::span(pulls).first(count), focal, 9, fit.variance(), 1.0);
+  };
+  EXPECT_FALSE(of(2));
+  ASSERT_TRUE(of(3));
+  EXPECT_TRUE(of(3)->larger.allFinite());
 }
 
 TEST(Distributions, StudentsTAsTabulated) {
@@ -160,6 +197,22 @@ TEST(Distributions, StudentsTAsTabulated) {
   EXPECT_NEAR(studentT95(1e6), kNormal95, 1e-5);
   EXPECT_TRUE(std::isinf(studentT95(1.9)));
   EXPECT_TRUE(std::isinf(studentT95(std::nan(""))));
+}
+
+TEST(Distributions, StudentsTAsANormalVariable) {
+  EXPECT_NEAR(normalOfStudentT(2.306004135033371, 8), kNormal95, 0.01 * kNormal95);
+  EXPECT_NEAR(normalOfStudentT(-5.893429532923186, 5), -3.0902323, 0.02 * 3.0902323);
+  EXPECT_NEAR(normalOfStudentT(3, 1e9), 3, 1e-6);
+}
+
+TEST(Distributions, FAsTabulated) {
+  EXPECT_NEAR(normalOfF(5.1282634246623395, 5, 40), 3.0902323, 0.05);
+  EXPECT_NEAR(normalOfF(4.474184809637748, 3, 12), kNormal95, 0.02);
+  EXPECT_NEAR(normalOfF(3.129968572272079, 9, 1000), 3.0902323, 0.02);
+  EXPECT_NEAR(normalOfF(0.8682926874669954, 4, 20), 0, 0.02);
+  for (const double normal : {-1.0, 0.0, 2.0, 3.09})
+    EXPECT_NEAR(normalOfF(fOfNormal(normal, 6, 30), 6, 30), normal, 1e-9) << normal;
+  EXPECT_TRUE(std::isinf(fOfNormal(3.09, 4, 0.5)));
 }
 
 }  // namespace

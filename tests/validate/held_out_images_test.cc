@@ -108,8 +108,8 @@ TEST(HeldOutImages, HeldOutErrorIsThatOfNoiseForTheTrueCamera) {
   EXPECT_GE(judgement.num_corners, 20 * 18);
   EXPECT_NEAR(judgement.held_out_rms_px / judgement.noise_rms_px, 1, 0.05);
   EXPECT_GE(judgement.fixed_rms_px, judgement.freed_rms_px * 0.999);
-  ASSERT_TRUE(judgement.significance);
-  EXPECT_FALSE(judgement.significance->isSignificant());
+  ASSERT_TRUE(judgement.overall);
+  EXPECT_FALSE(judgement.overall->isSignificant());
   EXPECT_GT(judgement.covered_share, 0.5);
 }
 
@@ -122,7 +122,37 @@ TEST(HeldOutImages, DoNotDependOnTheOrderOfViewsOrTheNumberOfThreads) {
   const HeldOutJudgement other = judgeOnImages({&tested, drawn.size}, set.board, set.views, {.jobs = 4});
   EXPECT_EQ(one.held_out_rms_px, other.held_out_rms_px);
   EXPECT_EQ(one.difference->p95_px, other.difference->p95_px);
-  EXPECT_EQ(one.significance->sigmas, other.significance->sigmas);
+  EXPECT_EQ(one.overall->sigmas, other.overall->sigmas);
+  ASSERT_EQ(one.changes.size(), other.changes.size());
+  ASSERT_FALSE(one.changes.empty());
+  EXPECT_EQ(one.changes[0].change, CameraChange::kCenterX);
+  EXPECT_EQ(one.changes[0].p95_px, other.changes[0].p95_px);
+}
+
+TEST(HeldOutImages, NameWhatIsWrong) {
+  const DrawnCamera drawn = ordinaryCamera();
+  const UserSet set = viewsOf(drawn, 20, 9);
+  const auto messageOn = [&](Wrong wrong) {
+    const AnyCamera tested = spoiled(drawn.camera, wrong);
+    return heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx)[1]
+        .message;
+  };
+  EXPECT_THAT(messageOn(Wrong::kFocal), AllOf(HasSubstr("its focal length is "), HasSubstr("too long")));
+  EXPECT_THAT(messageOn(Wrong::kCenter), AllOf(HasSubstr("its cx is "), HasSubstr("too large")));
+  EXPECT_THAT(messageOn(Wrong::kDistortion), HasSubstr("too weak"));
+}
+
+TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
+  const DrawnCamera drawn = ordinaryCamera();
+  const UserSet set = viewsOf(drawn, 120, 4);
+  const AnyCamera tested = changed(drawn.camera, CameraChange::kPixelOrigin, 0.5);
+  const auto checks =
+      heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
+  EXPECT_EQ(checks[1].status, CheckStatus::kWarn);
+  EXPECT_THAT(checks[1].message, HasSubstr("half a pixel"));
+  const auto right =
+      heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
+  EXPECT_EQ(right[1].status, CheckStatus::kPass) << right[1].message;
 }
 
 TEST(HeldOutImages, MustBeOfTheCamerasSize) {

@@ -5,7 +5,6 @@
 #include <limits>
 
 namespace alidade {
-
 double studentT95(double freedom) {
   constexpr double kFewest = 2;
   if (!(freedom >= kFewest)) return std::numeric_limits<double>::infinity();
@@ -19,6 +18,12 @@ double studentT95(double freedom) {
   return x + (g1 + (g2 + (g3 + g4 / n) / n) / n) / n;
 }
 
+double normalOfStudentT(double t, double freedom) {
+  const double factor = (8 * freedom + 1) / (8 * freedom + 3);
+  const double size = factor * std::sqrt(freedom * std::log1p(t * t / freedom));
+  return std::copysign(size, t);
+}
+
 double normalOfMeanSquare(double mean, double count) {
   const double spread = 2 / (9 * count);
   return (std::cbrt(mean) - (1 - spread)) / std::sqrt(spread);
@@ -27,6 +32,26 @@ double normalOfMeanSquare(double mean, double count) {
 double meanSquareOfNormal(double normal, double count) {
   const double spread = 2 / (9 * count);
   const double root = 1 - spread + normal * std::sqrt(spread);
+  return root * root * root;
+}
+
+double normalOfF(double f, double above, double below) {
+  const double a = 2 / (9 * above);
+  const double b = 2 / (9 * below);
+  const double root = std::cbrt(f);
+  return ((1 - b) * root - (1 - a)) / std::sqrt(b * root * root + a);
+}
+
+double fOfNormal(double normal, double above, double below) {
+  // Paulson's formula, squared, is a parabola in the cube root of f.
+  const double a = 2 / (9 * above);
+  const double b = 2 / (9 * below);
+  const double zz = normal * normal;
+  const double second = (1 - b) * (1 - b) - zz * b;
+  if (!(second > 0)) return std::numeric_limits<double>::infinity();
+  const double first = (1 - a) * (1 - b);
+  const double inside = first * first - second * ((1 - a) * (1 - a) - zz * a);
+  const double root = (first + std::copysign(std::sqrt(std::max(0.0, inside)), normal)) / second;
   return root * root * root;
 }
 

@@ -27,16 +27,18 @@ Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
 }  // namespace
 
 double ViewCovariance::effectiveStd(int i) const {
-  const double variance = covariance(i, i);
-  const double by_views = variance > 0 ? inflation(freedom(i)) * std::sqrt(variance) : 0.0;
+  const double variance = is_pooled ? larger(i, i) : covariance(i, i);
+  const double inflated = is_pooled || !(variance > 0) ? 1.0 : inflation(freedom(i));
+  const double by_views = inflated * std::sqrt(variance);
   return common_error.size() > 0 ? std::hypot(by_views, common_error(i)) : by_views;
 }
 
 std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
                                              const Eigen::MatrixXd& directions, int num_params,
                                              double variance, double mean_slope) {
+  constexpr std::size_t kFewestViews = 3;  // two disagree with each other in any case
   const Eigen::Index m = directions.cols();
-  if (m == 0 || static_cast<Eigen::Index>(pulls.size()) <= m) return std::nullopt;
+  if (m == 0 || pulls.size() < kFewestViews) return std::nullopt;
   const auto shares = ViewShares::make(pulls, directions, mean_slope);
   if (!shares) return std::nullopt;
   const Eigen::MatrixXd& meat = shares->covariance();
@@ -50,10 +52,16 @@ std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
     result.freedom(i) = shares->freedomOf(root.row(i).transpose());
     if (result.covariance(i, i) > 0) most = std::max(most, inflation(result.freedom(i)));
   }
-  result.larger = root * larger(variance, most * most * meat) * root.transpose();
   const auto num_free = static_cast<double>(m);
   result.excess = meat.trace() / (num_free * variance);
   result.excess_sigmas = normalOfMeanSquare(result.excess, num_free * num_free / shares->squaresOfShares());
+  result.is_pooled = static_cast<Eigen::Index>(pulls.size()) <= m || !std::isfinite(most);
+  if (result.is_pooled) {
+    const double inflated = inflation(static_cast<double>(pulls.size()) - 1);
+    result.larger = variance * std::max(1.0, inflated * inflated * result.excess) * root * root.transpose();
+  } else {
+    result.larger = root * larger(variance, most * most * meat) * root.transpose();
+  }
   return result;
 }
 

@@ -16,7 +16,7 @@ inline constexpr double kBeyondChance = 3;
 
 /// What the views' disagreement says of the intrinsics' uncertainty.
 struct ViewCovariance {
-  Eigen::MatrixXd covariance;  ///< N x N, parameters in storage order
+  Eigen::MatrixXd covariance;  ///< N x N, parameters in storage order; not to be used where pooled
   /// Degrees of freedom of each parameter's variance: it is a multiple of chi square, roughly, and the
   /// parameter's error over its root follows Student's t. 0 for a parameter that is held.
   Eigen::VectorXd freedom;
@@ -26,9 +26,14 @@ struct ViewCovariance {
   /// The same in standard deviations of a normal variable: how surely it is more than chance.
   double excess_sigmas = 0;
 
+  /// The views are too few for a covariance of their own: no more than there are free directions, or with
+  /// less than two degrees of freedom for some parameter. Then only `excess` counts.
+  bool is_pooled = false;
+
   /// N x N: in every direction the larger of the covariance by the corners' noise and of this one, the latter
   /// made larger for its few degrees of freedom (the least of a free parameter), so that 1.96 of its standard
-  /// deviations hold 95 %.
+  /// deviations hold 95 %. Pooled, it is the covariance by noise times the excess where that is above 1, made
+  /// larger as for a variance from so many views.
   Eigen::MatrixXd larger;
 
   /// N: an error that all views have in common and that is known, which no disagreement shows (a bend of the
@@ -55,8 +60,8 @@ struct ViewCovariance {
 /// @param directions  what is free, one direction a column; the first `num_params` rows are the intrinsics
 /// @param variance    of the coordinate of a corner of weight 1, px^2, see coordinateVariance()
 /// @param mean_slope  see meanSlope()
-/// @returns nothing where the views do not determine what is free, where nothing is, or where there are not
-/// more views than free directions, which says too little
+/// @returns nothing where the views do not determine what is free, where nothing is, or where there are less
+/// than three of them
 [[nodiscard]] std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
                                                            const Eigen::MatrixXd& directions, int num_params,
                                                            double variance, double mean_slope);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -90,12 +91,82 @@ Check heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_px) 
   return check;
 }
 
+double sureDifference(const HeldOutJudgement& judgement) {
+  return judgement.overall ? judgement.overall->sure_share * judgement.difference->p95_px : 0.0;
+}
+
 std::string differenceValue(const HeldOutJudgement& judgement) {
   return fmt::format(
       "{:.3g} px (95 %), {:.3g} px of it sure, over the {:.0f} % of the image where boards were; known to "
       "{:.2g} px",
-      judgement.difference->p95_px, judgement.significance->sure_p95_px, 100 * judgement.covered_share,
+      judgement.difference->p95_px, sureDifference(judgement), 100 * judgement.covered_share,
       judgement.significance->expected_rms_px);
+}
+
+std::string complaintOf(const NeededChange& change) {
+  return fmt::format("{} ({:.1f} sigma)",
+                     complaintOf(change.change, change.estimate.amount, change.estimate.effectiveStd()),
+                     change.estimate.sigmas);
+}
+
+// The surest change that the camera needs, if it needs one by more than the tolerance.
+const NeededChange* neededChange(const HeldOutJudgement& judgement, double tolerance_px) {
+  const auto found =
+      std::find_if(judgement.changes.begin(), judgement.changes.end(), [&](const NeededChange& change) {
+        return change.change != CameraChange::kPixelOrigin && change.estimate.isSignificant() &&
+               change.p95_px > tolerance_px;
+      });
+  return found == judgement.changes.end() ? nullptr : &*found;
+}
+
+// Whether the principal point is off by what it is between the two conventions of where pixels begin.
+const NeededChange* otherPixelOrigin(const HeldOutJudgement& judgement) {
+  constexpr double kHalf = 0.5;
+  const auto found =
+      std::find_if(judgement.changes.begin(), judgement.changes.end(), [&](const NeededChange& change) {
+        return change.change == CameraChange::kPixelOrigin && change.estimate.isSignificant() &&
+               std::abs(std::abs(change.estimate.amount) - kHalf) <= 2 * change.estimate.std;
+      });
+  return found == judgement.changes.end() ? nullptr : &*found;
+}
+
+// What the images make of the difference to the camera that they give by themselves.
+void judgeDifference(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more,
+                     Check& check) {
+  const ProjectionDifference& difference = *judgement.difference;
+  const double expected_px = judgement.significance->expected_rms_px;
+  const bool is_freed_usable = !isFreedWrong(*judgement.freed);
+  const bool is_any_change =
+      judgement.overall && judgement.overall->isSignificant() && difference.p95_px > tolerance_px;
+  const NeededChange* const needed = neededChange(judgement, tolerance_px);
+  std::string evidence = fmt::format("RMS {:.3g} px as it is, {:.3g} px with its parameters free",
+                                     judgement.fixed_rms_px, judgement.freed_rms_px);
+  if (judgement.overall)
+    evidence =
+        fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement.overall->sigmas)) +
+        evidence;
+  if (needed != nullptr || is_any_change) {
+    check.status = is_freed_usable ? CheckStatus::kFail : CheckStatus::kWarn;
+    check.message = is_freed_usable ? "the images show another camera"
+                                    : "the images seem to show another camera, but the calibration by them "
+                                      "alone is not to be trusted";
+    if (needed != nullptr) check.message += ": " + complaintOf(*needed);
+    check.message += " (" + evidence + ")";
+    if (!is_freed_usable) check.message += "; " + more;
+    return;
+  }
+  const bool is_within = difference.p95_px <= tolerance_px;
+  if (is_within && expected_px <= tolerance_px) {
+    check.status = CheckStatus::kPass;
+    check.message = "the images show the same camera (" + evidence + ")";
+    return;
+  }
+  check.message =
+      is_within ? fmt::format("these images agree, but would not notice an error of {:.2g} px", expected_px)
+                : "these images cannot tell whether it is the same camera (" + evidence + ")";
+  if (!judgement.changes.empty())
+    check.message += "; a hint, but no proof: " + complaintOf(judgement.changes.front());
+  check.message += "; " + more;
 }
 
 Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
@@ -114,43 +185,21 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
     check.message = "the images do not determine a camera to compare with; " + more;
     return check;
   }
-  const ProjectionDifference& difference = *judgement.difference;
-  const DifferenceSignificance& significance = *judgement.significance;
   check.value = differenceValue(judgement);
-  const std::string rms = fmt::format("RMS {:.3g} px as it is, {:.3g} px with its parameters free",
-                                      judgement.fixed_rms_px, judgement.freed_rms_px);
-  const std::string sigmas = fmt::format("{:.1f} sigma", std::max(0.0, significance.sigmas));
-  const bool is_freed_usable = !isFreedWrong(*judgement.freed);
-  switch (agreementOf(difference, significance, tolerance_px)) {
-    case Agreement::kBeyond:
-      check.status = is_freed_usable ? CheckStatus::kFail : CheckStatus::kWarn;
-      check.message =
-          is_freed_usable
-              ? fmt::format("the images show another camera ({}): {}", sigmas, rms)
-              : fmt::format(
-                    "the images seem to show another camera ({}), but the calibration by them alone is "
-                    "not to be trusted; {}",
-                    sigmas, more);
-      break;
-    case Agreement::kNotComparable:
-      check.message = fmt::format(
-          "the camera by the images alone cannot be compared: {} of {} pixels are seen "
-          "by one of the two only; {}",
-          difference.num_seen_by_one, difference.pixels.size(), more);
-      break;
-    case Agreement::kUncertain:
-      check.message = fmt::format("these images cannot tell whether it is the same camera ({}): {}; {}",
-                                  sigmas, rms, more);
-      break;
-    case Agreement::kWithin:
-      if (significance.expected_rms_px > tolerance_px) {
-        check.message = fmt::format("these images agree, but would not notice an error of {:.2g} px; {}",
-                                    significance.expected_rms_px, more);
-        break;
-      }
-      check.status = CheckStatus::kPass;
-      check.message = fmt::format("the images show the same camera ({}): {}", sigmas, rms);
-      break;
+  if (!isComparable(*judgement.difference)) {
+    check.message = fmt::format(
+        "the camera by the images alone cannot be compared: {} of {} pixels are seen "
+        "by one of the two only; {}",
+        judgement.difference->num_seen_by_one, judgement.difference->pixels.size(), more);
+    return check;
+  }
+  judgeDifference(judgement, tolerance_px, more, check);
+  const NeededChange* const origin = otherPixelOrigin(judgement);
+  if (origin != nullptr && check.status != CheckStatus::kFail) {
+    check.status = CheckStatus::kWarn;
+    check.message = complaintOf(*origin) +
+                    ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
+                    check.message;
   }
   return check;
 }

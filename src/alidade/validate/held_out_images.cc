@@ -20,11 +20,16 @@
 #include "alidade/core/text.h"
 #include "alidade/init/pose_from_rays.h"
 #include "alidade/target/board_shape.h"
+#include "alidade/validate/agreement.h"
+#include "alidade/validate/camera_change.h"
 #include "alidade/validate/covered_pixels.h"
+#include "alidade/validate/held_scores.h"
 
 namespace alidade {
 namespace {
 
+// Standard deviations from which a change is a hint, though no proof.
+constexpr double kWorthMentioning = 2;
 // The fewest pixels over which a camera is compared.
 constexpr std::size_t kFewestPixels = 20;
 
@@ -96,15 +101,35 @@ double heldOutNoise(double sigma_px, const std::vector<std::vector<Observation>>
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-void predictCorners(const ComparedCamera& camera, const Checkerboard& board, const std::vector<View>& views,
-                    HeldOutJudgement& judgement) {
+HuberLoss lossOf(const ComparedCamera& camera, const HeldOutJudgement& judgement) {
+  return judgement.freed ? judgement.freed->loss : startLoss(camera.size);
+}
+
+// Views that are blurred or moved tell less: the inverse of the variance of a view's corners, as the freed
+// calibration has them, each taken together with some of the mean of all.
+double weightOf(const std::string& image, const std::optional<CalibrationResult>& freed) {
+  if (!freed) return 1;
+  constexpr double kSharedCorners = 10;
+  const auto fit = std::find_if(freed->views.begin(), freed->views.end(),
+                                [&](const ViewResult& view) { return view.image == image; });
+  expect(fit != freed->views.end(), "only views that the freed calibration used are weighted");
+  const double mean_square = freed->rms_px * freed->rms_px;
+  const double sum = fit->num_corners * fit->rms_px * fit->rms_px + kSharedCorners * mean_square;
+  return sum > 0 ? mean_square * (fit->num_corners + kSharedCorners) / sum : 1.0;
+}
+
+// Poses the views for the camera as it is and asks what it predicts.
+HeldCameraFit predictCorners(const ComparedCamera& camera, const Checkerboard& board,
+                             const std::vector<View>& views, HeldOutJudgement& judgement) {
   const std::string_view model = camera.camera->modelId();
   const auto given = camera.camera->parameters();
-  const HuberLoss loss = judgement.freed ? judgement.freed->loss : startLoss(camera.size);
+  const HuberLoss loss = lossOf(camera, judgement);
   const BoardShape shape = judgement.freed ? judgement.freed->shape.shape : BoardShape{};
-  std::vector<std::vector<Observation>> seen;
+  HeldCameraFit fit{.views = {},
+                    .state = {.params = {given.begin(), given.end()}, .camera_from_board = {}},
+                    .errors = {},
+                    .weights = {}};
   std::vector<std::size_t> seen_views;
-  BundleState state{.params = {given.begin(), given.end()}, .camera_from_board = {}};
   auto observations = observationsOf(board, views);
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (Observation& o : observations[v]) o.p_board = onBentBoard(board, shape, o.p_board);
@@ -114,24 +139,25 @@ void predictCorners(const ComparedCamera& camera, const Checkerboard& board, con
       judgement.views.back().num_unseen = static_cast<int>(views[v].corners.size());
       continue;
     }
-    state.camera_from_board.push_back(*pose);
-    seen.push_back(std::move(observations[v]));
+    fit.state.camera_from_board.push_back(*pose);
+    fit.views.push_back(std::move(observations[v]));
+    fit.weights.push_back(weightOf(views[v].image, judgement.freed));
     seen_views.push_back(v);
   }
   BundleOptions held{.loss = loss};
   held.constraint.held.resize(given.size());
   std::iota(held.constraint.held.begin(), held.constraint.held.end(), 0);
-  const auto held_out = heldOutErrors(model, board.square_m, seen, state, held);
+  const auto held_out = heldOutErrors(model, board.square_m, fit.views, fit.state, held);
   expect(held_out.has_value(), "a camera that is held has held-out errors");
 
-  std::vector<std::vector<Eigen::Vector2d>> errors;
   double fixed_sum = 0;
   std::size_t fixed_count = 0;
   double held_out_sum = 0;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    errors.push_back(reprojectionErrors(model, state.params, state.camera_from_board[i], seen[i]));
-    for (const Eigen::Vector2d& error : errors.back()) fixed_sum += error.squaredNorm();
-    fixed_count += errors.back().size();
+  for (std::size_t i = 0; i < fit.views.size(); ++i) {
+    fit.errors.push_back(
+        reprojectionErrors(model, fit.state.params, fit.state.camera_from_board[i], fit.views[i]));
+    for (const Eigen::Vector2d& error : fit.errors.back()) fixed_sum += error.squaredNorm();
+    fixed_count += fit.errors.back().size();
     HeldOutView& view = judgement.views[seen_views[i]];
     double sum = 0;
     for (const Eigen::Vector2d& error : held_out->px[i]) {
@@ -150,9 +176,11 @@ void predictCorners(const ComparedCamera& camera, const Checkerboard& board, con
     judgement.num_unseen += view.num_unseen;
   }
   if (judgement.num_corners > 0) judgement.held_out_rms_px = std::sqrt(held_out_sum / judgement.num_corners);
-  if (fixed_count == 0) return;
+  if (fixed_count == 0) return fit;
   judgement.fixed_rms_px = std::sqrt(fixed_sum / static_cast<double>(fixed_count));
-  judgement.noise_rms_px = heldOutNoise(localSigma(board, seen, errors), seen);
+  judgement.noise_sigma_px = localSigma(board, fit.views, fit.errors);
+  judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit.views);
+  return fit;
 }
 
 // By how much the views' disagreement makes the variance of the parameters larger than the corners' noise
@@ -169,25 +197,42 @@ double varianceRatio(const CalibrationResult& freed) {
   return std::max(1.0, sum * (num_views - 1) / num_views / static_cast<double>(freed.free_directions.cols()));
 }
 
-void compareWithFreed(const ComparedCamera& camera, const std::vector<View>& views,
+void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vector2d>& covered,
                       HeldOutJudgement& judgement) {
   const CalibrationResult& freed = *judgement.freed;
   judgement.freed_rms_px = freed.rms_px;
-  if (!freed.covariance) return;
-  const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
-  const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, views);
-  judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
-  if (covered.size() < kFewestPixels) return;
-  judgement.variance_ratio = varianceRatio(freed);
+  if (!freed.covariance || covered.size() < kFewestPixels) return;
   const ComparedCamera other{
       &freed.camera, freed.image_size,
       freed.isNoiseExceeded() ? freed.statedCovariance() : judgement.variance_ratio * *freed.covariance};
-  // A file that states its uncertainty mostly states that by noise, and was made from images like these.
-  ComparedCamera tested = camera;
-  if (tested.covariance) *tested.covariance *= judgement.variance_ratio;
   const DifferenceOptions options{.pixels = covered};
   judgement.difference = projectionDifference(tested, other, options);
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
+}
+
+void testAsItIs(const ComparedCamera& tested, const HeldCameraFit& fit,
+                const std::vector<Eigen::Vector2d>& covered, HeldOutJudgement& judgement) {
+  if (covered.size() < kFewestPixels || !std::isfinite(judgement.noise_sigma_px)) return;
+  constexpr double kFinestPx = 1e-3;  // what is left of corners without noise is not chance
+  const double sigma_px = std::max(judgement.noise_sigma_px, kFinestPx);
+  const auto scores = HeldScores::make(*tested.camera, fit, lossOf(tested, judgement), sigma_px * sigma_px,
+                                       tested.covariance);
+  if (!scores) return;
+  judgement.overall = scores->overall();
+  for (const CameraChange change : kAllCameraChanges) {
+    const Eigen::VectorXd direction = directionOf(change, *tested.camera);
+    const auto estimate = direction.size() > 0 ? scores->along(direction) : std::nullopt;
+    if (!estimate) continue;
+    if (!(estimate->sigmas > kWorthMentioning)) continue;
+    const AnyCamera other = changed(*tested.camera, change, estimate->amount);
+    const ProjectionDifference difference =
+        projectionDifference({tested.camera, tested.size}, {&other, tested.size}, {.pixels = covered});
+    if (!isComparable(difference)) continue;
+    judgement.changes.push_back({.change = change, .estimate = *estimate, .p95_px = difference.p95_px});
+  }
+  std::stable_sort(
+      judgement.changes.begin(), judgement.changes.end(),
+      [](const NeededChange& a, const NeededChange& b) { return a.estimate.sigmas > b.estimate.sigmas; });
 }
 
 }  // namespace
@@ -213,8 +258,16 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   judgement.num_views_given = static_cast<int>(views.size());
   judgement.freed = calibrated(camera, board, views, options, judgement.freed_complaint);
   const std::vector<View> used = usedViews(views, judgement.freed);
-  predictCorners(camera, board, used, judgement);
-  if (judgement.freed) compareWithFreed(camera, used, judgement);
+  const HeldCameraFit fit = predictCorners(camera, board, used, judgement);
+  const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
+  const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);
+  judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
+  // A file that states its uncertainty by noise alone was made from images like these.
+  ComparedCamera tested = camera;
+  if (judgement.freed) judgement.variance_ratio = varianceRatio(*judgement.freed);
+  if (tested.covariance && !options.is_covariance_by_views) *tested.covariance *= judgement.variance_ratio;
+  if (judgement.freed) compareWithFreed(tested, covered, judgement);
+  testAsItIs(tested, fit, covered, judgement);
   return judgement;
 }
 

@@ -10,12 +10,16 @@
 #include "alidade/core/cancel.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
+#include "alidade/validate/camera_change.h"
 #include "alidade/validate/difference_significance.h"
+#include "alidade/validate/held_scores.h"
 #include "alidade/validate/projection_difference.h"
 
 namespace alidade {
 
 struct HeldOutOptions {
+  /// The tested camera's covariance takes only views for independent; otherwise it is that by noise alone.
+  bool is_covariance_by_views = false;
   int jobs = 1;  ///< threads, 0: one per processor; the answer is the same bit by bit
   const CancelFlag* cancel = nullptr;
 };
@@ -28,6 +32,14 @@ struct HeldOutView {
   double rms_px = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// What one number of the camera would have to be changed by.
+struct NeededChange {
+  CameraChange change;
+  StepEstimate estimate;
+  /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %.
+  double p95_px = 0;
+};
+
 /// What images that a camera was not made from say of it.
 struct HeldOutJudgement {
   int num_views_given = 0;
@@ -36,7 +48,10 @@ struct HeldOutJudgement {
   int num_unseen = 0;
   /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
   double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// What it would be for the noise by which neighbouring corners differ alone; NaN without neighbours.
+  /// One standard deviation an axis of the noise by which neighbouring corners differ; NaN without
+  /// neighbours.
+  double noise_sigma_px = std::numeric_limits<double>::quiet_NaN();
+  /// What held_out_rms_px would be for that noise alone.
   double noise_rms_px = std::numeric_limits<double>::quiet_NaN();
   /// The camera of the same model that these images give by themselves; nothing where they give none.
   std::optional<CalibrationResult> freed;
@@ -49,6 +64,11 @@ struct HeldOutJudgement {
   std::optional<ProjectionDifference> difference;
   std::optional<DifferenceSignificance> significance;
   double covered_share = 0;  ///< of the image
+  /// Whether the images ask for another camera at all; nothing where they are too few to tell.
+  std::optional<OverallTest> overall;
+  /// The changes of which one would make the camera suit the images better, by more than two standard
+  /// deviations; the surest first.
+  std::vector<NeededChange> changes;
   /// Variance of the freed parameters by how the views disagree over that by the corners' noise, at least 1:
   /// what the views have in common (blur, the shape of the board) makes them agree less than noise would.
   double variance_ratio = 1;
@@ -63,7 +83,8 @@ struct HeldOutJudgement {
 /// Is it the camera that the images show? They are calibrated from scratch with the same model, with
 /// everything that goes with it (robust loss, outliers, the board's bend, covariance by the views where they
 /// disagree by more than noise), and the projection difference between the two cameras is taken over the part
-/// of the image where boards were.
+/// of the image where boards were. Beside that, single changes of the camera are tested, see
+/// HeldScores.
 ///
 /// Corners that the freed calibration took for outliers count for neither, and its bend of the board holds
 /// for both: none of that depends on the camera that is tested.

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/camera_change.h"
+
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace alidade {
+
+Eigen::VectorXd directionOf(CameraChange change, const AnyCamera& camera) {
+  constexpr Eigen::Index kNumProjection = 4;  // fx fy cx cy, then the lens
+  const auto params = camera.parameters();
+  const auto n = static_cast<Eigen::Index>(params.size());
+  const Eigen::Map<const Eigen::VectorXd> now(params.data(), n);
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(n);
+  switch (change) {
+    case CameraChange::kFocalLength:
+      direction.head<2>() = now.head<2>();
+      break;
+    case CameraChange::kCenterX:
+      direction(2) = 1;
+      break;
+    case CameraChange::kCenterY:
+      direction(3) = 1;
+      break;
+    case CameraChange::kDistortion:
+      direction.tail(n - kNumProjection) = now.tail(n - kNumProjection);
+      if (direction.isZero(0)) return {};
+      break;
+    case CameraChange::kPixelOrigin:
+      direction.segment<2>(2).setOnes();
+      break;
+  }
+  return direction;
+}
+
+AnyCamera changed(const AnyCamera& camera, CameraChange change, double amount) {
+  const auto given = camera.parameters();
+  std::vector<double> params(given.begin(), given.end());
+  const Eigen::VectorXd direction = directionOf(change, camera);
+  for (std::size_t i = 0; i < params.size() && direction.size() > 0; ++i)
+    params[i] += amount * direction(static_cast<Eigen::Index>(i));
+  return AnyCamera::make(camera.modelId(), params);
+}
+
+std::string complaintOf(CameraChange change, double amount, double std) {
+  const double size = std::abs(amount);
+  const bool is_too_large = amount < 0;  // something would have to be taken off
+  const auto pixels = [&](const char* what) {
+    return fmt::format("{} {:.2g} +- {:.2g} px too {}", what, size, std, is_too_large ? "large" : "small");
+  };
+  switch (change) {
+    case CameraChange::kFocalLength:
+      return fmt::format("its focal length is {:.2g} +- {:.2g} % too {}", 100 * size, 100 * std,
+                         is_too_large ? "long" : "short");
+    case CameraChange::kCenterX:
+      return pixels("its cx is");
+    case CameraChange::kCenterY:
+      return pixels("its cy is");
+    case CameraChange::kDistortion:
+      return fmt::format("its distortion is {:.2g} +- {:.2g} % too {}", 100 * size, 100 * std,
+                         is_too_large ? "strong" : "weak");
+    case CameraChange::kPixelOrigin:
+      return pixels("its cx and cy are both");
+  }
+  return "";
+}
+
+}  // namespace alidade

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/view_pulls.h"
+#include "alidade/calibrate/view_shares.h"
+#include "alidade/camera/any_camera.h"
+
+namespace alidade {
+
+/// Views of a camera that is held as it is, their poses refitted.
+struct HeldCameraFit {
+  std::vector<std::vector<Observation>> views;
+  BundleState state;
+  std::vector<std::vector<Eigen::Vector2d>> errors;  ///< projected minus observed, px
+  /// How much each view counts: best the inverse of the variance of its corners. Empty: all alike.
+  std::vector<double> weights;
+};
+
+/// By how much a camera would have to be changed in one way, and in no other, to suit images best.
+struct StepEstimate {
+  double amount = 0;   ///< to first order
+  double std = 0;      ///< one standard deviation of it
+  double freedom = 0;  ///< degrees of freedom of `std`
+  /// The normal variable that is as improbable as such an amount, of either sign, for the right camera; not
+  /// negative.
+  double sigmas = 0;
+
+  [[nodiscard]] bool isSignificant() const;
+  /// `std` made larger for its few degrees of freedom, as one would use it of a normal variable.
+  [[nodiscard]] double effectiveStd() const { return std::abs(amount) / sigmas; }
+};
+
+/// Whether any change of the camera at all would suit images better than chance does.
+struct OverallTest {
+  double sigmas = 0;  ///< the normal variable that is exceeded as often by the right camera
+  /// The share of the change in question that is beyond chance, 0 to 1.
+  double sure_share = 0;
+
+  [[nodiscard]] bool isSignificant() const;
+};
+
+/// What views that a camera was not made from say against it while it is held as it is: score tests, in which
+/// nothing but the poses is fitted to the images.
+///
+/// Only views count as independent of each other, whatever the corners of one view have in common (Cameron
+/// and Miller 2015, A practitioner's guide to cluster-robust inference, Journal of Human Resources 50(2)).
+/// With few views see ViewShares for how far their disagreement can be trusted. No variance is taken for less
+/// than the corners' noise makes it, and what the camera's own uncertainty contributes is added.
+class HeldScores {
+ public:
+  /// @param noise_variance  of the coordinate of a corner of weight 1, px^2
+  /// @param covariance      of the camera's parameters, N x N; nothing: they count as exact
+  /// @returns nothing for less than three views, or views that say nothing of the parameters
+  [[nodiscard]] static std::optional<HeldScores> make(const AnyCamera& camera, const HeldCameraFit& fit,
+                                                      HuberLoss loss, double noise_variance,
+                                                      std::optional<Eigen::MatrixXd> covariance);
+
+  /// Of one change by itself: a statement of one number, for which a few views suffice where an estimate of
+  /// all parameters would be lost in their uncertainty. Nothing where the views say nothing of it.
+  /// @param direction  N: the change of the parameters per amount of 1
+  [[nodiscard]] std::optional<StepEstimate> along(const Eigen::VectorXd& direction) const;
+
+  /// Of all parameters at once. The views are too few for a covariance in so many dimensions: their
+  /// disagreement counts as one factor on the variance by noise, and how unevenly it lies over the directions
+  /// goes into the degrees of freedom (Satterthwaite 1946, An approximate distribution of estimates of
+  /// variance components, Biometrics Bulletin 2(6)).
+  [[nodiscard]] OverallTest overall() const;
+
+ private:
+  double pooled() const;
+  HeldScores() = default;
+  [[nodiscard]] std::vector<ViewPull> pullsAfter(const Eigen::VectorXd& step) const;
+
+  std::vector<ViewPull> pulls_;  // weighted
+  Eigen::MatrixXd information_;  // of all views
+  Eigen::VectorXd gradient_;
+  Eigen::MatrixXd noise_;  // what the corners' noise makes of the gradient's covariance
+  double slope_ = 1;
+  std::optional<ViewShares> shares_;  // once all parameters have made the step that suits the images best
+  std::optional<double> excess_;      // variance by the views over that by noise, over all directions
+  std::optional<Eigen::MatrixXd> covariance_;
+};
+
+}  // namespace alidade
