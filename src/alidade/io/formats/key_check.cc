@@ -2,12 +2,10 @@
 #include "alidade/io/formats/key_check.h"
 
 #include <set>
-#include <sstream>
 #include <vector>
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/mark.h>
-#include <yaml-cpp/parser.h>
 
 #include "alidade/core/error.h"
 
@@ -96,11 +94,9 @@ class KeyChecker final : public YAML::EventHandler {
 
 }  // namespace
 
-void checkKeys(const std::string& text, const std::string& file) {
-  std::istringstream stream(text);
-  YAML::Parser parser(stream);
+YamlNode parseWithUniqueKeys(const std::string& text, const std::string& file) {
   KeyChecker checker(file);
-  (void)parser.HandleNextDocument(checker);
+  return YamlNode::parse(text, file, &checker);
 }
 
 }  // namespace alidade::detail
