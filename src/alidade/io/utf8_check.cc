@@ -30,11 +30,15 @@ std::size_t lengthOfCharacter(std::string_view text, std::size_t at) {
   return is_allowed ? length : 0;
 }
 
+std::string shownByte(unsigned byte) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  return {'\\', 'x', kDigits[byte / 16], kDigits[byte % 16]};
+}
+
 // "K\xF6ln": what stands around the byte in its line, as a person finds it in an editor.
 std::string shown(std::string_view text, std::size_t at) {
   constexpr std::size_t kBefore = 24;
   constexpr std::size_t kAfter = 8;
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::size_t from = at;
   while (from > 0 && at - from < kBefore && byteAt(text, from - 1) >= ' ' && byteAt(text, from - 1) < 0x7FU)
     --from;
@@ -45,9 +49,7 @@ std::string shown(std::string_view text, std::size_t at) {
     if (byte >= ' ' && byte < 0x7FU) {
       out += text[i];
     } else {
-      out += "\\x";
-      out += kDigits[byte / 16];
-      out += kDigits[byte % 16];
+      out += shownByte(byte);
     }
   }
   return out;
@@ -67,6 +69,16 @@ void checkUtf8(const std::string& text, const std::string& file) {
     }
     at += length;
   }
+}
+
+std::string withBytesShown(const std::string& text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = lengthOfCharacter(text, at);
+    out += length == 0 ? shownByte(byteAt(text, at)) : text.substr(at, length);
+    at += std::max<std::size_t>(length, 1);
+  }
+  return out;
 }
 
 }  // namespace alidade::detail

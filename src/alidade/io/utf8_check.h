@@ -10,4 +10,7 @@ namespace alidade::detail {
 /// @throws Error (kInput) with the line and the first such bytes, as \xNN
 void checkUtf8(const std::string& text, const std::string& file);
 
+/// The text with each byte that is no UTF-8 as \xNN: names of images may be any bytes, our files may not.
+[[nodiscard]] std::string withBytesShown(const std::string& text);
+
 }  // namespace alidade::detail

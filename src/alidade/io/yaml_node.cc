@@ -11,7 +11,6 @@
 
 #include "alidade/core/text.h"
 #include "alidade/io/atomic_file.h"
-#include "alidade/io/utf8_check.h"
 
 namespace alidade::detail {
 namespace {
@@ -51,7 +50,6 @@ int countDocuments(const std::string& text, YAML::EventHandler* inspector) {
 }  // namespace
 
 YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML::EventHandler* inspector) {
-  checkUtf8(text, file);
   if (text.starts_with("%YAML:1.0")) {
     throw inputError({.where = file + ":1",
                       .found = "found %YAML:1.0, which starts files of OpenCV's own format",

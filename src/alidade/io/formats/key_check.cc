@@ -8,6 +8,7 @@
 #include <yaml-cpp/mark.h>
 
 #include "alidade/core/error.h"
+#include "alidade/io/utf8_check.h"
 
 namespace alidade::detail {
 namespace {
@@ -95,6 +96,7 @@ class KeyChecker final : public YAML::EventHandler {
 }  // namespace
 
 YamlNode parseWithUniqueKeys(const std::string& text, const std::string& file) {
+  checkUtf8(text, file);  // what XML calls a character may be none
   KeyChecker checker(file);
   return YamlNode::parse(text, file, &checker);
 }
