@@ -122,17 +122,18 @@ class ConvertCommand final : public Command {
  private:
   [[nodiscard]] std::vector<Converted> convertAll(const CameraSource& source,
                                                   const CameraFormat& format) const {
-    if (source.cameras.size() > 1 && !format.holds_several) {
+    const std::size_t num_all = source.cameras.size() + source.refused.size();
+    if (num_all > 1 && !format.holds_several) {
       throw inputError({.where = source.path,
-                        .found = std::to_string(source.cameras.size()) + " cameras",
+                        .found = std::to_string(num_all) + " cameras",
                         .expected = "one, as " + std::string(format.title) + " holds no more",
-                        .next_step = "name one: " + source.path + "#" + cameraLabel(source, 0)});
+                        .next_step = "name one: " + source.path + "#" + cameraLabel(source.cameras.front())});
     }
+    requireAll(source);
     std::vector<Converted> all;
     for (std::size_t i = 0; i < source.cameras.size(); ++i) {
       const StatedCamera& stated = source.cameras[i];
-      const std::string where =
-          source.cameras.size() > 1 ? source.path + "#" + cameraLabel(source, i) : path_;
+      const std::string where = source.cameras.size() > 1 ? source.path + "#" + cameraLabel(stated) : path_;
       CameraFile file = cameraFileOf(stated, where);
       Conversion conversion = convertCamera(file, where, request_);
       CameraFile converted = convertedFile(file, where, conversion);

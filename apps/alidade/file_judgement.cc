@@ -50,7 +50,8 @@ FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
     if (remark.id == "assumed") file.assumed.push_back(remark.message);
   }
   FileJudgement judgement{
-      .file = source.cameras.size() > 1 ? source.path + "#" + cameraLabel(source, index) : source.path,
+      .file = source.cameras.size() + source.refused.size() > 1 ? source.path + "#" + cameraLabel(stated)
+                                                                : source.path,
       .format = std::string(source.format),
       .model = std::string(stated.camera.modelId()),
       .size =
@@ -65,6 +66,19 @@ FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
   for (auto& checks : {checkStatement(file), checkCamera(claimsOf(stated))})
     judgement.checks.insert(judgement.checks.end(), checks.begin(), checks.end());
   return judgement;
+}
+
+FileJudgement judgeRefused(const CameraSource& source, const RefusedCamera& camera) {
+  return {.file = source.path + "#" + cameraLabel(camera),
+          .format = std::string(source.format),
+          .model = {},
+          .size = {},
+          .checks = {{.id = "schema",
+                      .status = CheckStatus::kFail,
+                      .value = std::string(source.format_name) + ", a camera that is not supported",
+                      .limit = "a camera of a known model",
+                      .message = camera.reason.what()}},
+          .can_show_slips = false};
 }
 
 FileJudgement judgeUnreadable(const std::string& path, const std::string& reason) {

@@ -26,6 +26,9 @@ struct FileJudgement {
 /// Every check of a camera of `source` by itself.
 [[nodiscard]] FileJudgement judgeCamera(const CameraSource& source, std::size_t index);
 
+/// The judgement of a camera that is not supported, beside others of its file.
+[[nodiscard]] FileJudgement judgeRefused(const CameraSource& source, const RefusedCamera& camera);
+
 /// The judgement of a file that cannot be read, with the reason.
 [[nodiscard]] FileJudgement judgeUnreadable(const std::string& path, const std::string& reason);
 

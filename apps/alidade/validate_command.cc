@@ -71,6 +71,7 @@ class ValidateCommand final : public Command {
         held_out_.addChecks(source.cameras[i], judgements.back());
         if (is_strict_) failWarnings(judgements.back());
       }
+      for (const RefusedCamera& camera : source.refused) judgements.push_back(judgeRefused(source, camera));
     } catch (const Error& e) {
       if ((is_only_file && !common_.json) || e.code() != ErrorCode::kInput) throw;
       judgements.push_back(judgeUnreadable(path, e.what()));

@@ -130,6 +130,74 @@ TEST(Formats, RefuseWhatContradictsItself) {
               EndsWith(0));
 }
 
+// One camera of a model that is not supported is no reason against the others, and never taken for them.
+TEST(Formats, SetCamerasAsideThatAreNotSupported) {
+  const ScratchFolder scratch;
+  const std::string points = scratch.write("points.csv", "x,y,z\n0.1,0.2,1\n");
+  const std::string kalibr_tail =
+      "\n  intrinsics: [500, 500, 320, 240]\n  distortion_model: none\n  distortion_coeffs: []\n"
+      "  resolution: [640, 480]\n";
+  const std::string nerf_tail = R"(","fl_x":500,"fl_y":500,"cx":320,"cy":240,"w":640,"h":480})";
+  const std::string basalt_tail = R"(","intrinsics":{"fx":500,"fy":500,"cx":320,"cy":240}})";
+  struct Case {
+    std::string text;
+    std::string bad;
+    std::string good;
+    std::string bad_by_number;  // empty where names are numbers
+  };
+  const std::vector<Case> cases = {
+      {"1 SIMPLE_DIVISION 640 480 500 320 240 0\n2 PINHOLE 640 480 500 500 320 240\n", "1", "2", ""},
+      {"cam0:\n  camera_model: sphere" + kalibr_tail + "cam1:\n  camera_model: pinhole" + kalibr_tail, "cam0",
+       "cam1", "0"},
+      {R"({"value0":{"intrinsics":[{"camera_type":"sphere)" + basalt_tail + R"(,{"camera_type":"pinhole)" +
+           basalt_tail + R"(],"resolution":[[640,480],[640,480]]}})",
+       "cam0", "cam1", "0"},
+      {R"({"frames":[{"file_path":"a","camera_model":"EQUIRECTANGULAR)" + nerf_tail +
+           R"(,{"file_path":"b","camera_model":"PINHOLE)" + nerf_tail + "]}",
+       "a", "b", "0"},
+      {"K1: [500, 0.5, 320, 0, 500, 240, 0, 0, 1]\nK2: [500, 0, 320, 0, 500, 240, 0, 0, 1]\n"
+       "image_size: [640, 480]\n",
+       "1", "2", ""},
+  };
+  int num_files = 0;
+  for (const Case& c : cases) {
+    const std::string file = scratch.write("cameras.txt", c.text);
+    EXPECT_THAT(runAlidade({"project", file + "#" + c.good, points}), EndsWith(0)) << c.text;
+    std::vector<std::string> names = {c.bad};
+    if (!c.bad_by_number.empty()) {
+      names.push_back(c.bad_by_number);
+      EXPECT_THAT(runAlidade({"project", file + "#1", points}), EndsWith(0)) << c.text;
+    }
+    const RunResult one = runAlidade({"project", file + "#" + c.bad, points});
+    for (const std::string& name : names) {
+      const RunResult refused = runAlidade({"project", file + "#" + name, points});
+      EXPECT_THAT(refused, FailsWith(1, testing::HasSubstr("cameras.txt:"))) << c.text;
+      EXPECT_EQ(refused.err, one.err);
+    }
+    EXPECT_THAT(runAlidade({"project", file, points}),
+                FailsWith(1, testing::HasSubstr("2 cameras: " + c.good + " (not supported: " + c.bad + ")")));
+    const std::string output = scratch.path("out.yaml");
+    EXPECT_THAT(runAlidade({"convert", file, "-o", output, "--to", "kalibr"}),
+                FailsWith(1, testing::HasSubstr("1 of 2 cameras are not supported: " + c.bad)));
+    EXPECT_FALSE(scratch.has("out.yaml"));
+    const RunResult judged = runAlidade({"validate", file, "--json"});
+    EXPECT_THAT(judged, EndsWith(3)) << c.text;
+    const auto files = nlohmann::json::parse(judged.out).at("files");
+    ASSERT_EQ(files.size(), 2u);
+    EXPECT_EQ(files[0].at("file"), file + "#" + c.good);
+    EXPECT_EQ(files[0].at("valid"), true);
+    EXPECT_EQ(files[1].at("file"), file + "#" + c.bad);
+    EXPECT_EQ(files[1].at("checks").size(), 1u);
+    EXPECT_EQ(files[1].at("checks")[0].at("id"), "schema");
+    EXPECT_EQ(files[1].at("checks")[0].at("status"), "FAIL");
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 5);
+  // A file without a camera that is supported is not readable.
+  EXPECT_THAT(runAlidade({"validate", scratch.write("none.txt", "1 DIVISION 640 480 5 5 320 240 0\n")}),
+              FailsWith(1, testing::HasSubstr("DIVISION")));
+}
+
 TEST(Formats, LimitsAreNumbers) {
   const std::string camera = dataPath("camera.yaml");
   int num_refused = 0;

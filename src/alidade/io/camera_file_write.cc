@@ -8,6 +8,7 @@
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/camera_file.h"
 #include "alidade/io/pose_node.h"
+#include "alidade/io/utf8_check.h"
 
 namespace alidade {
 namespace {
@@ -206,7 +207,7 @@ std::string cameraFileText(const CameraFile& file) {
   }
   if (!file.created_by.empty()) out << YAML::Key << "created_by" << YAML::Value << file.created_by;
   out << YAML::EndMap;
-  return std::string(out.c_str(), out.size()) + "\n";
+  return detail::withBytesShown(std::string(out.c_str(), out.size())) + "\n";
 }
 
 void writeCameraFile(const std::string& path, const CameraFile& file) {

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
+#include <utility>
 
 #include "alidade/core/text.h"
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/formats/camera_document.h"
 #include "alidade/io/formats/camera_format.h"
+#include "alidade/io/utf8_check.h"
 
 namespace alidade {
 namespace {
@@ -27,29 +30,55 @@ PathAndName splitPath(const std::string& text) {
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
-std::string namesOf(const CameraSource& source) {
+template <class Cameras>
+std::string namesOf(const Cameras& cameras) {
+  constexpr std::size_t kMaxNamed = 20;
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < source.cameras.size(); ++i) names.push_back(cameraLabel(source, i));
-  return join(names, ", ");
+  for (const auto& camera : cameras) {
+    if (names.size() < kMaxNamed) names.push_back(cameraLabel(camera));
+  }
+  const std::size_t num_more = cameras.size() - names.size();
+  return join(names, ", ") + (num_more > 0 ? " and " + std::to_string(num_more) + " more" : "");
+}
+
+// "1, 3 (not supported: 2)".
+std::string readableText(const CameraSource& source) {
+  const std::string readable = namesOf(source.cameras);
+  return source.refused.empty() ? readable : readable + " (not supported: " + namesOf(source.refused) + ")";
 }
 
 bool isNumber(const std::string& name) {
   return !name.empty() && name.find_first_not_of("0123456789") == std::string::npos;
 }
 
+template <class Cameras>
+bool anyIsNumber(const Cameras& cameras) {
+  return std::any_of(cameras.begin(), cameras.end(), [](const auto& c) { return isNumber(c.name); });
+}
+
+// The camera of this name, or else number. @throws its reason where it is refused
+std::optional<StatedCamera> findCamera(const CameraSource& source, const std::string& name,
+                                       std::optional<std::size_t> number) {
+  const auto isMeant = [&](const auto& camera) {
+    return number ? camera.number == *number : camera.name == name;
+  };
+  const auto found = std::find_if(source.cameras.begin(), source.cameras.end(), isMeant);
+  if (found != source.cameras.end()) return *found;
+  const auto refused = std::find_if(source.refused.begin(), source.refused.end(), isMeant);
+  if (refused != source.refused.end()) throw Error(refused->reason);
+  return std::nullopt;
+}
+
 StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
-  for (const StatedCamera& camera : source.cameras) {
-    if (camera.name == name) return camera;
-  }
+  if (const auto camera = findCamera(source, name, std::nullopt)) return *camera;
   // Where names are numbers, as in COLMAP, another number is a mistake and no place in the list.
-  const bool has_numbers = std::any_of(source.cameras.begin(), source.cameras.end(),
-                                       [](const StatedCamera& c) { return isNumber(c.name); });
-  const auto number = isNumber(name) && !has_numbers ? parseInt(name) : std::nullopt;
-  if (number && static_cast<std::size_t>(*number) < source.cameras.size())
-    return source.cameras[static_cast<std::size_t>(*number)];
+  const bool has_numbers = anyIsNumber(source.cameras) || anyIsNumber(source.refused);
+  if (const auto number = isNumber(name) && !has_numbers ? parseInt(name) : std::nullopt) {
+    if (const auto camera = findCamera(source, name, static_cast<std::size_t>(*number))) return *camera;
+  }
   throw inputError({.where = source.path,
                     .found = "no camera '" + name + "'",
-                    .expected = "one of " + namesOf(source),
+                    .expected = "one of " + readableText(source),
                     .next_step = "write FILE#NAME"});
 }
 
@@ -87,33 +116,42 @@ std::string titles() {
   return join(names, "; ");
 }
 
+void refuseSameNames(const CameraSource& source) {
+  std::set<std::string> names;
+  const auto take = [&](const std::string& name) {
+    if (name.empty() || names.insert(name).second) return;
+    throw inputError({.where = source.path,
+                      .found = "found two cameras '" + name + "'",
+                      .expected = "a name of its own for each",
+                      .next_step = "rename or remove one"});
+  };
+  for (const StatedCamera& camera : source.cameras) take(camera.name);
+  for (const RefusedCamera& camera : source.refused) take(camera.name);
+}
+
 }  // namespace
 
 CameraSource parseCameras(const std::string& text, const std::string& name, const ReadOptions& options) {
+  detail::checkUtf8(text, name);
   const detail::CameraDocument document(text, name);
   if (const CameraFormat* format = formatOf(document)) {
+    StatedCameras read = format->read(document, options);
     CameraSource source{.path = name,
                         .format = format->id,
                         .format_name = format->title,
-                        .cameras = format->read(document, options)};
+                        .cameras = std::move(read.cameras),
+                        .refused = std::move(read.refused)};
+    if (source.cameras.empty() && !source.refused.empty()) throw Error(source.refused.front().reason);
     if (source.cameras.empty()) {
       throw inputError({.where = name,
                         .found = "no camera in a file of the format " + std::string(format->title),
                         .expected = "at least one"});
     }
-    for (std::size_t i = 0; i < source.cameras.size(); ++i) {
-      StatedCamera& camera = source.cameras[i];
+    for (StatedCamera& camera : source.cameras) {
       takeSize(camera, options.image_size, name);
       refuseOtherModel(camera, options.model, name);
-      const auto has_name = [&](const StatedCamera& c) { return !c.name.empty() && c.name == camera.name; };
-      if (std::any_of(source.cameras.begin(), source.cameras.begin() + static_cast<std::ptrdiff_t>(i),
-                      has_name)) {
-        throw inputError({.where = name,
-                          .found = "found two cameras '" + camera.name + "'",
-                          .expected = "a name of its own for each",
-                          .next_step = "rename or remove one"});
-      }
     }
+    refuseSameNames(source);
     return source;
   }
   const detail::YamlNode& root = document.root();  // says why, where the text is no tree
@@ -121,9 +159,23 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
                    "a file of this program starts with: alidade_camera: 1");
 }
 
-std::string cameraLabel(const CameraSource& source, std::size_t index) {
-  const std::string& name = source.cameras[index].name;
-  return name.empty() ? std::to_string(index) : name;
+std::string cameraLabel(const StatedCamera& camera) {
+  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
+}
+
+std::string cameraLabel(const RefusedCamera& camera) {
+  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
+}
+
+void requireAll(const CameraSource& source) {
+  if (source.refused.empty()) return;
+  throw inputError({.where = source.path,
+                    .found = std::to_string(source.refused.size()) + " of " +
+                             std::to_string(source.cameras.size() + source.refused.size()) +
+                             " cameras are not supported: " + namesOf(source.refused),
+                    .expected = "a file of cameras that all are",
+                    .next_step = "alidade validate says why; name one of the others: " + source.path + "#" +
+                                 cameraLabel(source.cameras.front())});
 }
 
 std::string cameraFilePath(const std::string& path) {
@@ -146,7 +198,10 @@ FileKind kindOfFile(const std::string& path) {
 CameraSource readCameras(const std::string& path, const ReadOptions& options) {
   const auto [file, name] = splitPath(path);
   CameraSource source = parseCameras(readTextFile(file, kMaxFileBytes), file, options);
-  if (!name.empty()) source.cameras = {cameraNamed(source, name)};
+  if (!name.empty()) {
+    source.cameras = {cameraNamed(source, name)};
+    source.refused.clear();
+  }
   return source;
 }
 
@@ -170,11 +225,12 @@ CameraFile cameraFileOf(const StatedCamera& camera, const std::string& where) {
 }
 
 CameraFile onlyCamera(const CameraSource& source) {
-  if (source.cameras.size() > 1) {
+  const std::size_t num_all = source.cameras.size() + source.refused.size();
+  if (num_all > 1) {
     throw inputError({.where = source.path,
-                      .found = std::to_string(source.cameras.size()) + " cameras: " + namesOf(source),
+                      .found = std::to_string(num_all) + " cameras: " + readableText(source),
                       .expected = "one camera",
-                      .next_step = "name one: " + source.path + "#" + cameraLabel(source, 0)});
+                      .next_step = "name one: " + source.path + "#" + cameraLabel(source.cameras.front())});
   }
   return cameraFileOf(source.cameras.front(), source.path);
 }

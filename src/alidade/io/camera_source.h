@@ -17,6 +17,8 @@ struct CameraSource {
   std::string_view format;            ///< id: "ros"
   std::string_view format_name;       ///< for people: "ROS camera_info (YAML)"
   std::vector<StatedCamera> cameras;  ///< at least one
+  /// Beside them in the file; none where one camera was named.
+  std::vector<RefusedCamera> refused = {};
 };
 
 /// `path` without "#NAME".
@@ -41,10 +43,15 @@ enum class FileKind {
                                         const ReadOptions& options = {});
 
 /// How FILE#... calls a camera of a file: its name, or its number.
-[[nodiscard]] std::string cameraLabel(const CameraSource& source, std::size_t index);
+[[nodiscard]] std::string cameraLabel(const StatedCamera& camera);
+[[nodiscard]] std::string cameraLabel(const RefusedCamera& camera);
+
+/// Passes if all cameras of the source are supported.
+/// @throws Error (kInput) with the names of those that are not
+void requireAll(const CameraSource& source);
 
 /// The one camera of a file, in this program's own terms. Errors of readCameras; Error (kInput) too if there
-/// are several, or if neither the file nor `options` says how large the image is.
+/// are several, supported or not, or if neither the file nor `options` says how large the image is.
 [[nodiscard]] CameraFile readCamera(const std::string& path, const ReadOptions& options = {});
 
 /// The only camera of a source, in this program's own terms; errors as of readCamera.

@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include <yaml-cpp/depthguard.h>
-#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/parser.h>
 
 #include "alidade/core/text.h"
@@ -40,18 +39,17 @@ class DocumentSkipper final : public YAML::EventHandler {
 };
 
 // Up to two: YAML::LoadAll() goes on for ever where a stray bracket or comma lets it read empty documents.
-int countDocuments(const std::string& text) {
+int countDocuments(const std::string& text, YAML::EventHandler* inspector) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
   DocumentSkipper skipper;
-  int count = 0;
-  while (count < 2 && parser.HandleNextDocument(skipper)) ++count;
-  return count;
+  if (!parser.HandleNextDocument(inspector != nullptr ? *inspector : skipper)) return 0;
+  return parser.HandleNextDocument(skipper) ? 2 : 1;
 }
 
 }  // namespace
 
-YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
+YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML::EventHandler* inspector) {
   if (text.starts_with("%YAML:1.0")) {
     throw inputError({.where = file + ":1",
                       .found = "found %YAML:1.0, which starts files of OpenCV's own format",
@@ -59,7 +57,7 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
                       .next_step = "OpenCV's files are read as camera files only"});
   }
   try {
-    const int num_documents = countDocuments(text);
+    const int num_documents = countDocuments(text, inspector);
     if (num_documents != 1) {
       throw inputError({.where = file,
                         .found = num_documents == 0 ? "0 YAML documents" : "at least 2 YAML documents",

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include "alidade/core/error.h"
@@ -16,8 +17,10 @@ namespace alidade::detail {
 /// a value is what was asked for or an Error (kInput) with line, found, expected and next step.
 class YamlNode {
  public:
-  /// Parses a document; `file` is only a name for messages.
-  [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file);
+  /// Parses a document; `file` is only a name for messages. `inspector` is told what the document holds
+  /// before any of it is kept, and may throw.
+  [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file,
+                                      YAML::EventHandler* inspector = nullptr);
   [[nodiscard]] static YamlNode readFile(const std::string& path);
 
   /// Checks that this is a map with no other keys than these (keys starting with x_ are the user's own).

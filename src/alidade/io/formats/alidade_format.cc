@@ -15,9 +15,10 @@ bool recognises(const detail::CameraDocument& document) {
   return document.has("alidade_camera");
 }
 
-std::vector<StatedCamera> read(const detail::CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const detail::CameraDocument& document, const ReadOptions&) {
   CameraFile file = detail::readCameraRoot(document.root());
   StatedCamera camera{.name = "",
+                      .number = 0,
                       .camera = file.camera,
                       .image_size = file.image_size,
                       .half_units = {},
@@ -26,7 +27,7 @@ std::vector<StatedCamera> read(const detail::CameraDocument& document, const Rea
   const detail::YamlNode parameters = document.root().at("parameters");
   for (const std::string_view name : camera.camera.parameterNames())
     camera.half_units.push_back(detail::statedNumber(parameters.at(std::string(name))).half_unit);
-  return {camera};
+  return {.cameras = {camera}};
 }
 
 std::string write(std::span<const NamedCamera> cameras) {

@@ -45,7 +45,7 @@ const LensLayout& lensOf(const YamlNode& type) {
   if (const LensLayout* lens = detail::findLayout(kLenses, type.text())) return *lens;
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
-  throw type.error("'" + type.text() + "'", join(names, ", "));
+  throw UnsupportedCamera(type.error("'" + type.text() + "'", join(names, ", ")));
 }
 
 // The radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Where the lens ends
@@ -94,7 +94,7 @@ StatedCamera readOne(const YamlNode& node, const std::string& name, const YamlNo
   return camera;
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode value = document.root().at("value0");
   const std::vector<YamlNode> intrinsics = value.at("intrinsics").items();
   const std::vector<YamlNode> resolutions = value.at("resolution").items();
@@ -103,19 +103,21 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
         .error(std::to_string(resolutions.size()) + " sizes",
                std::to_string(intrinsics.size()) + ", one for each of the intrinsics");
   }
-  std::vector<StatedCamera> cameras;
-  for (std::size_t i = 0; i < intrinsics.size(); ++i)
-    cameras.push_back(readOne(intrinsics[i], "cam" + std::to_string(i), resolutions[i]));
+  StatedCameras all;
+  for (std::size_t i = 0; i < intrinsics.size(); ++i) {
+    const std::string name = "cam" + std::to_string(i);
+    all.add(name, [&] { return readOne(intrinsics[i], name, resolutions[i]); });
+  }
   std::vector<std::string> known = kOtherKeys;
   known.insert(known.end(), kNotCarried.begin(), kNotCarried.end());
   known.emplace_back("T_imu_cam");
   std::vector<std::string> not_carried = kNotCarried;
   if (hasPoses(value)) not_carried.emplace_back("T_imu_cam");
-  for (StatedCamera& camera : cameras) {
+  for (StatedCamera& camera : all.cameras) {
     detail::remarkUnknownKeys(value, known, camera);
     detail::remarkNotCarried(value, not_carried, camera);
   }
-  return cameras;
+  return all;
 }
 
 std::string intrinsicsText(const AnyCamera& camera) {

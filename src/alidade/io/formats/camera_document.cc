@@ -108,9 +108,7 @@ YamlNode parseTree(std::string text, const std::string& file) {
                       .expected = "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
                       .next_step = "leave out what is not the camera, such as lists of images"});
   }
-  YamlNode root = YamlNode::parse(text, file);
-  checkKeys(text, file);
-  return root;
+  return parseWithUniqueKeys(text, file);
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ std::string formatText(const CameraFormat& format, std::span<const NamedCamera> 
                    [&path](const CameraFormat::Dialect& d) { return path.ends_with(d.extension); });
   std::string text = dialect == format.dialects.end() ? format.write(held) : dialect->write(held);
   const std::vector<StatedCamera> back =
-      format.read(detail::CameraDocument(text, std::string(format.id)), {});
+      format.read(detail::CameraDocument(text, std::string(format.id)), {}).cameras;
   expect(back.size() == cameras.size(), "a written camera file has to hold all cameras");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     expect(projectsEqually(cameras[i].camera, back[i].camera, cameras[i].image_size),

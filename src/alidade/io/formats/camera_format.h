@@ -34,8 +34,9 @@ struct CameraFormat {
   bool holds_several = false;  ///< several cameras in a file
 
   bool (*recognises)(const detail::CameraDocument&) = nullptr;
-  /// All cameras of a document that it recognises. @throws Error (kInput) that names line and key
-  std::vector<StatedCamera> (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
+  /// All cameras of a document that it recognises. @throws Error (kInput) that names line and key;
+  /// UnsupportedCamera where the only camera is of a model that this program does not have
+  StatedCameras (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
   /// `cameras` are of models that the format holds (see formatText). @throws Error (kInput) for what it
   /// cannot say of one all the same
   std::string (*write)(std::span<const NamedCamera> cameras) = nullptr;

@@ -58,7 +58,7 @@ const Lens& lensOf(const YamlNode& type) {
   throw type.error("'" + type.text() + "'", join(names, ", "));
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   const Lens& lens = lensOf(root.at("model_type"));
   std::vector<StatedNumber> listed;
@@ -75,7 +75,7 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
     detail::remarkUnknownKeys(root.at(group.key), group.names, camera);
   }
   detail::remarkUnknownKeys(root, known, camera);
-  return {camera};
+  return {.cameras = {camera}};
 }
 
 std::string write(std::span<const NamedCamera> cameras) {

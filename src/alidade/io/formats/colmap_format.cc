@@ -86,10 +86,8 @@ bool recognises(const CameraDocument& document) {
          parseDouble(words[3]);
 }
 
-[[noreturn]] void complain(const Line& line, const std::string& found, const std::string& expected,
-                           const std::string& next_step = "") {
-  throw inputError(
-      {.where = line.place, .found = "found " + found, .expected = expected, .next_step = next_step});
+[[noreturn]] void complain(const Line& line, const std::string& found, const std::string& expected) {
+  throw inputError({.where = line.place, .found = "found " + found, .expected = expected});
 }
 
 int sideOf(const Line& line, const std::string& word) {
@@ -103,8 +101,11 @@ const LensLayout& lensOf(const Line& line) {
   if (const LensLayout* lens = detail::findLayout(kLenses, line.words[1])) return *lens;
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
-  complain(line, "the camera model " + line.words[1], "one of " + join(names, ", "),
-           "run COLMAP with one of these models, or leave the camera out");
+  throw UnsupportedCamera(
+      inputError({.where = line.place,
+                  .found = "found the camera model " + line.words[1],
+                  .expected = "one of " + join(names, ", "),
+                  .next_step = "run COLMAP with one of these models, or leave the camera out"}));
 }
 
 StatedCamera readLine(const Line& line) {
@@ -130,15 +131,14 @@ StatedCamera readLine(const Line& line) {
   return detail::stateCamera(line.place, line.words[0], lens.model, parameters, size);
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   constexpr std::size_t kMaxCameras = 100'000;
-  std::vector<StatedCamera> cameras;
-  for (const Line& line : linesOf(document, kMaxCameras + 1)) {
-    if (cameras.size() == kMaxCameras)
-      complain(line, "more than " + std::to_string(kMaxCameras) + " cameras", "fewer");
-    cameras.push_back(readLine(line));
-  }
-  return cameras;
+  StatedCameras all;
+  const std::vector<Line> lines = linesOf(document, kMaxCameras + 1);
+  if (lines.size() > kMaxCameras)
+    complain(lines.back(), "more than " + std::to_string(kMaxCameras) + " cameras", "fewer");
+  for (const Line& line : lines) all.add(line.words[0], [&line] { return readLine(line); });
+  return all;
 }
 
 std::string write(std::span<const NamedCamera> cameras) {

@@ -72,8 +72,8 @@ const LensLayout& lensOf(const YamlNode& node) {
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses)
     names.push_back(std::string(cameraModel(lens)) + " with " + std::string(distortionModel(lens)));
-  throw model.error("'" + model.text() + "' with the distortion_model '" + distortion.text() + "'",
-                    join(names, ", "));
+  throw UnsupportedCamera(model.error(
+      "'" + model.text() + "' with the distortion_model '" + distortion.text() + "'", join(names, ", ")));
 }
 
 std::vector<StatedNumber> readList(const YamlNode& list, const LensLayout& lens, std::size_t first,
@@ -109,18 +109,18 @@ StatedCamera readOne(const YamlNode& node, const std::string& name) {
   return camera;
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  if (isCamera(root)) return {readOne(root, "")};
-  std::vector<StatedCamera> cameras;
+  if (isCamera(root)) return {.cameras = {readOne(root, "")}};
+  StatedCameras all;
   std::vector<std::string> known;
   for (const std::string& key : root.keys()) {
     if (!key.starts_with("cam")) continue;
     known.push_back(key);
-    cameras.push_back(readOne(root.at(key), key));
+    all.add(key, [&] { return readOne(root.at(key), key); });
   }
-  for (StatedCamera& camera : cameras) detail::remarkUnknownKeys(root, known, camera);
-  return cameras;
+  for (StatedCamera& camera : all.cameras) detail::remarkUnknownKeys(root, known, camera);
+  return all;
 }
 
 // omni without distortion is a lens of its own there.

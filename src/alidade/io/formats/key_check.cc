@@ -2,14 +2,13 @@
 #include "alidade/io/formats/key_check.h"
 
 #include <set>
-#include <sstream>
 #include <vector>
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/mark.h>
-#include <yaml-cpp/parser.h>
 
 #include "alidade/core/error.h"
+#include "alidade/io/utf8_check.h"
 
 namespace alidade::detail {
 namespace {
@@ -96,11 +95,10 @@ class KeyChecker final : public YAML::EventHandler {
 
 }  // namespace
 
-void checkKeys(const std::string& text, const std::string& file) {
-  std::istringstream stream(text);
-  YAML::Parser parser(stream);
+YamlNode parseWithUniqueKeys(const std::string& text, const std::string& file) {
+  checkUtf8(text, file);  // what XML calls a character may be none
   KeyChecker checker(file);
-  (void)parser.HandleNextDocument(checker);
+  return YamlNode::parse(text, file, &checker);
 }
 
 }  // namespace alidade::detail

@@ -65,6 +65,17 @@ std::string namesText(std::vector<std::string> names) {
 
 }  // namespace
 
+bool isSameStated(const StatedNumber& a, const StatedNumber& b) {
+  // A double's own rounding, where all digits are printed, or one is worked out from others.
+  const double rounding = 1e-12 * std::max(std::abs(a.value), std::abs(b.value));
+  return std::abs(a.value - b.value) <= a.half_unit + b.half_unit + rounding;
+}
+
+bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const StatedNumber& x, const StatedNumber& y) { return isSameStated(x, y); });
+}
+
 std::optional<StatedNumber> parseStated(std::string_view text) {
   const auto value = parseDouble(text);
   if (!value || !std::isfinite(*value)) return std::nullopt;
@@ -121,7 +132,8 @@ std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
     throw node.error("a matrix that is no camera matrix", "fx 0 cx, 0 fy cy, 0 0 1, row by row");
   }
   if (K[1].value != 0) {
-    throw node.error("skew " + exactText(K[1].value), "0: cameras with skewed pixels are not supported");
+    throw UnsupportedCamera(
+        node.error("skew " + exactText(K[1].value), "0: cameras with skewed pixels are not supported"));
   }
   return {K[0], K[4], K[2], K[5]};
 }
@@ -166,6 +178,7 @@ StatedCamera stateCamera(const std::string& place, std::string name, std::string
     }
   };
   return {.name = std::move(name),
+          .number = 0,
           .camera = make(),
           .image_size = image_size,
           .half_units = std::move(half_units),

@@ -19,6 +19,11 @@ struct StatedNumber {
   double half_unit = 0;
 };
 
+/// Do two texts say the same number, as far as their digits go?
+[[nodiscard]] bool isSameStated(const StatedNumber& a, const StatedNumber& b);
+/// The same of lists of the same length.
+[[nodiscard]] bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b);
+
 /// @returns nothing if `text` is not a finite number
 [[nodiscard]] std::optional<StatedNumber> parseStated(std::string_view text);
 
@@ -31,7 +36,7 @@ struct StatedNumber {
 [[nodiscard]] std::vector<StatedNumber> statedNumbers(const YamlNode& node, std::size_t count);
 
 /// fx, fy, cx, cy of a camera matrix [fx 0 cx; 0 fy cy; 0 0 1].
-/// @throws Error (kInput) if it has skew, is transposed, or is no camera matrix
+/// @throws Error (kInput) if it is transposed, or is no camera matrix; UnsupportedCamera if it has skew
 [[nodiscard]] std::vector<StatedNumber> readCameraMatrix(const YamlNode& node);
 
 /// The values of these keys of a map; each must be there. @throws Error (kInput)

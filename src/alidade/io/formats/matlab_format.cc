@@ -85,26 +85,68 @@ bool recognises(const CameraDocument& document) {
 }
 
 [[noreturn]] void refuseSkew(const YamlNode& node, const std::string& value) {
-  throw node.error("skew " + value, "0: cameras with skewed pixels are not supported",
-                   "calibrate without EstimateSkew");
+  throw UnsupportedCamera(node.error("skew " + value, "0: cameras with skewed pixels are not supported",
+                                     "calibrate without EstimateSkew"));
 }
 
-// fx fy cx cy, from the properties that name them or from a matrix.
-std::vector<StatedNumber> readPinhole(const YamlNode& node) {
-  if (const auto skew = node.find("Skew"); skew && skew->number() != 0) refuseSkew(*skew, skew->text());
-  if (node.has("FocalLength")) {
-    std::vector<StatedNumber> parameters = detail::statedNumbers(node.at("FocalLength"), 2);
-    detail::append(parameters, detail::statedNumbers(node.at("PrincipalPoint"), 2));
-    return parameters;
-  }
-  if (node.has("K")) return detail::readCameraMatrix(node.at("K"));
-  const YamlNode matrix = node.at("IntrinsicMatrix");
+// fx fy cx cy, as one of the properties that state them has them.
+struct Pinhole {
+  std::string name;  // "FocalLength and PrincipalPoint"
+  YamlNode place;
+  std::vector<StatedNumber> parameters;
+};
+
+std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
   const std::vector<StatedNumber> m = detail::statedNumbers(matrix, 9);
   if (m[1].value != 0 || m[2].value != 0 || m[5].value != 0 || m[8].value != 1) {
     throw matrix.error("a matrix that is no IntrinsicMatrix", "fx 0 0, skew fy 0, cx cy 1, row by row");
   }
   if (m[3].value != 0) refuseSkew(matrix, exactText(m[3].value));
   return {m[0], m[4], m[6], m[7]};
+}
+
+// What the command window did not expand, "[3x3 double]", says nothing.
+std::optional<YamlNode> findMatrix(const YamlNode& node, const char* key) {
+  auto matrix = node.find(key);
+  if (matrix && matrix->isScalar() && detail::isUnexpanded(matrix->text())) matrix.reset();
+  return matrix;
+}
+
+std::vector<Pinhole> pinholesOf(const YamlNode& node) {
+  std::vector<Pinhole> all;
+  if (const auto focal = node.find("FocalLength")) {
+    std::vector<StatedNumber> parameters = detail::statedNumbers(*focal, 2);
+    detail::append(parameters, detail::statedNumbers(node.at("PrincipalPoint"), 2));
+    all.push_back({"FocalLength and PrincipalPoint", *focal, std::move(parameters)});
+  }
+  if (const auto matrix = findMatrix(node, "K"))
+    all.push_back({"K", *matrix, detail::readCameraMatrix(*matrix)});
+  if (const auto matrix = findMatrix(node, "IntrinsicMatrix"))
+    all.push_back({"IntrinsicMatrix", *matrix, readTransposed(*matrix)});
+  return all;
+}
+
+// fx fy cx cy, from the properties that name them or from a matrix. Of newer objects, what is in `outer`
+// repeats what is in `node`, its Intrinsics.
+std::vector<StatedNumber> readPinhole(const YamlNode& node, const YamlNode& outer) {
+  if (const auto skew = node.find("Skew"); skew && skew->number() != 0) refuseSkew(*skew, skew->text());
+  std::vector<Pinhole> all = pinholesOf(node);
+  if (all.empty()) static_cast<void>(node.at("FocalLength"));  // says that it is missing
+  if (node.where() != outer.where()) {
+    for (Pinhole& pinhole : pinholesOf(outer)) all.push_back(std::move(pinhole));
+  }
+  const auto text = [](const Pinhole& pinhole) {
+    std::vector<std::string> numbers;
+    for (const StatedNumber& number : pinhole.parameters) numbers.push_back(exactText(number.value));
+    return pinhole.name + " (fx fy cx cy = " + join(numbers, " ") + ")";
+  };
+  for (const Pinhole& pinhole : all) {
+    if (detail::isSameStated(pinhole.parameters, all.front().parameters)) continue;
+    throw pinhole.place.error(
+        text(pinhole) + " beside another " + text(all.front()) + " at " + all.front().place.where(),
+        "both to say the same", "remove the wrong one");
+  }
+  return all.front().parameters;
 }
 
 std::vector<StatedNumber> readCoefficients(const YamlNode& node, const char* key, std::size_t min_count,
@@ -132,13 +174,15 @@ std::optional<ImageSize> readImageSize(const YamlNode& node) {
   return detail::readSize(sides[1], sides[0]);
 }
 
-StatedCamera readOne(const YamlNode& node, const std::string& name) {
+StatedCamera readOne(const YamlNode& outer, const std::string& name) {
+  const YamlNode node = cameraIn(outer);
   if (node.has("MappingCoefficients")) {
-    throw node.at("MappingCoefficients")
-        .error("a fisheye by Scaramuzza's polynomial", "cameraIntrinsics or cameraParameters",
-               "calibrate the images with this program: alidade calibrate --model kannala_brandt");
+    throw UnsupportedCamera(
+        node.at("MappingCoefficients")
+            .error("a fisheye by Scaramuzza's polynomial", "cameraIntrinsics or cameraParameters",
+                   "calibrate the images with this program: alidade calibrate --model kannala_brandt"));
   }
-  std::vector<StatedNumber> parameters = readPinhole(node);
+  std::vector<StatedNumber> parameters = readPinhole(node, outer);
   detail::append(parameters, readCoefficients(node, "RadialDistortion", 2, 3));
   detail::append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
   parameters = detail::storageOrder(kLens, parameters);
@@ -152,18 +196,20 @@ StatedCamera readOne(const YamlNode& node, const std::string& name) {
   return camera;
 }
 
-std::vector<StatedCamera> readTree(const YamlNode& root) {
-  if (isCamera(cameraIn(root))) return {readOne(cameraIn(root), "")};
-  std::vector<StatedCamera> cameras;
+StatedCameras readTree(const YamlNode& root) {
+  if (isCamera(cameraIn(root))) return {.cameras = {readOne(root, "")}};
+  StatedCameras all;
   for (const char* key : kStereo) {
-    cameras.push_back(readOne(cameraIn(root.at(key)), key));
-    detail::remarkNotCarried(root, kPoses, cameras.back());
+    const YamlNode node = root.at(key);
+    all.add(key, [&] { return readOne(node, key); });
   }
-  return cameras;
+  for (StatedCamera& camera : all.cameras) detail::remarkNotCarried(root, kPoses, camera);
+  return all;
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   if (!detail::isMatlabText(document.text())) return readTree(document.root());
+  detail::refuseUnexpanded(document.text(), document.file());
   return readTree(CameraDocument(detail::matlabTextAsYaml(document.text()), document.file()).root());
 }
 

@@ -2,11 +2,14 @@
 #include "alidade/io/formats/matlab_text.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "alidade/core/text.h"
+#include "alidade/io/formats/stated_camera.h"
 
 namespace alidade::detail {
 namespace {
@@ -62,16 +65,85 @@ std::string quoted(std::string_view value) {
   return text + '"';
 }
 
+// The properties of a text, with the number of their lines from 1.
+struct PlacedProperty {
+  Property property;
+  std::size_t line = 0;
+};
+
+std::vector<PlacedProperty> propertiesOf(const std::string& text) {
+  std::vector<PlacedProperty> all;
+  std::size_t number = 0;
+  for (const std::string_view line : split(text, '\n')) {
+    ++number;
+    if (const auto property = propertyOf(line)) all.push_back({*property, number});
+  }
+  return all;
+}
+
+bool isFocalLength(const PlacedProperty& placed) {
+  return placed.property.key == "FocalLength" && placed.property.value.starts_with('[');
+}
+
+// What holds the numbers of a camera, or the properties of one.
+bool holdsCamera(const PlacedProperty& placed) {
+  constexpr std::array kHolders = {"Intrinsics", "K", "IntrinsicMatrix", "CameraParameters1",
+                                   "CameraParameters2"};
+  return std::find(kHolders.begin(), kHolders.end(), placed.property.key) != kHolders.end() &&
+         isUnexpanded(placed.property.value);
+}
+
 }  // namespace
+
+bool isUnexpanded(std::string_view value) {
+  if (!value.starts_with('[') || !value.ends_with(']')) return false;
+  const auto digits = [&value] {
+    const std::size_t end = std::min(value.find_first_not_of("0123456789"), value.size());
+    value.remove_prefix(end);
+    return end > 0;
+  };
+  value.remove_prefix(1);
+  if (!digits()) return false;
+  for (const std::string_view times : {"x", "\u00D7"}) {
+    if (!value.starts_with(times)) continue;
+    value.remove_prefix(times.size());
+    return digits() && value.starts_with(' ');
+  }
+  return false;
+}
 
 bool isMatlabText(const std::string& text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos || text[first] == '{' || text[first] == '<') return false;
-  for (const std::string_view line : split(text, '\n')) {
-    const auto property = propertyOf(line);
-    if (property && property->key == "FocalLength" && property->value.starts_with('[')) return true;
+  const std::vector<PlacedProperty> all = propertiesOf(text);
+  return std::any_of(all.begin(), all.end(), [](const PlacedProperty& placed) {
+    return isFocalLength(placed) || holdsCamera(placed);
+  });
+}
+
+void refuseUnexpanded(const std::string& text, const std::string& file) {
+  const std::vector<PlacedProperty> all = propertiesOf(text);
+  if (std::any_of(all.begin(), all.end(), isFocalLength)) return;
+  const auto holder = std::find_if(all.begin(), all.end(), holdsCamera);
+  if (holder == all.end()) return;
+  const std::string key(holder->property.key);
+  const std::string place = file + ":" + std::to_string(holder->line) + ": " + key;
+  if (holder->property.value.find("fisheye") != std::string_view::npos) {
+    throw UnsupportedCamera(inputError(
+        {.where = place,
+         .found = "found a fisheye by Scaramuzza's polynomial",
+         .expected = "cameraIntrinsics or cameraParameters",
+         .next_step = "calibrate the images with this program: alidade calibrate --model kannala_brandt"}));
   }
-  return false;
+  // A matrix is printed over several lines, which are not read.
+  const bool is_matrix = key == "K" || key == "IntrinsicMatrix";
+  const std::string member = key == "Intrinsics" ? key : key + ".Intrinsics";
+  const std::string printed = is_matrix ? "" : ", or print params." + member + " after format long";
+  throw inputError({.where = place,
+                    .found = "found " + std::string(holder->property.value) +
+                             ", which the command window printed instead of the numbers",
+                    .expected = "FocalLength and PrincipalPoint with their numbers",
+                    .next_step = "export the object as JSON, jsonencode(toStruct(params))" + printed});
 }
 
 std::string matlabTextAsYaml(const std::string& text) {

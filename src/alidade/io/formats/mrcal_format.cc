@@ -60,7 +60,7 @@ const LensLayout& lensOf(const YamlNode& node) {
                    "mrcal-convert-lensmodel makes one of these of it, with a fit");
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   const LensLayout& lens = lensOf(root.at(modelKey(document)));
   const std::size_t count = detail::listedNames(lens).size();
@@ -71,7 +71,7 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
                                             detail::readSize(root.at("imagersize")));
   detail::remarkUnknownKeys(root, kKnown, camera);
   detail::remarkNotCarried(root, kPoses, camera);
-  return {camera};
+  return {.cameras = {camera}};
 }
 
 std::string write(std::span<const NamedCamera> cameras) {

@@ -6,7 +6,11 @@
 // one is (0.5, 0.5). Axes that point up and back are those of the poses, which are not read.
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "alidade/core/text.h"
 #include "alidade/io/formats/camera_document.h"
@@ -84,16 +88,71 @@ bool isFisheye(const Intrinsics& intrinsics) {
     const std::string name = model->text();
     if (name == "OPENCV_FISHEYE") return true;
     if (std::find(kPerspective.begin(), kPerspective.end(), name) != kPerspective.end()) return false;
-    throw model->error("'" + name + "'",
-                       "OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL or RADIAL");
+    throw UnsupportedCamera(model->error(
+        "'" + name + "'", "OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL or RADIAL"));
   }
   const auto flag = intrinsics.find("is_fisheye");
   return flag && flag->boolean();
 }
 
-std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fisheye) {
+bool hasAngleAlone(const Intrinsics& intrinsics) {
+  return !intrinsics.find("fl_x") && intrinsics.find("camera_angle_x");
+}
+
+// The focal length at which an image of `side` pixels sees the field angle of `node`.
+StatedNumber focalOf(const YamlNode& node, int side) {
+  const StatedNumber angle = detail::statedNumber(node);
+  if (!(angle.value > 0 && angle.value < std::numbers::pi))
+    throw node.error("'" + node.text() + "'", "a field angle in radians, more than 0 and less than pi");
+  const double sine = std::sin(0.5 * angle.value);
+  return {.value = 0.5 * side / std::tan(0.5 * angle.value),
+          .half_unit = 0.25 * side / (sine * sine) * angle.half_unit};
+}
+
+// instant-ngp's files may have no more than the angle that the width of the image spans; what is left out is
+// as in its own reader (nerf_loader.cu).
+std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_fisheye,
+                                         std::optional<ImageSize> size, std::vector<Remark>& remarks) {
+  const YamlNode angle = *intrinsics.find("camera_angle_x");
+  if (is_fisheye) {
+    throw angle.error("a fisheye with camera_angle_x and no fl_x", "fl_x, fl_y, cx and cy",
+                      "take them from the tool that made the file");
+  }
+  if (!size) {
+    throw angle.error("camera_angle_x, but neither fl_x nor the size of the image",
+                      "fl_x, fl_y, cx and cy, or w and h beside camera_angle_x",
+                      "add --image-size WIDTHxHEIGHT, the size of the images in pixels");
+  }
+  const auto angle_y = intrinsics.find("camera_angle_y");
+  const bool has_y = intrinsics.find("fl_y") || angle_y;
+  StatedNumber fx = focalOf(angle, size->width);
+  StatedNumber fy = fx;
+  if (intrinsics.find("fl_y")) {
+    fy = intrinsics.number("fl_y");
+  } else if (angle_y) {
+    fy = focalOf(*angle_y, size->height);
+  }
+  remarks.push_back({"assumed", angle.where() +
+                                    ": there is no fl_x; taken as 0.5 w / tan(camera_angle_x / 2) = " +
+                                    exactText(fx.value) + (has_y ? "" : ", and fl_y as the same")});
+  const auto middle = [&](const char* key, int side) {
+    if (intrinsics.find(key)) return intrinsics.number(key);
+    remarks.push_back(
+        {"assumed", angle.where() + ": there is no " + key + "; taken as the middle of the image"});
+    return StatedNumber{.value = 0.5 * side, .half_unit = 0};
+  };
+  const StatedNumber cx = middle("cx", size->width);
+  return {fx, fy, cx, middle("cy", size->height)};
+}
+
+std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fisheye,
+                                       std::optional<ImageSize> size, std::vector<Remark>& remarks) {
   std::vector<StatedNumber> parameters;
-  for (const char* key : {"fl_x", "fl_y", "cx", "cy"}) parameters.push_back(intrinsics.number(key));
+  if (hasAngleAlone(intrinsics)) {
+    parameters = pinholeOfAngle(intrinsics, is_fisheye, size, remarks);
+  } else {
+    for (const char* key : {"fl_x", "fl_y", "cx", "cy"}) parameters.push_back(intrinsics.number(key));
+  }
   detail::takeOrigin(parameters, kOrigin);
   const std::vector<std::string> keys = is_fisheye ? std::vector<std::string>{"k1", "k2", "k3", "k4"}
                                                    : std::vector<std::string>{"k1", "k2", "p1", "p2", "k3"};
@@ -101,27 +160,32 @@ std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fis
   for (const char* key : {"k4", "p1", "p2"}) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end() || intrinsics.coefficient(key).value == 0)
       continue;
-    throw intrinsics.find(key)->error(
-        std::string(key) + " = " + intrinsics.find(key)->text(),
-        is_fisheye ? "0: a fisheye here has no tangential terms" : "0: a perspective camera here ends at k3");
+    throw UnsupportedCamera(
+        intrinsics.find(key)->error(std::string(key) + " = " + intrinsics.find(key)->text(),
+                                    is_fisheye ? "0: a fisheye here has no tangential terms"
+                                               : "0: a perspective camera here ends at k3"));
   }
   return parameters;
 }
 
-StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name) {
+StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, const ReadOptions& options) {
   const bool is_fisheye = isFisheye(intrinsics);
-  const std::vector<StatedNumber> parameters = parametersOf(intrinsics, is_fisheye);
-  const bool is_plain =
-      !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
-                                 [](const StatedNumber& number) { return number.value == 0; });
   const auto width = intrinsics.find("w");
   const auto height = intrinsics.find("h");
   std::optional<ImageSize> size;
   if (width && height) size = detail::readSize(*width, *height);
+  std::vector<Remark> remarks;
+  const std::vector<StatedNumber> parameters =
+      parametersOf(intrinsics, is_fisheye, size ? size : options.image_size, remarks);
+  const bool is_plain =
+      !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
+                                 [](const StatedNumber& number) { return number.value == 0; });
+  const char* telling = hasAngleAlone(intrinsics) ? "camera_angle_x" : "fl_x";
   StatedCamera camera =
-      detail::stateCamera(intrinsics.find("fl_x")->where(), name,
+      detail::stateCamera(intrinsics.find(telling)->where(), name,
                           is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
                           std::span(parameters).first(is_plain ? 4 : parameters.size()), size);
+  camera.remarks = std::move(remarks);
   if (!intrinsics.find("camera_model") && !intrinsics.find("is_fisheye")) {
     camera.remarks.push_back(
         {"assumed",
@@ -139,28 +203,46 @@ bool isSame(const StatedCamera& a, const StatedCamera& b) {
                     b.camera.parameters().begin());
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+// What a frame says of its camera. Frames that say the same have the same camera, which is made once.
+std::string statementOf(const YamlNode& frame) {
+  std::vector<std::string> keys = kCameraKeys;
+  keys.insert(keys.end(), {"camera_angle_x", "camera_angle_y"});
+  std::string statement;
+  for (const std::string& key : keys) {
+    const auto node = frame.find(key);
+    if (node && node->isScalar()) statement += key + "=" + node->text() + "\n";
+  }
+  return statement;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
-  if (root.has("fl_x") || !root.has("frames")) return {readOne({root, root}, "")};
+  const auto list = root.find("frames");
+  const bool is_single = root.has("fl_x") || !list ||
+                         (root.has("camera_angle_x") && list->isSequence() && list->items().empty());
+  if (is_single) return {.cameras = {readOne({root, root}, "", options)}};
   constexpr std::size_t kMaxFrames = 100'000;
   constexpr std::size_t kMaxCameras = 1000;
-  const std::vector<YamlNode> frames = root.at("frames").items();
-  if (frames.size() > kMaxFrames)
-    throw root.at("frames").error(std::to_string(frames.size()) + " frames", "fewer");
+  const std::vector<YamlNode> frames = list->items();
+  if (frames.size() > kMaxFrames) throw list->error(std::to_string(frames.size()) + " frames", "fewer");
   // Each frame has a camera, and mostly they are all the same.
-  std::vector<StatedCamera> cameras;
+  StatedCameras all;
+  std::set<std::string> statements;
   for (const YamlNode& frame : frames) {
+    if (!statements.insert(statementOf(frame)).second) continue;
     const auto path = frame.find("file_path");
-    StatedCamera camera = readOne({root, frame}, path ? path->text() : "");
-    const bool is_known = std::any_of(cameras.begin(), cameras.end(),
-                                      [&camera](const StatedCamera& other) { return isSame(other, camera); });
-    if (is_known) continue;
-    if (cameras.size() == kMaxCameras)
+    const std::string name = path ? path->text() : "";
+    const std::size_t num_before = all.cameras.size();
+    all.add(name, [&] { return readOne({root, frame}, name, options); });
+    if (all.cameras.size() > num_before &&
+        std::any_of(all.cameras.begin(), all.cameras.end() - 1,
+                    [&all](const StatedCamera& other) { return isSame(other, all.cameras.back()); }))
+      all.cameras.pop_back();
+    if (all.cameras.size() + all.refused.size() > kMaxCameras)
       throw frame.error("more than " + std::to_string(kMaxCameras) + " different cameras", "fewer");
-    cameras.push_back(std::move(camera));
   }
-  if (cameras.size() == 1) cameras.front().name.clear();
-  return cameras;
+  if (all.cameras.size() == 1 && all.refused.empty()) all.cameras.front().name.clear();
+  return all;
 }
 
 std::string write(std::span<const NamedCamera> cameras) {

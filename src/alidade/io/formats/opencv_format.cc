@@ -249,8 +249,9 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   const std::string model = modelOf(place, coefficients.size(), stated);
   if (coefficients.size() == 14) {
     if (coefficients[12].value != 0 || coefficients[13].value != 0) {
-      throw place.error("a tilted sensor (coefficients 13 and 14)", "both zero: tilt is not supported",
-                        "convert the calibration to 12 coefficients");
+      throw UnsupportedCamera(place.error("a tilted sensor (coefficients 13 and 14)",
+                                          "both zero: tilt is not supported",
+                                          "convert the calibration to 12 coefficients"));
     }
     coefficients.resize(12);
   }
@@ -263,20 +264,20 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   return camera;
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions& options) {
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   std::vector<std::string> known = kOtherKeys;
-  std::vector<StatedCamera> cameras;
+  StatedCameras all;
   for (const char* suffix : kSuffixes) {
     for (const char* key : kMatrixKeys) known.push_back(std::string(key) + suffix);
     for (const char* key : kCoefficientKeys) known.push_back(std::string(key) + suffix);
-    if (findKey(root, kMatrixKeys, suffix)) cameras.push_back(readOne(root, suffix, options));
+    if (findKey(root, kMatrixKeys, suffix)) all.add(suffix, [&] { return readOne(root, suffix, options); });
   }
-  for (StatedCamera& camera : cameras) {
+  for (StatedCamera& camera : all.cameras) {
     detail::remarkUnknownKeys(root, known, camera);
     detail::remarkNotCarried(root, kStereo, camera);
   }
-  return cameras;
+  return all;
 }
 
 std::vector<OpenCvNode> nodesOf(std::span<const NamedCamera> cameras) {

@@ -59,7 +59,7 @@ std::string typeOf(const YamlNode& root) {
   for (const char* known : {"PinHole", "Rectified", "KannalaBrandt8"}) {
     if (type->text() == known) return known;
   }
-  throw type->error("'" + type->text() + "'", "PinHole, Rectified or KannalaBrandt8");
+  throw UnsupportedCamera(type->error("'" + type->text() + "'", "PinHole, Rectified or KannalaBrandt8"));
 }
 
 const LensLayout& lensOf(const YamlNode& root, const std::string& prefix, const std::string& type) {
@@ -114,20 +114,17 @@ std::vector<std::string> knownKeys(const YamlNode& root) {
   return known;
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  std::vector<StatedCamera> cameras;
-  if (root.has("Camera1.fx")) {
-    cameras.push_back(readOne(root, "Camera1"));
-  } else {
-    cameras.push_back(readOne(root, root.has("Camera.fx") ? "Camera" : "Camera1"));
-  }
-  if (root.has("Camera2.fx")) cameras.push_back(readOne(root, "Camera2"));
-  for (StatedCamera& camera : cameras) {
+  StatedCameras all;
+  const bool is_older = !root.has("Camera1.fx") && root.has("Camera.fx");
+  all.add("Camera1", [&] { return readOne(root, is_older ? "Camera" : "Camera1"); });
+  if (root.has("Camera2.fx")) all.add("Camera2", [&] { return readOne(root, "Camera2"); });
+  for (StatedCamera& camera : all.cameras) {
     detail::remarkUnknownKeys(root, knownKeys(root), camera);
     detail::remarkNotCarried(root, kTransforms, camera);
   }
-  return cameras;
+  return all;
 }
 
 std::string write(std::span<const NamedCamera> cameras) {

@@ -3,8 +3,10 @@
 // R, P) as `rostopic echo` and `ros2 topic echo` print it. The models are those of sensor_msgs/CameraInfo:
 // plumb_bob (5), rational_polynomial (8), equidistant (4, also called fisheye). Pixel (0, 0) is a pixel's
 // centre.
+#include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 
 #include "alidade/core/text.h"
 #include "alidade/io/formats/camera_document.h"
@@ -25,11 +27,12 @@ struct Names {
   const char* height;
   const char* matrix;
   const char* coefficients;
+  const char* projection;
 };
 constexpr std::array<Names, 3> kNames = {
-    {{"image_width", "image_height", "camera_matrix", "distortion_coefficients"},
-     {"width", "height", "K", "D"},
-     {"width", "height", "k", "d"}}};
+    {{"image_width", "image_height", "camera_matrix", "distortion_coefficients", "projection_matrix"},
+     {"width", "height", "K", "D", "P"},
+     {"width", "height", "k", "d", "p"}}};
 const std::vector<std::string> kKnown = {"image_width",
                                          "image_height",
                                          "camera_name",
@@ -66,6 +69,95 @@ bool recognises(const CameraDocument& document) {
          text.find("opencv-matrix") == std::string::npos && text.find("opencv_storage") == std::string::npos;
 }
 
+// A file of one kind that has a key of another, of which either may be meant.
+void refuseMixedNames(const YamlNode& root, const Names& names) {
+  for (const Names& other : kNames) {
+    for (const auto member :
+         {&Names::width, &Names::height, &Names::matrix, &Names::coefficients, &Names::projection}) {
+      const std::string own = names.*member;
+      const std::string foreign = other.*member;
+      const auto theirs = root.find(foreign);
+      if (own == foreign || !theirs || theirs->isNull()) continue;
+      const auto ours = root.find(own);
+      const auto numbers = [](const YamlNode& node) {
+        return node.isScalar() ? std::vector<StatedNumber>{detail::statedNumber(node)}
+                               : detail::statedNumbers(node);
+      };
+      if (ours && detail::isSameStated(numbers(*ours), numbers(*theirs))) continue;
+      if (ours) {
+        throw theirs->error(
+            "'" + foreign + "', which says something else than '" + own + "' at " + ours->where(),
+            "one of them, or both to say the same", "remove the wrong one");
+      }
+      throw theirs->error(
+          "'" + foreign + "' beside '" + names.matrix + "', which are keys of two kinds of file",
+          "'" + own + "' beside '" + names.matrix + "'", "rename it, or remove it if it is something else");
+    }
+  }
+}
+
+// Drivers that do not know the size write 0.
+bool isUnknownSide(const YamlNode& root, const char* key) {
+  const auto node = root.find(key);
+  return !node || node->isNull() || node->number() == 0;
+}
+
+// The size of the image, where the file does not say it from the user, with a remark.
+ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& options,
+                 std::vector<Remark>& remarks) {
+  const std::array<const char*, 2> keys = {names.width, names.height};
+  const std::array<int, 2> given = {options.image_size.value_or(ImageSize{}).width,
+                                    options.image_size.value_or(ImageSize{}).height};
+  std::string unknown;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (isUnknownSide(root, keys[i])) {
+      unknown += (unknown.empty() ? "" : " and ") + std::string(keys[i]);
+    } else if (options.image_size && root.at(keys[i]).number() != given[i]) {
+      throw root.at(keys[i]).error("'" + root.at(keys[i]).text() + "'",
+                                   std::to_string(given[i]) + " as --image-size says", "correct one of them");
+    }
+  }
+  if (unknown.empty() || !options.image_size) {
+    const auto side = [&](const char* key) {
+      if (!isUnknownSide(root, key)) return root.at(key);
+      if (!root.has(key)) {
+        throw root.error(std::string("no key '") + key + "'", "the size of the image in pixels",
+                         "add it, or --image-size WIDTHxHEIGHT");
+      }
+      throw root.at(key).error(root.at(key).isNull() ? "nothing" : "'" + root.at(key).text() + "'",
+                               "1 to 1000000 pixels", "correct it, or add --image-size WIDTHxHEIGHT");
+    };
+    const YamlNode width = side(names.width);
+    return detail::readSize(width, side(names.height));
+  }
+  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; taken as " +
+                                    std::to_string(given[0]) + "x" + std::to_string(given[1]) +
+                                    " from --image-size"});
+  return *options.image_size;
+}
+
+// The projection matrix is that of the rectified image, whose camera is another one.
+void remarkProjection(const YamlNode& root, const char* key, std::span<const StatedNumber> pinhole,
+                      StatedCamera& camera) {
+  const auto node = root.find(key);
+  if (!node || node->isNull()) return;
+  const std::vector<StatedNumber> P = detail::statedNumbers(*node, 12);
+  const auto isZero = [](const StatedNumber& number) { return number.value == 0; };
+  if (std::all_of(P.begin(), P.end(), isZero)) return;
+  constexpr std::array<std::size_t, 9> kLeft = {0, 1, 2, 4, 5, 6, 8, 9, 10};
+  const StatedNumber zero;
+  const StatedNumber one{1, 0};
+  const std::array<StatedNumber, 9> K = {pinhole[0], zero, pinhole[2], zero, pinhole[1],
+                                         pinhole[3], zero, zero,       one};
+  for (std::size_t i = 0; i < K.size(); ++i) {
+    if (detail::isSameStated(P[kLeft[i]], K[i])) continue;
+    camera.remarks.push_back({"not_carried", node->where() +
+                                                 ": this is the camera of rectified images, with other "
+                                                 "numbers than the camera matrix, and is not used"});
+    return;
+  }
+}
+
 // Images of a topic may be binned and cut; the camera is that of the whole sensor.
 void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
   const auto above = [](const YamlNode& map, const char* key, double limit) {
@@ -81,9 +173,10 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
                           "the whole image; alidade convert --crop and --bin make that of the part"});
 }
 
-std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   const Names& names = *namesOf(document);
+  refuseMixedNames(root, names);
   const YamlNode matrix = root.at(names.matrix);
   std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
   const YamlNode model_node = root.at("distortion_model");
@@ -119,15 +212,19 @@ std::vector<StatedCamera> read(const CameraDocument& document, const ReadOptions
   } else {
     throw model_node.error("'" + stated + "'", "plumb_bob, rational_polynomial or equidistant");
   }
+  const std::vector<StatedNumber> pinhole = parameters;
   detail::append(parameters, coefficients);
   const auto name = root.find("camera_name");
-  StatedCamera camera =
-      detail::stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model, parameters,
-                          detail::readSize(root.at(names.width), root.at(names.height)));
+  std::vector<Remark> remarks;
+  const ImageSize size = sizeOf(root, names, options, remarks);
+  StatedCamera camera = detail::stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model,
+                                            parameters, size);
+  camera.remarks = std::move(remarks);
   detail::remarkUnknownKeys(root, kKnown, camera);
   detail::remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
+  remarkProjection(root, names.projection, pinhole, camera);
   remarkCroppedImages(root, camera);
-  return {camera};
+  return {.cameras = {camera}};
 }
 
 std::string matrixText(const std::string& key, int rows, int columns, std::span<const double> values) {

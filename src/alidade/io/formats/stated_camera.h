@@ -5,9 +5,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/core/error.h"
 #include "alidade/io/camera_file.h"
 
 namespace alidade {
@@ -21,7 +23,8 @@ struct Remark {
 /// A camera as a file of any format states it, in this program's conventions: pixel (0, 0) is the centre of
 /// the top-left pixel, parameters in storage order.
 struct StatedCamera {
-  std::string name;  ///< as the file calls it; empty where it has no names
+  std::string name;        ///< as the file calls it; empty where it has no names
+  std::size_t number = 0;  ///< its place among the cameras of the file, from 0
   AnyCamera camera;
   std::optional<ImageSize> image_size;  ///< nothing: the file does not say
   /// By how much the text of each parameter may be rounded: half a unit of its last digit, 0 for a whole
@@ -29,6 +32,38 @@ struct StatedCamera {
   std::vector<double> half_units;
   std::vector<Remark> remarks;
   std::optional<CameraFile> own;  ///< all the rest of this program's own camera file
+};
+
+/// A sound statement of a camera that this program has no model for, unlike damage, which makes a whole file
+/// doubtful.
+class UnsupportedCamera final : public Error {
+ public:
+  explicit UnsupportedCamera(const Error& reason) : Error(reason) {}
+};
+
+/// A camera of a file that is not supported, beside others that may be.
+struct RefusedCamera {
+  std::string name;  ///< as of StatedCamera
+  std::size_t number = 0;
+  UnsupportedCamera reason;
+};
+
+/// What a file of any format states, in its order.
+struct StatedCameras {
+  std::vector<StatedCamera> cameras = {};
+  std::vector<RefusedCamera> refused = {};
+
+  /// Takes the camera that `read` returns, or the reason if it throws UnsupportedCamera.
+  template <class Read>
+  void add(const std::string& name, const Read& read) {
+    const std::size_t number = cameras.size() + refused.size();
+    try {
+      cameras.push_back(read());
+      cameras.back().number = number;
+    } catch (const UnsupportedCamera& reason) {
+      refused.push_back({.name = name, .number = number, .reason = reason});
+    }
+  }
 };
 
 /// What a file leaves open and a user can add.

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+// Files that say two things, or leave something out: refused with both places, or read with a remark.
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "alidade/core/error.h"
+#include "alidade/io/camera_source.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::string kRest =
+    R"("ImageSize":[480,640],"RadialDistortion":[-0.1,0.02],"TangentialDistortion":[0,0]})";
+const std::string kNamed = R"({"FocalLength":[500.25,501],"PrincipalPoint":[321,241],)";
+const std::string kRosMatrix =
+    "camera_matrix: {rows: 3, cols: 3, data: [532.8, 0, 342.5, 0, 532.9, 233.9, 0, 0, 1]}\n"
+    "distortion_model: plumb_bob\n";
+const std::string kRosCoefficients =
+    "distortion_coefficients: {rows: 1, cols: 5, data: [-0.281, 0.025, 0.0012, -0.0001, 0.163]}\n";
+const std::string kRosSize = "image_width: 640\nimage_height: 480\n";
+const ReadOptions kVga{.image_size = ImageSize{.width = 640, .height = 480}, .model = ""};
+
+// What parseCameras() complains of; empty if it does not.
+std::string complaintAbout(const std::string& text, const ReadOptions& options = {}) {
+  try {
+    (void)parseCameras(text, "file", options);
+    return "";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kInput);
+    return error.what();
+  }
+}
+
+std::string remarksOn(const StatedCamera& camera) {
+  std::string text;
+  for (const Remark& remark : camera.remarks) text += remark.id + ": " + remark.message + "\n";
+  return text;
+}
+
+TEST(FormatContradictions, OfMatlabsMatrixAndFocalLengthAreRefused) {
+  for (const auto& [other, name] :
+       {std::pair(R"("K":[[500,0,321],[0,501,241],[0,0,1]],)", "K"),
+        std::pair(R"("K":[[500.25,0,321],[0,501,240],[0,0,1]],)", "K"),
+        std::pair(R"("IntrinsicMatrix":[[500.25,0,0],[0,502,0],[321,241,1]],)", "IntrinsicMatrix")}) {
+    EXPECT_THAT(complaintAbout(kNamed + other + kRest),
+                AllOf(HasSubstr("file:1: " + std::string(name)), HasSubstr("FocalLength"),
+                      HasSubstr("both to say the same")));
+  }
+  EXPECT_THAT(
+      complaintAbout(R"({"K":[[500,0,321],[0,501,241],[0,0,1]],"Intrinsics":)" + kNamed + kRest + "}"),
+      AllOf(HasSubstr("file:1: K"), HasSubstr("Intrinsics.FocalLength")));
+}
+
+TEST(FormatContradictions, OfMatlabAreNoneToPrintedDigits) {
+  // "500.25" and "500.2500" are the same, and 500.3 is 500.25 rounded.
+  for (const char* other :
+       {R"("K":[[500.2500,0,321],[0,501.0,241],[0,0,1]],)", R"("K":[[500.3,0,321],[0,501,241],[0,0,1]],)",
+        R"("IntrinsicMatrix":[[500.25,0,0],[0,501,0],[321,241,1]],)"}) {
+    const CameraSource source = parseCameras(kNamed + other + kRest, "file");
+    EXPECT_EQ(source.cameras.at(0).camera.parameters()[0], 500.25) << other;
+    EXPECT_EQ(remarksOn(source.cameras.at(0)), "") << other;
+  }
+}
+
+TEST(FormatContradictions, OfMatlabsTextAreNotWhatItDoesNotPrint) {
+  const std::string printed =
+      "FocalLength: [714.1900 710.3800]\nPrincipalPoint: [563.6511 355.7254]\nImageSize: [712 1072]\n"
+      "RadialDistortion: [-0.3932 0.1522]\nTangentialDistortion: [0 0]\n";
+  EXPECT_EQ(parseCameras(printed + "K: [3\u00D73 double]\n", "file").cameras.at(0).camera.parameters()[0],
+            714.19);
+  struct Case {
+    std::string text;
+    std::string place;
+    std::string advice;
+  };
+  for (const auto& [text, place, advice] : std::vector<Case>{
+           {"params =\n  Intrinsics: [1\u00D71 cameraIntrinsics]\n", "file:2: Intrinsics",
+            "params.Intrinsics"},
+           {"  Intrinsics: [1x1 struct]\n", "file:1: Intrinsics", "jsonencode(toStruct(params))"},
+           {"CameraParameters1: [1x1 cameraParameters]\n", "file:1: CameraParameters1",
+            "params.CameraParameters1.Intrinsics"},
+           {"RadialDistortion: [0 0]\nK: [3x3 double]\n", "file:2: K", "jsonencode(toStruct(params))"},
+           {"Intrinsics: [1x1 fisheyeIntrinsics]\n", "file:1: Intrinsics", "alidade calibrate"}}) {
+    EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(place), HasSubstr(advice)));
+  }
+}
+
+TEST(FormatContradictions, OfRosKeysOfTwoKindsAreRefused) {
+  const std::string five = "[-0.281, 0.025, 0.0012, -0.0001, 0.163]\n";
+  EXPECT_THAT(complaintAbout(kRosSize + kRosMatrix + "D: " + five),
+              AllOf(HasSubstr("file:5: D"), HasSubstr("'camera_matrix'")));
+  EXPECT_THAT(complaintAbout(kRosSize + kRosMatrix + kRosCoefficients + "K: [1, 0, 3, 0, 1, 2, 0, 0, 1]\n"),
+              AllOf(HasSubstr("file:6: K"), HasSubstr("'camera_matrix' at file:3")));
+  EXPECT_THAT(complaintAbout(kRosSize + kRosMatrix + kRosCoefficients + "width: 320\n"),
+              AllOf(HasSubstr("file:6: width"), HasSubstr("'image_width'")));
+  const CameraSource same = parseCameras(kRosSize + kRosMatrix + kRosCoefficients + "width: 640\nD: " + five +
+                                             "K: [532.8, 0, 342.5, 0, 532.9, 233.9, 0, 0, 1]\n",
+                                         "file");
+  EXPECT_EQ(same.cameras.at(0).camera.parameters()[8], 0.163);
+}
+
+TEST(FormatContradictions, OfRosAProjectionOfItsOwnIsTold) {
+  const auto remarks = [](const std::string& P) {
+    return remarksOn(parseCameras(kRosSize + kRosMatrix + kRosCoefficients +
+                                      "projection_matrix: {rows: 3, cols: 4, data: " + P + "}\n",
+                                  "file")
+                         .cameras.at(0));
+  };
+  EXPECT_THAT(remarks("[500, 0, 342, 0, 0, 501, 233, 0, 0, 0, 1, 0]"),
+              AllOf(HasSubstr("not_carried: file:6"), HasSubstr("rectified")));
+  EXPECT_EQ(remarks("[532.8, 0, 342.5, -60, 0, 532.9, 233.9, 0, 0, 0, 1, 0]"), "");
+  EXPECT_EQ(remarks("[532.80000, 0, 342.50000, 0, 0, 533.0, 233.90000, 0, 0, 0, 1, 0]"), "");  // half a digit
+  EXPECT_EQ(remarks("[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]"), "");
+}
+
+TEST(FormatOmissions, OfRosSizeAreLeftToTheUser) {
+  int num_read = 0;
+  for (const char* size :
+       {"", "image_width: 0\nimage_height: 0\n", "image_width: 640\n", "image_height: 480\n"}) {
+    const std::string text = size + kRosMatrix + kRosCoefficients;
+    EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr("file:"), HasSubstr("--image-size"))) << size;
+    const StatedCamera camera = parseCameras(text, "file", kVga).cameras.at(0);
+    EXPECT_EQ(camera.image_size, kVga.image_size);
+    EXPECT_THAT(remarksOn(camera), AllOf(HasSubstr("assumed: file:1"), HasSubstr("640x480"))) << size;
+    ++num_read;
+  }
+  EXPECT_EQ(num_read, 4);
+  EXPECT_THAT(complaintAbout("image_width: 641\nimage_height: 0\n" + kRosMatrix + kRosCoefficients, kVga),
+              AllOf(HasSubstr("'641'"), HasSubstr("640 as --image-size says")));
+}
+
+TEST(FormatOmissions, OfNerfFocalLengthsAreWorkedOutFromTheAngle) {
+  const std::string angle = R"({"camera_angle_x":0.6911112070083618,)";
+  const std::string frames = R"("frames":[{"file_path":"a.png"},{"file_path":"b.png"}]})";
+  const double focal = 0.5 * 800 / std::tan(0.5 * 0.6911112070083618);
+  const StatedCamera blender =
+      parseCameras(angle + frames, "file",
+                   {.image_size = ImageSize{.width = 800, .height = 600}, .model = ""})
+          .cameras.at(0);
+  EXPECT_EQ(blender.camera.modelId(), "pinhole");
+  EXPECT_THAT(std::vector<double>(blender.camera.parameters().begin(), blender.camera.parameters().end()),
+              testing::ElementsAre(focal, focal, 399.5, 299.5));
+  EXPECT_THAT(remarksOn(blender),
+              AllOf(HasSubstr("fl_y as the same"), HasSubstr("no cx"), HasSubstr("no cy")));
+  const StatedCamera stated =
+      parseCameras(R"({"camera_angle_x":0.69,"camera_angle_y":0.5,"cx":401.0,"w":800,"h":600,"frames":[]})",
+                   "file")
+          .cameras.at(0);
+  EXPECT_EQ(stated.camera.parameters()[1], 300 / std::tan(0.25));
+  // Rounded as the angle is: by half a unit of its last digit.
+  constexpr double kCurvature = 0.1;  // px, of the tangent over that
+  EXPECT_NEAR(stated.half_units.at(0), 400 / std::tan(0.5 * 0.685) - 400 / std::tan(0.5 * 0.69), kCurvature);
+  EXPECT_EQ(stated.camera.parameters()[2], 400.5);
+  EXPECT_THAT(remarksOn(stated), AllOf(HasSubstr("no cy"), testing::Not(HasSubstr("no cx"))));
+
+  EXPECT_THAT(complaintAbout(angle + frames),
+              AllOf(HasSubstr("file:1: camera_angle_x"), HasSubstr("w and h"), HasSubstr("--image-size")));
+  EXPECT_THAT(complaintAbout(R"({"camera_angle_x":39.6,"w":800,"h":600,"frames":[]})"), HasSubstr("radians"));
+  EXPECT_THAT(complaintAbout(R"({"is_fisheye":true,"camera_angle_x":0.6,"w":800,"h":600,"frames":[]})"),
+              HasSubstr("fl_x, fl_y, cx and cy"));
+}
+
+TEST(FormatTexts, ThatAreNotUtf8AreRefusedWithTheirLine) {
+  struct Case {
+    std::string text;
+    std::string place;
+    std::string bytes;
+  };
+  const std::string xml_rest =
+      "<image_width>640</image_width>\n<camera_matrix>1 0 0 0 1 0 0 0 1</camera_matrix></opencv_storage>\n";
+  const std::string own =
+      "alidade_camera: 1\nmodel: pinhole\nimage_size: {width: 640, height: 480}\n"
+      "parameters: {fx: 500, fy: 500, cx: 320, cy: 240}\ncreated_by: ";
+  const std::vector<Case> cases = {
+      {kRosSize + "camera_name: K\xF6ln\n" + kRosMatrix + kRosCoefficients, "file:3", "K\\xF6ln"},
+      {own + "\"\xFF\xFE\"\n", "file:5", "\\xFF\\xFE"},
+      {own + "\"\xC0\xAF\"\n", "file:5", "\\xC0\\xAF"},           // an overlong form
+      {own + "\"\xED\xA0\x80\"\n", "file:5", "\\xED\\xA0\\x80"},  // half of a pair
+      {own + "\"\xF4\x90\x80\x80\"\n", "file:5", "\\xF4\\x90"},   // beyond the last character
+      {own + "\"\xE2\x82", "file:5", "\\xE2\\x82"},               // cut off
+      {"# \xE9t\xE9\n1 PINHOLE 640 480 500 500 320 240\n", "file:1", "\\xE9t\\xE9"},
+      {"<?xml version=\"1.0\"?>\n<opencv_storage>\n<camera_name>a&#xD800;b</camera_name>\n" + xml_rest,
+       "file:3", "a\\xED\\xA0\\x80b"},
+  };
+  int num_refused = 0;
+  for (const Case& c : cases) {
+    const std::string complaint = complaintAbout(c.text);
+    EXPECT_THAT(complaint, AllOf(HasSubstr(c.place + ":"), HasSubstr(c.bytes), HasSubstr("UTF-8")));
+    for (const char byte : complaint) EXPECT_GE(byte, '\n');
+    num_refused += complaint.empty() ? 0 : 1;
+  }
+  EXPECT_EQ(num_refused, 8);
+  const CameraSource good = parseCameras(own + "\"K\u00F6ln \u65E5\u672C \U0001F4F7\"\n", "file");
+  EXPECT_EQ(good.cameras.at(0).own->created_by, "K\u00F6ln \u65E5\u672C \U0001F4F7");
+}
+
+}  // namespace
+}  // namespace alidade
