@@ -19,6 +19,7 @@
 #include "camera_options.h"
 #include "command.h"
 #include "difference_output.h"
+#include "number_check.h"
 #include "uncertainty_record.h"
 
 namespace alidade {
@@ -41,7 +42,7 @@ class DiffCommand final : public Command {
     app.add_option("--distance", distance_m_,
                    "Compare points this far away, metres, and take out the best pose instead of the best "
                    "rotation")
-        ->check(CLI::PositiveNumber);
+        ->check(positiveNumber(), "above 0");
     app.add_flag("--same-frame", same_frame_, "Take nothing out: both camera frames are one");
     app.add_option(
            "--rotate", rotate_,
@@ -53,7 +54,7 @@ class DiffCommand final : public Command {
     app.add_option("--tolerance", tolerance_px_,
                    "Pixels by which 95 % of the image may differ: exit code 3 if it is more, unless two "
                    "estimates of one camera may well differ as much")
-        ->check(CLI::NonNegativeNumber);
+        ->check(nonNegativeNumber(), "0 or above");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
