@@ -198,7 +198,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 15);
+  EXPECT_EQ(num_examples, 16);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 
