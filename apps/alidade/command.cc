@@ -13,6 +13,7 @@
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/board_file.h"
 #include "alidade/io/image_list.h"
+#include "number_check.h"
 
 namespace alidade {
 
@@ -39,7 +40,7 @@ void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
   app.add_flag("--quiet", options.quiet, "No progress and no messages but errors");
   if (has_jobs) {
     app.add_option("--jobs", options.jobs, "Threads; 0 = one per processor. The result does not depend on it")
-        ->check(CLI::Range(0, 1024))
+        ->check(wholeNumber(0, 1024), "0 to 1024")
         ->capture_default_str();
   }
   app.add_option("--config", options.config, "YAML file with these flags as keys; flags given here go first");

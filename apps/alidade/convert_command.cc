@@ -17,6 +17,7 @@
 #include "command.h"
 #include "conversion.h"
 #include "conversion_output.h"
+#include "number_check.h"
 
 namespace alidade {
 namespace {
@@ -69,7 +70,7 @@ class ConvertCommand final : public Command {
         ->check(CLI::IsMember(modelIds()));
     app.add_option("--max-error", request_.max_error_px,
                    "RMS error of the new model that is accepted, pixels; ten times as much at any one pixel")
-        ->check(CLI::Range(0.0, 1e6))
+        ->check(nonNegativeNumber(), "0 or above")
         ->capture_default_str();
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
                  "Write the camera file even if the result is not to be trusted");

@@ -12,13 +12,17 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/io/atomic_file.h"
 #include "alidade/io/camera_source.h"
+#include "alidade/report/difference_svg.h"
 #include "alidade/validate/agreement.h"
+#include "alidade/validate/crop_suspicion.h"
 #include "alidade/validate/difference_significance.h"
 #include "alidade/validate/projection_difference.h"
 #include "camera_options.h"
 #include "command.h"
 #include "difference_output.h"
+#include "number_check.h"
 #include "uncertainty_record.h"
 
 namespace alidade {
@@ -31,6 +35,7 @@ class DiffCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade diff camera.yaml camera.yaml --tolerance 0.5\n"
+        "Example: alidade diff camera.yaml camera.yaml -o difference.svg\n"
         "A and B may be of different formats, models and resolutions. Lengths are in pixels of the finer "
         "image; "
         "exchanging A and B\n"
@@ -41,7 +46,7 @@ class DiffCommand final : public Command {
     app.add_option("--distance", distance_m_,
                    "Compare points this far away, metres, and take out the best pose instead of the best "
                    "rotation")
-        ->check(CLI::PositiveNumber);
+        ->check(positiveNumber(), "above 0");
     app.add_flag("--same-frame", same_frame_, "Take nothing out: both camera frames are one");
     app.add_option(
            "--rotate", rotate_,
@@ -53,7 +58,11 @@ class DiffCommand final : public Command {
     app.add_option("--tolerance", tolerance_px_,
                    "Pixels by which 95 % of the image may differ: exit code 3 if it is more, unless two "
                    "estimates of one camera may well differ as much")
-        ->check(CLI::NonNegativeNumber);
+        ->check(nonNegativeNumber(), "0 or above");
+    app.add_option("-o,--output", figure_,
+                   "SVG file to draw the difference into, over the image of A: its length as colours, and "
+                   "arrows")
+        ->check(figureComplaint, "");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
@@ -71,6 +80,7 @@ class DiffCommand final : public Command {
                         .expected = "one of them",
                         .next_step = "leave --distance out: in one frame the distance makes no difference"});
     }
+    checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
     const CameraFile a = readCameraTelling(files_[0], camera_.readOptions(), common_.quiet);
     const CameraFile b = readCameraTelling(files_[1], camera_.readOptions(), common_.quiet);
     const DifferenceOptions options = differenceOptions();
@@ -79,6 +89,20 @@ class DiffCommand final : public Command {
     const ProjectionDifference difference = projectionDifference(in_a, in_b, options);
     const auto significance = significanceOf(difference, in_a, in_b, options.freed);
     const auto no = complaint(difference, significance);
+
+    if (!common_.quiet) {
+      if (const auto crop = suspectCrop(in_a, in_b, difference.match)) printMessage(cropText(*crop));
+    }
+    const bool has_figures = difference.num_compared > 0 && difference.is_converged;
+    std::string text = fileText("A", files_[0], a) + fileText("B", files_[1], b) + differenceText(difference);
+    const std::string chance =
+        has_figures ? "Chance   " +
+                          significanceText(difference, significance, in_a.covariance.has_value(),
+                                           in_b.covariance.has_value()) +
+                          "\n"
+                    : "";
+    if (!figure_.empty() && has_figures)
+      writeFileAtomically(figure_, differenceSvg(in_a, in_b, difference, figureLines(text + chance)));
 
     if (common_.json) {
       nlohmann::json document = differenceJson(difference, significance);
@@ -90,18 +114,14 @@ class DiffCommand final : public Command {
       document["reason"] = no ? nlohmann::json(*no) : nlohmann::json(nullptr);
       printResult(jsonText(document));
     } else {
-      std::string text = fileText("A", files_[0], a) + fileText("B", files_[1], b);
-      text += differenceText(difference);
-      if (difference.num_compared > 0) {
-        text += "Chance   " +
-                significanceText(difference, significance, in_a.covariance.has_value(),
-                                 in_b.covariance.has_value()) +
-                "\n";
-      }
+      if (has_figures) text += differenceTable(difference) + chance;
       printResult(text + upsideDownText(in_a, in_b, difference));
     }
+    if (!figure_.empty() && has_figures && !common_.quiet) printMessage("written to " + figure_);
     if (!no) return 0;
     printMessage("error: " + *no);
+    if (!figure_.empty() && !has_figures)
+      printMessage(figure_ + " was not written: there is nothing to draw");
     return kNoExit;
   }
 
@@ -141,7 +161,7 @@ class DiffCommand final : public Command {
       return "the cameras cannot be compared: no pixel is seen by both\n  next: alidade validate both files";
     if (!difference.is_converged) {
       return fmt::format(
-          "the {} that suits best was not found, so the figures are not the least possible\n  next: alidade "
+          "the {} that suits best was not found: the cameras have too little in common\n  next: alidade "
           "validate both files; are they cameras of one image?",
           distance_m_ ? "pose" : "rotation");
     }
@@ -167,7 +187,9 @@ class DiffCommand final : public Command {
                                            const ProjectionDifference& difference) const {
     constexpr double kFarLess = 0.1;
     constexpr double kWorthWhilePx = 0.1;
-    if (rotate_ || difference.match.quarter_turns != 0 || !(difference.rms_px > kWorthWhilePx)) return "";
+    if (rotate_ || !difference.is_converged || difference.match.quarter_turns != 0 ||
+        !(difference.rms_px > kWorthWhilePx))
+      return "";
     DifferenceOptions options = differenceOptions();
     options.quarter_turns = 2;
     const ProjectionDifference turned = projectionDifference(a, b, options);
@@ -175,6 +197,23 @@ class DiffCommand final : public Command {
     return fmt::format(
         "Note     with B's image taken as A's upside down (--rotate 180) the RMS would be {:.4g} px\n",
         turned.rms_px);
+  }
+
+  static std::string figureComplaint(const std::string& text) {
+    if (text.ends_with(".svg")) return {};
+    return "found '" + text + "', expected the name of an SVG file, which ends in .svg";
+  }
+
+  [[nodiscard]] std::string cropText(const CropSuspicion& crop) const {
+    const std::string& larger = files_[crop.is_a_larger ? 0 : 1];
+    const std::string corner = crop.corner ? fmt::format("{},{}", crop.corner->x(), crop.corner->y()) : "X,Y";
+    return fmt::format(
+        "note: the images are of different size, but the focal lengths agree ({:.6g} and {:.6g} px), as if "
+        "one image were a part of the other; here they are compared as one that was resized\n"
+        "  next: if {}'s image is a part of {}'s: alidade convert {} -o cropped.yaml --crop {},{},{}, and "
+        "compare with that",
+        crop.focal_a_px, crop.focal_b_px, crop.is_a_larger ? "B" : "A", crop.is_a_larger ? "A" : "B", larger,
+        corner, crop.part.width, crop.part.height);
   }
 
   static std::string fileText(const char* name, const std::string& path, const CameraFile& file) {
@@ -194,6 +233,7 @@ class DiffCommand final : public Command {
   bool same_frame_ = false;
   std::optional<int> rotate_;
   std::string grid_;
+  std::string figure_;
   std::optional<double> tolerance_px_;
 };
 

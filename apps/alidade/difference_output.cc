@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -32,7 +34,48 @@ std::vector<int> spread(int count, int most) {
   return places;
 }
 
-std::string tableText(const ProjectionDifference& difference) {
+std::string motionText(const ProjectionDifference& difference) {
+  const Eigen::Vector3d w = difference.b_from_a.rotation.log();
+  std::string text = fmt::format("a rotation by {:.6g} degrees", kDegPerRad * w.norm());
+  if (w.norm() > 0) {
+    const Eigen::Vector3d axis = w.normalized();
+    text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), which takes A's camera frame to B's", axis.x(),
+                        axis.y(), axis.z());
+  }
+  const Eigen::Vector3d& t = difference.b_from_a.translation;
+  if (t.norm() > 0)
+    text += fmt::format("\n         and a shift by ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
+  return text;
+}
+
+}  // namespace
+
+std::string differenceText(const ProjectionDifference& difference) {
+  if (!difference.is_converged)
+    return "Removed  nothing: what suits best was not found, and without that no figure would mean "
+           "anything\n";
+  std::string text = "Removed  " + motionText(difference) + "\n";
+  if (difference.match.quarter_turns != 0) {
+    text += fmt::format("         B's image is A's turned clockwise by {} degrees\n",
+                        90 * difference.match.quarter_turns);
+  }
+  const auto num_pixels = difference.pixels.size();
+  text += fmt::format("Compared {} of {} pixels", difference.num_compared, num_pixels);
+  if (difference.num_seen_by_one > 0)
+    text += fmt::format("; {} are seen by one camera only", difference.num_seen_by_one);
+  if (difference.num_seen_by_neither > 0)
+    text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
+  text += "\n";
+  if (difference.num_compared == 0) return text;
+  text += fmt::format(
+      "Apart    mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
+      "{:.0f}) of A; in pixels of {}\n",
+      difference.mean_px, difference.rms_px, difference.p95_px, difference.max_px, difference.worst_pixel.x(),
+      difference.worst_pixel.y(), sizeText(difference.match.unit_size));
+  return text;
+}
+
+std::string differenceTable(const ProjectionDifference& difference) {
   constexpr int kMostColumns = 9;
   constexpr int kMostRows = 7;
   const auto columns = spread(difference.columns, kMostColumns);
@@ -54,42 +97,18 @@ std::string tableText(const ProjectionDifference& difference) {
   return text;
 }
 
-std::string motionText(const ProjectionDifference& difference) {
-  const Eigen::Vector3d w = difference.b_from_a.rotation.log();
-  std::string text = fmt::format("a rotation by {:.6g} degrees", kDegPerRad * w.norm());
-  if (w.norm() > 0) {
-    const Eigen::Vector3d axis = w.normalized();
-    text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), which takes A's camera frame to B's", axis.x(),
-                        axis.y(), axis.z());
+std::vector<std::string> figureLines(const std::string& text) {
+  constexpr std::size_t kLabelColumns = 9;
+  std::vector<std::string> lines;
+  for (const std::string_view row : split(trim(text), '\n')) {
+    if (row.starts_with(' ') && !lines.empty()) {
+      lines.back() += "; " + std::string(trim(row));
+      continue;
+    }
+    const std::string label(trim(row.substr(0, kLabelColumns)));
+    lines.push_back(label + ": " + std::string(trim(row.substr(std::min(row.size(), kLabelColumns)))));
   }
-  const Eigen::Vector3d& t = difference.b_from_a.translation;
-  if (t.norm() > 0)
-    text += fmt::format("\n         and a shift by ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
-  return text;
-}
-
-}  // namespace
-
-std::string differenceText(const ProjectionDifference& difference) {
-  std::string text = "Removed  " + motionText(difference) + "\n";
-  if (difference.match.quarter_turns != 0) {
-    text += fmt::format("         B's image is A's turned clockwise by {} degrees\n",
-                        90 * difference.match.quarter_turns);
-  }
-  const auto num_pixels = difference.pixels.size();
-  text += fmt::format("Compared {} of {} pixels", difference.num_compared, num_pixels);
-  if (difference.num_seen_by_one > 0)
-    text += fmt::format("; {} are seen by one camera only", difference.num_seen_by_one);
-  if (difference.num_seen_by_neither > 0)
-    text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
-  text += "\n";
-  if (difference.num_compared == 0) return text;
-  text += fmt::format(
-      "Apart    mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
-      "{:.0f}) of A; in pixels of {}\n",
-      difference.mean_px, difference.rms_px, difference.p95_px, difference.max_px, difference.worst_pixel.x(),
-      difference.worst_pixel.y(), sizeText(difference.match.unit_size));
-  return text + tableText(difference);
+  return lines;
 }
 
 std::string significanceText(const ProjectionDifference& difference,
@@ -132,30 +151,32 @@ json differenceJson(const ProjectionDifference& difference,
   };
   const Eigen::Quaterniond& q = difference.b_from_a.rotation.quaternion();
   const Eigen::Vector3d& t = difference.b_from_a.translation;
+  const bool is_known = difference.is_converged;
+  const auto known = [is_known](const auto& value) { return is_known ? json(value) : json(nullptr); };
   json document = {
-      {"b_from_a",
-       {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
-        {"translation_m", {t.x(), t.y(), t.z()}},
-        {"angle_deg", kDegPerRad * difference.b_from_a.rotation.log().norm()}}},
-      {"image_turn_deg", 90 * difference.match.quarter_turns},
+      {"b_from_a", known(json({{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+                               {"translation_m", {t.x(), t.y(), t.z()}},
+                               {"angle_deg", kDegPerRad * difference.b_from_a.rotation.log().norm()}}))},
+      {"image_turn_deg", known(90 * difference.match.quarter_turns)},
       {"converged", difference.is_converged},
       {"pixels_of",
        {{"width", difference.match.unit_size.width}, {"height", difference.match.unit_size.height}}},
-      {"num_compared", difference.num_compared},
-      {"num_seen_by_one", difference.num_seen_by_one},
-      {"num_seen_by_neither", difference.num_seen_by_neither},
-      {"mean_px", orNull(difference.mean_px)},
-      {"rms_px", orNull(difference.rms_px)},
-      {"p95_px", orNull(difference.p95_px)},
-      {"max_px", orNull(difference.max_px)},
-      {"worst_pixel", vectorJson(difference.worst_pixel)},
+      {"num_compared", known(difference.num_compared)},
+      {"num_seen_by_one", known(difference.num_seen_by_one)},
+      {"num_seen_by_neither", known(difference.num_seen_by_neither)},
+      {"mean_px", known(orNull(difference.mean_px))},
+      {"rms_px", known(orNull(difference.rms_px))},
+      {"p95_px", known(orNull(difference.p95_px))},
+      {"max_px", known(orNull(difference.max_px))},
+      {"worst_pixel", known(vectorJson(difference.worst_pixel))},
       {"grid",
        {{"columns", difference.columns},
         {"rows", difference.rows},
         {"pixels", rowsOf([&](std::size_t i) { return vectorJson(difference.pixels[i]); })},
-        {"difference_px", rowsOf([&](std::size_t i) { return vectorJson(difference.difference_px[i]); })}}},
+        {"difference_px",
+         rowsOf([&](std::size_t i) { return known(vectorJson(difference.difference_px[i])); })}}},
       {"significance", nullptr}};
-  if (significance) {
+  if (significance && is_known) {
     document["grid"]["std_px"] = rowsOf([&](std::size_t i) { return orNull(significance->std_px[i]); });
     document["significance"] = {{"sigmas", significance->sigmas},
                                 {"significant", significance->isSignificant()},

@@ -15,6 +15,7 @@ CameraClaims claimsOf(const StatedCamera& stated) {
   CameraClaims claims;
   claims.camera = &stated.camera;
   claims.image_size = stated.image_size.value_or(sizeAround(stated.camera));
+  claims.is_size_guessed = !stated.image_size;
   claims.can_say_more = stated.own.has_value();
   if (!stated.own) return claims;
   claims.domain = stated.own->domain;
@@ -24,6 +25,14 @@ CameraClaims claimsOf(const StatedCamera& stated) {
     claims.parameter_std = record->parameter_std;
     claims.covariance = record->covariance;
     claims.stated_covariance = record->stated_covariance;
+    if (const auto& std = record->projection_std) {
+      claims.projection_std = ProjectionStdClaim{.center_px = std->center_px,
+                                                 .worst_px = std->worst_px,
+                                                 .worst_pixel = std->worst_pixel,
+                                                 .columns = std->columns,
+                                                 .rows = std->rows,
+                                                 .std_px = std->std_px};
+    }
   }
   return claims;
 }

@@ -8,6 +8,7 @@
 
 #include "alidade/core/error.h"
 #include "interrupt.h"
+#include "number_check.h"
 #include "uncertainty_record.h"
 
 namespace alidade {
@@ -36,7 +37,7 @@ void HeldOutStage::addOptions(CLI::App& app) {
   app.add_option("--against", against_, "Camera file to compare with, of any format");
   app.add_option("--tolerance", tolerance_px_,
                  "Pixels by which 95 % of the image may be off, for --images and --against")
-      ->check(CLI::PositiveNumber)
+      ->check(positiveNumber(), "above 0")
       ->capture_default_str();
 }
 

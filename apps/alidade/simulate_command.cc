@@ -55,6 +55,9 @@ class SimulateCommand final : public Command {
       throw usageError({.where = "simulate", .found = "no --output", .expected = "-o FOLDER"});
     const CancelFlag* cancel = catchInterrupts();
     const Scene scene = readSceneFile(scene_path_);
+    if (!common_.quiet) {
+      for (const std::string& remark : scene.camera_remarks) printMessage("note: " + remark);
+    }
     std::vector<SE3> poses = scene.camera_from_board;
     if (poses.empty()) {
       Random random(streamSeed(scene.seed, 0));

@@ -45,7 +45,7 @@ class ValidateCommand final : public Command {
     const CameraList list = listCameraFiles(files_);
     held_out_.prepare(common_);
     std::vector<FileJudgement> judgements;
-    for (const std::string& path : list.paths) judgeFile(path, list.paths.size() == 1, judgements);
+    for (const ListedFile& file : list.files) judgeFile(file, list.files.size() == 1, judgements);
     const auto num_unreadable =
         std::count_if(judgements.begin(), judgements.end(), [](const auto& j) { return !j.isReadable(); });
     const bool is_valid =
@@ -56,16 +56,30 @@ class ValidateCommand final : public Command {
                                list.skipped.size(), join(list.skipped, ", ")));
     }
     if (num_unreadable > 0) {
-      printMessage(fmt::format("error: {} of {} files cannot be read", num_unreadable, list.paths.size()));
+      printMessage(fmt::format("error: {} of {} files cannot be read", num_unreadable, list.files.size()));
       return static_cast<int>(ErrorCode::kInput);
     }
     return is_valid ? 0 : static_cast<int>(ErrorCode::kVerdict);
   }
 
  private:
-  void judgeFile(const std::string& path, bool is_only_file, std::vector<FileJudgement>& judgements) const {
+  // Who names a folder names files for which --read-as is not meant: what can be read without it says itself
+  // which model it has. The rest is read with it, and complaints are those of this reading.
+  [[nodiscard]] CameraSource readListed(const ListedFile& file) const {
+    const ReadOptions options = camera_.readOptions();
+    if (file.is_from_folder && !options.model.empty()) {
+      try {
+        return readCameras(file.path, {.image_size = options.image_size, .model = {}});
+      } catch (const Error& e) {
+        if (e.code() != ErrorCode::kInput) throw;
+      }
+    }
+    return readCameras(file.path, options);
+  }
+
+  void judgeFile(const ListedFile& file, bool is_only_file, std::vector<FileJudgement>& judgements) const {
     try {
-      const CameraSource source = readCameras(path, camera_.readOptions());
+      const CameraSource source = readListed(file);
       for (std::size_t i = 0; i < source.cameras.size(); ++i) {
         judgements.push_back(judgeCamera(source, i));
         held_out_.addChecks(source.cameras[i], judgements.back());
@@ -74,7 +88,7 @@ class ValidateCommand final : public Command {
       for (const RefusedCamera& camera : source.refused) judgements.push_back(judgeRefused(source, camera));
     } catch (const Error& e) {
       if ((is_only_file && !common_.json) || e.code() != ErrorCode::kInput) throw;
-      judgements.push_back(judgeUnreadable(path, e.what()));
+      judgements.push_back(judgeUnreadable(file.path, e.what()));
     }
   }
 

@@ -146,8 +146,78 @@ TEST(Diff, RefusesImagesOfDifferentShape) {
   const std::string a = scratch.write("a.yaml", smallCamera());
   const std::string b = otherCamera(scratch, "b.yaml", "height: 480", "height: 360");
   EXPECT_THAT(runAlidade({"diff", a, b}),
-              FailsWith(1, AllOf(HasSubstr("640x480 and 640x360"), HasSubstr("--crop"))));
+              FailsWith(1, AllOf(HasSubstr("640x480 and 640x360"), HasSubstr("--crop X,Y,640,360"))));
   EXPECT_THAT(runAlidade({"diff", a, a, "--rotate", "90"}), FailsWith(2, HasSubstr("a turn by 90 degrees")));
+}
+
+TEST(Diff, DrawsTheDifference) {
+  const ScratchFolder scratch;
+  const std::string a = scratch.write("a&b.yaml", smallCamera());
+  const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
+  const std::string figure = scratch.path("figure.svg");
+  const RunResult result = runAlidade({"diff", a, b, "-o", figure});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.err, HasSubstr("written to " + figure));
+  EXPECT_THAT(scratch.read("figure.svg"),
+              AllOf(testing::StartsWith("<svg "), HasSubstr("a&amp;b.yaml: pinhole, 640x480 px"),
+                    HasSubstr("b.yaml: pinhole"), HasSubstr("Removed: a rotation by"),
+                    HasSubstr("Apart: mean"), HasSubstr("at most "), Not(HasSubstr("Grid"))));
+  EXPECT_EQ(runAlidade({"diff", a, b, "-o", figure, "--json"}).out, runAlidade({"diff", a, b, "--json"}).out);
+
+  int num_refused = 0;
+  for (const std::string name : {"figure.png", "-", "figure.yaml", "svg"}) {
+    EXPECT_THAT(runAlidade({"diff", a, b, "-o", name}), FailsWith(2, HasSubstr("ends in .svg")));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 4);
+  EXPECT_THAT(runAlidade({"diff", a, b, "-o", scratch.path("none/figure.svg")}),
+              FailsWith(1, HasSubstr("none")));
+}
+
+TEST(Diff, PrintsNoFigureWhereTheRotationIsNotFound) {
+  const ScratchFolder scratch;
+  // Two pixels do not tell a rotation.
+  const std::string a = scratch.write("a.yaml", smallCamera());
+  const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
+  const std::string figure = scratch.path("figure.svg");
+  const RunResult result = runAlidade({"diff", a, b, "--grid", "2x1", "-o", figure});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("Removed  nothing"), Not(HasSubstr("Apart")), Not(HasSubstr("Grid"))));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("too little in common"), HasSubstr("figure.svg was not written")));
+  EXPECT_FALSE(scratch.has("figure.svg"));
+
+  const json document = diffJson({a, b, "--grid", "2x1"}, 3);
+  EXPECT_EQ(document.at("converged"), false);
+  EXPECT_EQ(document.at("agrees"), false);
+  int num_null = 0;
+  for (const char* key :
+       {"b_from_a", "image_turn_deg", "num_compared", "num_seen_by_one", "num_seen_by_neither", "mean_px",
+        "rms_px", "p95_px", "max_px", "worst_pixel", "significance"}) {
+    EXPECT_EQ(document.at(key), nullptr) << key;
+    ++num_null;
+  }
+  EXPECT_EQ(num_null, 11);
+  std::size_t num_pixels = 0;
+  for (const json& row : document.at("grid").at("difference_px")) {
+    for (const json& difference : row) num_pixels += difference.is_null() ? 1 : 0;
+  }
+  EXPECT_EQ(num_pixels, 2U);
+}
+
+TEST(Diff, SuspectsAPartOfAnImage) {
+  const ScratchFolder scratch;
+  const std::string whole = dataPath("camera.yaml");
+  const std::string part = scratch.path("part.yaml");
+  const std::string half = scratch.path("half.yaml");
+  ASSERT_THAT(runAlidade({"convert", whole, "-o", part, "--crop", "100,50,320,240"}), EndsWith(0));
+  ASSERT_THAT(runAlidade({"convert", whole, "-o", half, "--resize", "320x240"}), EndsWith(0));
+  const std::string crop = "alidade convert " + whole + " -o cropped.yaml --crop 100,50,320,240";
+  EXPECT_THAT(runAlidade({"diff", whole, part}).err, AllOf(HasSubstr("note: "), HasSubstr(crop)));
+  EXPECT_THAT(runAlidade({"diff", part, whole}).err, AllOf(HasSubstr("note: "), HasSubstr(crop)));
+  EXPECT_EQ(runAlidade({"diff", part, whole, "--quiet"}).err, "");
+  EXPECT_EQ(runAlidade({"diff", whole, half}).err, "");
+  EXPECT_EQ(runAlidade({"diff", whole, whole}).err, "");
 }
 
 }  // namespace

@@ -123,5 +123,21 @@ TEST(Simulate, FindsTheFilesThatASceneNames) {
   EXPECT_THAT(scratch.read("out/corners.csv"), HasSubstr(",checkerboard:4x3:30mm,"));
 }
 
+TEST(Simulate, TellsWhatItAssumedOfAForeignCamera) {
+  const ScratchFolder scratch;
+  scratch.write("camera.yml",
+                "%YAML:1.0\n---\nimage_width: 96\nimage_height: 72\n"
+                "camera_matrix: [80.0, 0, 47.5, 0, 80.0, 35.5, 0, 0, 1]\nlens: unknown\n");
+  const std::string scene = scratch.write("scene.yaml",
+                                          "alidade_scene: 1\ncamera: camera.yml\n"
+                                          "board: checkerboard:4x3:30mm\nviews: {random: 1}\n");
+  const RunResult result = runAlidade({"simulate", scene, "-o", scratch.path("out"), "--corners-only"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr("note: "), HasSubstr("no distortion coefficients"), HasSubstr("lens")));
+  EXPECT_EQ(runAlidade({"simulate", scene, "-o", scratch.path("quiet"), "--corners-only", "--quiet"}).err,
+            "");
+}
+
 }  // namespace
 }  // namespace alidade

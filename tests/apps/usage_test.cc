@@ -73,7 +73,15 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"calibrate", "photos", "--board"}, "--board", "alidade calibrate --help"},
       {{"detect", "photos", "-o"}, "--output", "alidade detect --help"},
       {{"calibrate", "photos", "--jobs", "many"}, "--jobs", "alidade calibrate --help"},
-      {{"calibrate", "photos", "--jobs", "-1"}, "--jobs", "alidade calibrate --help"},
+      {{"calibrate", "photos", "--jobs", "-1"}, "a whole number from 0 to 1024", "alidade calibrate --help"},
+      {{"calibrate", "photos", "--jobs", "1.5"}, "'1.5'", "alidade calibrate --help"},
+      {{"diff", "a.yaml", "b.yaml", "--distance", "0"}, "a finite number above 0", "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--distance", "inf"}, "a finite number above 0", "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--tolerance", "-1"},
+       "a finite number, 0 or above",
+       "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--tolerance", "x"}, "found 'x'", "alidade diff --help"},
+      {{"convert", "a.yaml", "--max-error", "-1"}, "a finite number, 0 or above", "alidade convert --help"},
       {{"calibrate", "photos", "--model", "radtn"}, "radtan", "alidade calibrate --help"},
       {{"calibrate"}, "no input", "alidade calibrate --help"},
       {{"detect"}, "no images", "alidade detect --help"},
@@ -104,7 +112,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
         << testing::PrintToString(c.args);
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 34u);
+  EXPECT_EQ(num_refused, 40u);
 }
 
 TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
@@ -190,7 +198,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 15);
+  EXPECT_EQ(num_examples, 16);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

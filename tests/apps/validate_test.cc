@@ -213,6 +213,89 @@ std::string statusOf(const nlohmann::json& file, const std::string& id) {
   return "";
 }
 
+TEST(Validate, SeesAnUncertaintyThatWasEdited) {
+  const ScratchFolder scratch;
+  const std::string good = readFile(ALIDADE_SOURCE_DIR "/testdata/camera_files/version_1.yaml");
+  const std::vector<std::pair<std::string, std::string>> edits = {
+      {"center: 0.002711", "center: 0.002713"},
+      {"worst: 0.6083", "worst: 0.0608"},
+      {"worst_pixel: [0, 479]", "worst_pixel: [639, 479]"},
+      {"0.1679,", "0.1681,"},
+  };
+  int num_seen = 0;
+  for (const auto& [from, to] : edits) {
+    const std::string file = scratch.write("edited.yaml", replaced(good, from, to));
+    const RunResult result = runAlidade({"validate", file, "--json"});
+    EXPECT_THAT(result, EndsWith(3));
+    EXPECT_EQ(checkOf(result, "projection_std").at("status"), "FAIL") << to;
+    EXPECT_EQ(checkOf(result, "covariance").at("status"), "PASS") << to;
+    ++num_seen;
+  }
+  EXPECT_EQ(num_seen, 4);
+}
+
+TEST(Validate, PassesOldFilesAndThoseOfAHeldCalibration) {
+  const ScratchFolder scratch;
+  const std::string folder = ALIDADE_SOURCE_DIR "/testdata/camera_files/";
+  const auto run = [](const std::string& file) { return runAlidade({"validate", file, "--json"}); };
+  const auto statusIn = [](const RunResult& result, const char* id) {
+    EXPECT_THAT(result, EndsWith(0));
+    return checkOf(result, id).at("status").get<std::string>();
+  };
+  EXPECT_EQ(statusIn(run(folder + "version_1.yaml"), "projection_std"), "PASS");
+  EXPECT_EQ(statusIn(run(folder + "version_1_before_verdict.yaml"), "projection_std"), "WARN");
+  EXPECT_THAT(run(folder + "version_1_by_hand.yaml").out, Not(HasSubstr("projection_std")));
+
+  // A parameter that was held has no variance, and fx = fy makes the covariance singular.
+  int num_calibrated = 0;
+  for (const std::vector<std::string>& held :
+       std::vector<std::vector<std::string>>{{"--fix", "k3"}, {"--same-focal"}, {"--fix", "cx,cy"}}) {
+    const std::string file = scratch.path("held.yaml");
+    std::vector<std::string> args = {"calibrate", dataPath("corners.csv"), "--model", "radtan", "-o",
+                                     file,        "--keep-untrustworthy"};
+    args.insert(args.end(), held.begin(), held.end());
+    static_cast<void>(runAlidade(args));
+    const RunResult result = run(file);
+    EXPECT_EQ(checkOf(result, "covariance").at("status"), "PASS") << held.back();
+    EXPECT_EQ(checkOf(result, "projection_std").at("status"), "PASS") << held.back();
+    ++num_calibrated;
+  }
+  EXPECT_EQ(num_calibrated, 3);
+}
+
+TEST(Validate, FailsNothingForASizeThatItGuessed) {
+  const ScratchFolder scratch;
+  const std::string folding =
+      replaced(opencvCamera("-0.5, 0, 0, 0, 0"), "535.0123456789012, 0., 322.5, 0., 534.",
+               "300.0123456789012, 0., 322.5, 0., 300.");
+  const std::string unsized = replaced(folding, "image_width: 640\nimage_height: 480\n", "");
+  EXPECT_THAT(runAlidade({"validate", scratch.write("folding.yml", folding)}), EndsWith(3));
+  const RunResult guessed = runAlidade({"validate", scratch.write("unsized.yml", unsized)});
+  EXPECT_THAT(guessed, EndsWith(0));
+  EXPECT_THAT(guessed.out,
+              AllOf(HasSubstr("WARN  one_to_one"), HasSubstr("the size of the image was guessed")));
+  EXPECT_THAT(runAlidade({"validate", scratch.path("unsized.yml"), "--image-size", "640x480"}), EndsWith(3));
+}
+
+TEST(Validate, ReadsAsOnlyWhatLeavesItsModelOpen) {
+  const ScratchFolder scratch;
+  const std::string open = opencvCamera("0.01, 0.02, 0.001, 0.002");
+  scratch.write("open.yml", replaced(open, "rows: 5", "rows: 4"));
+  scratch.write("five.yml", opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01"));
+  scratch.write("own.yaml", smallCamera());
+  const RunResult result =
+      runAlidade({"validate", scratch.path(""), "--read-as", "kannala_brandt", "--json"});
+  EXPECT_THAT(result, EndsWith(0));
+  const auto files = nlohmann::json::parse(result.out).at("files");
+  ASSERT_EQ(files.size(), 3U);
+  EXPECT_EQ(files[0].at("model"), "radtan");
+  EXPECT_EQ(files[1].at("model"), "kannala_brandt");
+  EXPECT_EQ(files[2].at("model"), "pinhole");
+  // Who names a file means it.
+  EXPECT_THAT(runAlidade({"validate", scratch.path("own.yaml"), "--read-as", "kannala_brandt"}),
+              FailsWith(1, HasSubstr("as --read-as says")));
+}
+
 TEST(Validate, ChecksAWholeFolderOfAnyFormat) {
   const ScratchFolder scratch;
   scratch.write("a.yml", opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01"));

@@ -7,20 +7,13 @@
 #include <gmock/gmock.h>
 
 #include "alidade/calibrate/calibrator.h"
+#include "report/svg_checks.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
-
-std::size_t countOf(const std::string& text, const std::string& part) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
-  return count;
-}
 
 struct Drawn {
   CalibrationResult result;
@@ -35,15 +28,6 @@ Drawn makeDrawn() {
   CalibrationResult result = calibrate(set.board, set.views);
   Guidance guidance = guide(result, set.board, coverageOf(result, set.board, set.views));
   return {.result = std::move(result), .guidance = std::move(guidance), .set = std::move(set)};
-}
-
-void expectGoodSvg(const std::string& svg) {
-  EXPECT_THAT(svg, StartsWith("<svg "));
-  EXPECT_THAT(svg, Not(HasSubstr("nan")));
-  EXPECT_THAT(svg, Not(HasSubstr("inf\"")));
-  EXPECT_EQ(countOf(svg, "<g "), countOf(svg, "</g>"));
-  EXPECT_EQ(countOf(svg, "<text "), countOf(svg, "</text>"));
-  EXPECT_EQ(countOf(svg, "</svg>"), 1u);
 }
 
 TEST(NextViewSvg, DrawsCornersUncertaintyAndTheBoard) {

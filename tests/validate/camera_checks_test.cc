@@ -103,6 +103,10 @@ TEST(CheckCamera, CatchesACovarianceThatIsNone) {
   EXPECT_EQ(status(good, std), CheckStatus::kPass);
   EXPECT_EQ(status(good, other_std), CheckStatus::kFail);
   EXPECT_EQ(status(indefinite, std), CheckStatus::kFail);
+  // fx = fy, and cy held.
+  EXPECT_EQ(status({4, 4, 4, 0, 0, 1, 0, 0, 0, 0}, {2, 2, 1, 0}), CheckStatus::kPass);
+  // A covariance without a variance.
+  EXPECT_EQ(status({4, 1, 4, 0, 0, 1, 0, 0, 0.1, 0}, {2, 2, 1, 0}), CheckStatus::kFail);
 }
 
 }  // namespace

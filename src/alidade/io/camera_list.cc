@@ -44,9 +44,12 @@ void listFolder(const std::string& folder, CameraList& list) {
   std::size_t num_found = 0;
   for (const std::string& name : names) {
     const std::string path = (fs::path(folder) / name).string();
-    const bool is_other = kindOfFile(path) == FileKind::kOther;
-    (is_other ? list.skipped : list.paths).push_back(path);
-    num_found += is_other ? 0 : 1;
+    if (kindOfFile(path) == FileKind::kOther) {
+      list.skipped.push_back(path);
+      continue;
+    }
+    list.files.push_back({.path = path, .is_from_folder = true});
+    ++num_found;
   }
   if (num_found == 0) {
     throw inputError({.where = folder,
@@ -66,7 +69,7 @@ CameraList listCameraFiles(std::span<const std::string> inputs) {
     if (fs::is_directory(input, ignored)) {
       listFolder(input, list);
     } else {
-      list.paths.push_back(input);
+      list.files.push_back({.path = input});
     }
   }
   return list;

@@ -7,9 +7,14 @@
 
 namespace alidade {
 
+struct ListedFile {
+  std::string path;
+  bool is_from_folder = false;  ///< it was not named itself
+};
+
 /// The camera files that inputs stand for.
 struct CameraList {
-  std::vector<std::string> paths;    ///< in natural order (cam2 before cam10) within each folder
+  std::vector<ListedFile> files;     ///< in natural order (cam2 before cam10) within each folder
   std::vector<std::string> skipped;  ///< files in folders that are text, but of no known format
 };
 

@@ -106,9 +106,12 @@ Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
     return make(detail::readCamera(camera), size);
   }
   const std::string file = (folder / camera.text()).string();
-  const CameraFile read = readNamed(camera, [&] { return readCamera(file); });
+  const CameraSource source = readNamed(camera, [&] { return readCameras(file); });
+  const CameraFile read = readNamed(camera, [&] { return onlyCamera(source); });
   checkRenderSize(camera, read.image_size);
-  return make(read.camera, read.image_size);
+  Scene scene = make(read.camera, read.image_size);
+  for (const Remark& remark : source.cameras.front().remarks) scene.camera_remarks.push_back(remark.message);
+  return scene;
 }
 
 void readViews(const YamlNode& node, Scene& scene) {

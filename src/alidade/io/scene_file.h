@@ -24,6 +24,8 @@ struct Scene {
   RandomViewOptions random_views;
   RenderOptions render;
   double corner_noise_px = 0;  ///< added to the corners file; 0 = exact
+  /// What was passed over or assumed in reading the camera's file, a sentence each.
+  std::vector<std::string> camera_remarks = {};
 };
 
 /// Reads a scene:

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "alidade/calibrate/model_soundness.h"
 #include "alidade/core/error.h"
+#include "alidade/validate/projection_std_check.h"
 
 namespace alidade {
 namespace {
@@ -182,11 +184,20 @@ struct Correlations {
       for (Eigen::Index j = 0; j <= i; ++j) matrix(i, j) = matrix(j, i) = triangle[k++];
     }
     std = matrix.diagonal().cwiseSqrt();
-    matrix = std.cwiseInverse().asDiagonal() * matrix * std.cwiseInverse().asDiagonal();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      // A parameter that was held has neither variance nor covariance.
+      const double scale = matrix.row(i).isZero(0) ? 1 : 1 / std(i);
+      matrix.row(i) *= scale;
+      matrix.col(i) *= scale;
+    }
   }
 
-  [[nodiscard]] bool isDefinite() const {
-    return matrix.allFinite() && matrix.llt().info() == Eigen::Success;
+  // One focal length for both axes makes it singular, so that rounding may leave an eigenvalue below zero.
+  [[nodiscard]] bool isSemidefinite() const {
+    constexpr double kRounding = 1e-10;
+    if (!matrix.allFinite()) return false;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix, Eigen::EigenvaluesOnly);
+    return solver.eigenvalues().minCoeff() >= -kRounding * static_cast<double>(matrix.rows());
   }
 };
 
@@ -195,25 +206,25 @@ Check checkCovariance(const CameraClaims& claims) {
   Check check{.id = "covariance",
               .status = CheckStatus::kWarn,
               .value = "not stated",
-              .limit = "positive definite",
+              .limit = "no negative variance in any direction",
               .message = {}};
   if (claims.covariance.empty()) {
     check.message = "the file does not say how well the parameters are known";
     return check;
   }
   const Correlations correlations(claims.covariance, n);
-  const bool is_definite =
-      correlations.isDefinite() &&
-      (claims.stated_covariance.empty() || Correlations(claims.stated_covariance, n).isDefinite());
+  const bool is_semidefinite =
+      correlations.isSemidefinite() &&
+      (claims.stated_covariance.empty() || Correlations(claims.stated_covariance, n).isSemidefinite());
   bool is_consistent = true;
   for (std::size_t i = 0; i < claims.parameter_std.size(); ++i) {
     const double expected = correlations.std(static_cast<Eigen::Index>(i));
     is_consistent = is_consistent && std::abs(claims.parameter_std[i] - expected) <= kStdShare * expected;
   }
-  check.status = is_definite && is_consistent ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = !is_definite    ? "not positive definite"
-                : is_consistent ? "positive definite"
-                                : "does not agree with parameter_std";
+  check.status = is_semidefinite && is_consistent ? CheckStatus::kPass : CheckStatus::kFail;
+  check.value = !is_semidefinite ? "a negative variance"
+                : is_consistent  ? "no negative variance"
+                                 : "does not agree with parameter_std";
   check.message = check.status == CheckStatus::kPass ? "the covariance is one"
                                                      : "the covariance cannot be right; were numbers edited?";
   return check;
@@ -243,6 +254,16 @@ Check checkCalibration(const CameraClaims& claims) {
   return check;
 }
 
+// Nobody can be blamed for what a guess of ours leads to.
+void soften(std::vector<Check>& checks) {
+  for (Check& check : checks) {
+    const bool needs_size = check.id == "principal_point" || check.id == "one_to_one";
+    if (!needs_size || check.status != CheckStatus::kFail) continue;
+    check.status = CheckStatus::kWarn;
+    check.message += "; the size of the image was guessed, --image-size tells it";
+  }
+}
+
 }  // namespace
 
 std::string_view checkStatusName(CheckStatus status) {
@@ -262,10 +283,14 @@ std::vector<Check> checkCamera(const CameraClaims& claims) {
   const DomainCertificate domain = certifyDomain(*claims.camera, claims.image_size);
   std::vector<Check> checks = {checkFocal(claims), checkAspect(claims), checkPrincipalPoint(claims),
                                checkOneToOne(domain)};
+  if (claims.is_size_guessed) soften(checks);
   if (!claims.can_say_more) return checks;
   checks.push_back(checkDomainClaim(claims, domain));
   checks.push_back(checkSelfCheck(claims));
   checks.push_back(checkCovariance(claims));
+  const auto covariance = claims.stated_covariance.empty() ? claims.covariance : claims.stated_covariance;
+  if (auto check = checkProjectionStd(*claims.camera, claims.image_size, covariance, claims.projection_std))
+    checks.push_back(*std::move(check));
   checks.push_back(checkCalibration(claims));
   return checks;
 }

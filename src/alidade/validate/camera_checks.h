@@ -27,6 +27,16 @@ struct Check {
   std::string message;  ///< one sentence
 };
 
+/// What a file claims about one standard deviation of pixels, px: see UncertaintyGrid.
+struct ProjectionStdClaim {
+  double center_px = 0;  ///< NaN: no ray
+  double worst_px = 0;
+  Eigen::Vector2d worst_pixel{0, 0};
+  int columns = 0;
+  int rows = 0;
+  std::span<const double> std_px;  ///< row by row; NaN: no ray
+};
+
 /// A camera and what its file claims about it.
 struct CameraClaims {
   const AnyCamera* camera = nullptr;
@@ -35,16 +45,19 @@ struct CameraClaims {
   std::span<const SelfCheckPoint> self_check;
   std::span<const double> parameter_std;           ///< empty = not stated
   std::span<const double> covariance;              ///< lower triangle row by row; empty = not stated
-  std::span<const double> stated_covariance = {};  ///< the same
+  std::span<const double> stated_covariance = {};  ///< the one to go by; empty = the one above
+  std::optional<ProjectionStdClaim> projection_std = std::nullopt;  ///< nothing: not stated
   /// What the calibration said of itself; nothing = the file does not come from a calibration.
   std::optional<Verdict> verdict = std::nullopt;
   /// Does the file's format have room for a domain, self-check points, a covariance and a verdict? If not,
   /// they are not missed.
   bool can_say_more = true;
+  /// The file does not state `image_size`: what rests on it is a warning at most.
+  bool is_size_guessed = false;
 };
 
 /// Focal lengths, aspect, principal point, one-to-one over the image, the stated domain, self-check points,
-/// covariance, and what the calibration said of itself.
+/// covariance, the uncertainty of pixels, and what the calibration said of itself.
 [[nodiscard]] std::vector<Check> checkCamera(const CameraClaims& claims);
 
 }  // namespace alidade

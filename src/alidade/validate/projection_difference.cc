@@ -35,6 +35,21 @@ void check(const DifferenceOptions& options) {
   }
 }
 
+// A part of an image has a shape of its own.
+std::string cropAdvice(ImageSize a, ImageSize b) {
+  const auto holds = [](ImageSize whole, ImageSize part) {
+    return whole.width >= part.width && whole.height >= part.height;
+  };
+  const std::string command = "alidade convert --crop X,Y,";
+  if (!holds(a, b) && !holds(b, a))
+    return "crop the camera of the image that shows more first: " + command + "WIDTH,HEIGHT";
+  const ImageSize whole = holds(a, b) ? a : b;
+  const ImageSize part = holds(a, b) ? b : a;
+  return "if the one of " + sizeText(part) + " is a part of the other, crop the camera of " +
+         sizeText(whole) + " first: " + command + std::to_string(part.width) + "," +
+         std::to_string(part.height);
+}
+
 std::vector<int> turnsToTry(const ComparedCamera& a, const ComparedCamera& b,
                             const DifferenceOptions& options) {
   const std::vector<int> turns = possibleTurns(a.size, b.size);
@@ -42,7 +57,7 @@ std::vector<int> turnsToTry(const ComparedCamera& a, const ComparedCamera& b,
     throw inputError({.where = "projection difference",
                       .found = "images of " + sizeText(a.size) + " and " + sizeText(b.size) + " px",
                       .expected = "images of one shape, or one resized or turned by quarters",
-                      .next_step = "crop the camera of the larger part first: alidade convert --crop"});
+                      .next_step = cropAdvice(a.size, b.size)});
   }
   if (!options.quarter_turns) return turns.front() == 0 ? std::vector<int>{0} : turns;
   if (std::find(turns.begin(), turns.end(), *options.quarter_turns) == turns.end()) {
@@ -160,7 +175,10 @@ ProjectionDifference projectionDifference(const ComparedCamera& a, const Compare
     ProjectionDifference found = compare(a, b, options, turns);
     // Cameras with their principal point in the middle may fit both ways as well: rounding shall not decide.
     constexpr double kSame = 1e-9;
-    if (!best || !(best->rms_px <= found.rms_px * (1 + kSame) + kSame)) best = std::move(found);
+    const bool is_better =
+        !best || (found.is_converged && !best->is_converged) ||
+        (found.is_converged == best->is_converged && !(best->rms_px <= found.rms_px * (1 + kSame) + kSame));
+    if (is_better) best = std::move(found);
   }
   return *best;
 }

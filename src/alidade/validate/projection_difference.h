@@ -35,8 +35,8 @@ struct ProjectionDifference {
   ImageMatch match;
   /// What was taken out: metres; without translation unless a pose was freed.
   SE3 b_from_a;
-  bool is_converged = false;
-  int columns = 0;  ///< of the grid; 0 for pixels that were given
+  bool is_converged = false;  ///< if not, nothing below says how far apart the cameras are
+  int columns = 0;            ///< of the grid; 0 for pixels that were given
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;  ///< of image a
   /// One a pixel: where b puts a point less where a puts it. NaN where they cannot be compared.
