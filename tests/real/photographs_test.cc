@@ -300,9 +300,11 @@ TEST(Photographs, TellOneCameraFromAnother) {
     for (std::size_t i = 0; i < left.size(); ++i) halves[(i + first) % 2].push_back(left[i]);
     const CalibrationResult half = calibrate(board, halves[0], {.model = "radtan"});
     const ComparedCamera camera{&half.camera, half.image_size, half.statedCovariance()};
-    for (const Check& check : heldOutChecks(judgeOnImages(camera, board, halves[1]), kDefaultTolerancePx))
+    const HeldOutOptions options{.is_covariance_by_views = half.isNoiseExceeded()};
+    for (const Check& check :
+         heldOutChecks(judgeOnImages(camera, board, halves[1], options), kDefaultTolerancePx))
       EXPECT_NE(check.status, CheckStatus::kFail) << check.id << ": " << check.message;
-    const auto on_right = heldOutChecks(judgeOnImages(camera, board, right), kDefaultTolerancePx);
+    const auto on_right = heldOutChecks(judgeOnImages(camera, board, right, options), kDefaultTolerancePx);
     EXPECT_EQ(on_right.at(1).id, "images_agree");
     EXPECT_EQ(on_right.at(1).status, CheckStatus::kFail) << on_right.at(1).message;
     ++num_checked;

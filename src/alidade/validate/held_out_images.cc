@@ -105,30 +105,41 @@ HuberLoss lossOf(const ComparedCamera& camera, const HeldOutJudgement& judgement
   return judgement.freed ? judgement.freed->loss : startLoss(camera.size);
 }
 
+const ViewResult& viewOf(const CalibrationResult& freed, const std::string& image) {
+  const auto found = std::find_if(freed.views.begin(), freed.views.end(),
+                                  [&](const ViewResult& view) { return view.image == image; });
+  expect(found != freed.views.end(), "only views that the freed calibration used are asked for");
+  return *found;
+}
+
 // Views that are blurred or moved tell less: the inverse of the variance of a view's corners, as the freed
 // calibration has them, each taken together with some of the mean of all.
 double weightOf(const std::string& image, const std::optional<CalibrationResult>& freed) {
   if (!freed) return 1;
   constexpr double kSharedCorners = 10;
-  const auto fit = std::find_if(freed->views.begin(), freed->views.end(),
-                                [&](const ViewResult& view) { return view.image == image; });
-  expect(fit != freed->views.end(), "only views that the freed calibration used are weighted");
+  const ViewResult& fit = viewOf(*freed, image);
   const double mean_square = freed->rms_px * freed->rms_px;
-  const double sum = fit->num_corners * fit->rms_px * fit->rms_px + kSharedCorners * mean_square;
-  return sum > 0 ? mean_square * (fit->num_corners + kSharedCorners) / sum : 1.0;
+  const double sum = fit.num_corners * fit.rms_px * fit.rms_px + kSharedCorners * mean_square;
+  return sum > 0 ? mean_square * (fit.num_corners + kSharedCorners) / sum : 1.0;
 }
 
+// The views that the camera as it is can be posed for.
+struct HeldViews {
+  PosedViews posed;
+  std::vector<std::string> images;
+};
+
 // Poses the views for the camera as it is and asks what it predicts.
-HeldCameraFit predictCorners(const ComparedCamera& camera, const Checkerboard& board,
-                             const std::vector<View>& views, HeldOutJudgement& judgement) {
+HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board,
+                         const std::vector<View>& views, HeldOutJudgement& judgement) {
   const std::string_view model = camera.camera->modelId();
   const auto given = camera.camera->parameters();
   const HuberLoss loss = lossOf(camera, judgement);
   const BoardShape shape = judgement.freed ? judgement.freed->shape.shape : BoardShape{};
-  HeldCameraFit fit{.views = {},
-                    .state = {.params = {given.begin(), given.end()}, .camera_from_board = {}},
-                    .errors = {},
-                    .weights = {}};
+  HeldViews held_views;
+  PosedViews& fit = held_views.posed;
+  fit = {
+      .views = {}, .state = {.params = {given.begin(), given.end()}, .camera_from_board = {}}, .weights = {}};
   std::vector<std::size_t> seen_views;
   auto observations = observationsOf(board, views);
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -142,6 +153,7 @@ HeldCameraFit predictCorners(const ComparedCamera& camera, const Checkerboard& b
     fit.state.camera_from_board.push_back(*pose);
     fit.views.push_back(std::move(observations[v]));
     fit.weights.push_back(weightOf(views[v].image, judgement.freed));
+    held_views.images.push_back(views[v].image);
     seen_views.push_back(v);
   }
   BundleOptions held{.loss = loss};
@@ -150,14 +162,15 @@ HeldCameraFit predictCorners(const ComparedCamera& camera, const Checkerboard& b
   const auto held_out = heldOutErrors(model, board.square_m, fit.views, fit.state, held);
   expect(held_out.has_value(), "a camera that is held has held-out errors");
 
+  std::vector<std::vector<Eigen::Vector2d>> errors;
   double fixed_sum = 0;
   std::size_t fixed_count = 0;
   double held_out_sum = 0;
   for (std::size_t i = 0; i < fit.views.size(); ++i) {
-    fit.errors.push_back(
+    errors.push_back(
         reprojectionErrors(model, fit.state.params, fit.state.camera_from_board[i], fit.views[i]));
-    for (const Eigen::Vector2d& error : fit.errors.back()) fixed_sum += error.squaredNorm();
-    fixed_count += fit.errors.back().size();
+    for (const Eigen::Vector2d& error : errors.back()) fixed_sum += error.squaredNorm();
+    fixed_count += errors.back().size();
     HeldOutView& view = judgement.views[seen_views[i]];
     double sum = 0;
     for (const Eigen::Vector2d& error : held_out->px[i]) {
@@ -176,11 +189,11 @@ HeldCameraFit predictCorners(const ComparedCamera& camera, const Checkerboard& b
     judgement.num_unseen += view.num_unseen;
   }
   if (judgement.num_corners > 0) judgement.held_out_rms_px = std::sqrt(held_out_sum / judgement.num_corners);
-  if (fixed_count == 0) return fit;
+  if (fixed_count == 0) return held_views;
   judgement.fixed_rms_px = std::sqrt(fixed_sum / static_cast<double>(fixed_count));
-  judgement.noise_sigma_px = localSigma(board, fit.views, fit.errors);
+  judgement.noise_sigma_px = localSigma(board, fit.views, errors);
   judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit.views);
-  return fit;
+  return held_views;
 }
 
 // By how much the views' disagreement makes the variance of the parameters larger than the corners' noise
@@ -210,13 +223,25 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
 }
 
-void testAsItIs(const ComparedCamera& tested, const HeldCameraFit& fit,
+// The same views, posed for the freed camera.
+PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed) {
+  const auto params = freed.camera.parameters();
+  PosedViews posed = held.posed;
+  posed.state = {.params = {params.begin(), params.end()}, .camera_from_board = {}};
+  for (const std::string& image : held.images)
+    posed.state.camera_from_board.push_back(viewOf(freed, image).camera_from_board);
+  return posed;
+}
+
+void testAsItIs(const ComparedCamera& tested, const HeldViews& held,
                 const std::vector<Eigen::Vector2d>& covered, HeldOutJudgement& judgement) {
   if (covered.size() < kFewestPixels || !std::isfinite(judgement.noise_sigma_px)) return;
   constexpr double kFinestPx = 1e-3;  // what is left of corners without noise is not chance
+  std::optional<PosedViews> freed;
+  if (judgement.freed) freed = posedByFreed(held, *judgement.freed);
   const double sigma_px = std::max(judgement.noise_sigma_px, kFinestPx);
-  const auto scores = HeldScores::make(*tested.camera, fit, lossOf(tested, judgement), sigma_px * sigma_px,
-                                       tested.covariance);
+  const auto scores = HeldScores::make(*tested.camera, held.posed, freed ? &*freed : nullptr,
+                                       sigma_px * sigma_px, tested.covariance);
   if (!scores) return;
   judgement.overall = scores->overall();
   for (const CameraChange change : kAllCameraChanges) {
@@ -258,7 +283,7 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   judgement.num_views_given = static_cast<int>(views.size());
   judgement.freed = calibrated(camera, board, views, options, judgement.freed_complaint);
   const std::vector<View> used = usedViews(views, judgement.freed);
-  const HeldCameraFit fit = predictCorners(camera, board, used, judgement);
+  const HeldViews held = predictCorners(camera, board, used, judgement);
   const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
   const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);
   judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
@@ -267,7 +292,7 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   if (judgement.freed) judgement.variance_ratio = varianceRatio(*judgement.freed);
   if (tested.covariance && !options.is_covariance_by_views) *tested.covariance *= judgement.variance_ratio;
   if (judgement.freed) compareWithFreed(tested, covered, judgement);
-  testAsItIs(tested, fit, covered, judgement);
+  testAsItIs(tested, held, covered, judgement);
   return judgement;
 }
 

@@ -8,7 +8,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/view_shares.h"
 
@@ -20,15 +19,30 @@ namespace {
 constexpr double kOneIn400OfSize = 3.0233414397391377;
 constexpr double kOneInThousand = 3.0902323061678132;
 
-std::vector<Eigen::Vector2d> weightedErrors(const HeldCameraFit& fit) {
-  std::vector<Eigen::Vector2d> weighted;
-  for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    for (std::size_t i = 0; i < fit.views[v].size(); ++i) {
-      if (fit.errors[v][i].allFinite())
-        weighted.push_back(std::sqrt(fit.views[v][i].weight) * fit.errors[v][i]);
-    }
+std::vector<ViewPull> weightedPulls(const AnyCamera& camera, const PosedViews& posed) {
+  std::vector<ViewPull> pulls = viewPulls(camera.modelId(), posed.views, posed.state, kNoLoss);
+  for (std::size_t v = 0; v < posed.weights.size(); ++v) {
+    pulls[v].information *= posed.weights[v];
+    pulls[v].gradient *= posed.weights[v];
   }
-  return weighted;
+  return pulls;
+}
+
+// The views' pulls once the camera has made a step, to first order.
+std::vector<ViewPull> pullsAfter(std::vector<ViewPull> pulls, const Eigen::VectorXd& step) {
+  for (ViewPull& pull : pulls) pull.gradient += pull.information * step;
+  return pulls;
+}
+
+// What the views say beside what all say together, once the camera suits them all best.
+std::optional<ViewShares> sharesOf(const std::vector<ViewPull>& pulls, const Eigen::MatrixXd& directions) {
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(directions.cols(), directions.cols());
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(directions.cols());
+  for (const ViewPull& pull : pulls) {
+    information += directions.transpose() * pull.information * directions;
+    gradient += directions.transpose() * pull.gradient;
+  }
+  return ViewShares::make(pullsAfter(pulls, -directions * information.ldlt().solve(gradient)), directions, 1);
 }
 
 // The directions of which the information says more than rounding does, one a column.
@@ -53,33 +67,26 @@ bool OverallTest::isSignificant() const {
   return sigmas > kOneInThousand;
 }
 
-std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const HeldCameraFit& fit, HuberLoss loss,
-                                           double noise_variance, std::optional<Eigen::MatrixXd> covariance) {
+std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const PosedViews& held,
+                                           const PosedViews* freed, double noise_variance,
+                                           std::optional<Eigen::MatrixXd> covariance) {
   constexpr std::size_t kFewestViews = 3;
-  if (fit.views.size() < kFewestViews) return std::nullopt;
+  if (held.views.size() < kFewestViews) return std::nullopt;
   HeldScores scores;
-  scores.slope_ = meanSlope(weightedErrors(fit), loss);
-  if (!(scores.slope_ > 0) || !(noise_variance >= 0)) return std::nullopt;
   scores.covariance_ = std::move(covariance);
-  scores.pulls_ = viewPulls(camera.modelId(), fit.views, fit.state, loss);
+  scores.pulls_ = weightedPulls(camera, held);
   const auto n = static_cast<Eigen::Index>(camera.parameters().size());
   scores.information_ = scores.noise_ = Eigen::MatrixXd::Zero(n, n);
   scores.gradient_ = Eigen::VectorXd::Zero(n);
   for (std::size_t v = 0; v < scores.pulls_.size(); ++v) {
-    ViewPull& pull = scores.pulls_[v];
-    const double weight = fit.weights.empty() ? 1.0 : fit.weights[v];
-    pull.information *= weight;
-    pull.gradient *= weight;
+    const ViewPull& pull = scores.pulls_[v];
     scores.information_ += pull.information;
-    scores.noise_ += weight * noise_variance * pull.information;
+    scores.noise_ += (held.weights.empty() ? 1.0 : held.weights[v]) * noise_variance * pull.information;
     scores.gradient_ += pull.gradient;
   }
   const Eigen::MatrixXd directions = determinedDirections(scores.information_);
   if (directions.cols() == 0) return std::nullopt;
-  const Eigen::MatrixXd information = directions.transpose() * scores.information_ * directions;
-  const Eigen::VectorXd step =
-      -directions * information.ldlt().solve(directions.transpose() * scores.gradient_) / scores.slope_;
-  scores.shares_ = ViewShares::make(scores.pullsAfter(step), directions, scores.slope_);
+  scores.shares_ = sharesOf(freed != nullptr ? weightedPulls(camera, *freed) : scores.pulls_, directions);
   if (!scores.shares_) return std::nullopt;
   const Eigen::MatrixXd& basis = scores.shares_->basis();
   const double by_noise = (basis.transpose() * scores.noise_ * basis).trace();
@@ -87,19 +94,12 @@ std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const HeldCa
   return scores;
 }
 
-// The views' pulls once the camera has made the step, to first order.
-std::vector<ViewPull> HeldScores::pullsAfter(const Eigen::VectorXd& step) const {
-  std::vector<ViewPull> after = pulls_;
-  for (ViewPull& pull : after) pull.gradient += slope_ * pull.information * step;
-  return after;
-}
-
 std::optional<StepEstimate> HeldScores::along(const Eigen::VectorXd& direction) const {
   const Eigen::VectorXd all = information_ * direction;
   const double information = direction.dot(all);
   if (!(information > 0)) return std::nullopt;
-  StepEstimate estimate{.amount = -direction.dot(gradient_) / (slope_ * information)};
-  const auto shares = ViewShares::make(pullsAfter(estimate.amount * direction), direction, slope_);
+  StepEstimate estimate{.amount = -direction.dot(gradient_) / information};
+  const auto shares = ViewShares::make(pullsAfter(pulls_, estimate.amount * direction), direction, 1);
   if (!shares) return std::nullopt;
   // From single direction to single direction the excess over noise varies by about a half (measured on
   // photographs and on simulated motion), as does a variance of eight degrees of freedom. So the excess of
@@ -130,7 +130,7 @@ OverallTest HeldScores::overall() const {
   // In the basis in which the information is 1.
   const Eigen::MatrixXd& basis = shares_->basis();
   const Eigen::Index m = basis.cols();
-  const Eigen::VectorXd x = -basis.transpose() * gradient_ / slope_;
+  const Eigen::VectorXd x = -basis.transpose() * gradient_;
   const Eigen::MatrixXd by_noise = basis.transpose() * noise_ * basis;
   const Eigen::MatrixXd& by_views = shares_->covariance();
   const Eigen::MatrixXd& of_images = by_views.trace() > by_noise.trace() ? by_views : by_noise;

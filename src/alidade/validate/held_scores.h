@@ -14,11 +14,10 @@
 
 namespace alidade {
 
-/// Views of a camera that is held as it is, their poses refitted.
-struct HeldCameraFit {
+/// Views, posed for a camera.
+struct PosedViews {
   std::vector<std::vector<Observation>> views;
   BundleState state;
-  std::vector<std::vector<Eigen::Vector2d>> errors;  ///< projected minus observed, px
   /// How much each view counts: best the inverse of the variance of its corners. Empty: all alike.
   std::vector<double> weights;
 };
@@ -55,11 +54,15 @@ struct OverallTest {
 /// than the corners' noise makes it, and what the camera's own uncertainty contributes is added.
 class HeldScores {
  public:
+  /// @param held   posed for the camera as it is
+  /// @param freed  the same views, posed for the camera that they give by themselves, by which their
+  ///               disagreement is measured; nothing: by the camera that is one step away from the held one,
+  ///               near which the two are the same
   /// @param noise_variance  of the coordinate of a corner of weight 1, px^2
   /// @param covariance      of the camera's parameters, N x N; nothing: they count as exact
   /// @returns nothing for less than three views, or views that say nothing of the parameters
-  [[nodiscard]] static std::optional<HeldScores> make(const AnyCamera& camera, const HeldCameraFit& fit,
-                                                      HuberLoss loss, double noise_variance,
+  [[nodiscard]] static std::optional<HeldScores> make(const AnyCamera& camera, const PosedViews& held,
+                                                      const PosedViews* freed, double noise_variance,
                                                       std::optional<Eigen::MatrixXd> covariance);
 
   /// Of one change by itself: a statement of one number, for which a few views suffice where an estimate of
@@ -76,14 +79,12 @@ class HeldScores {
  private:
   double pooled() const;
   HeldScores() = default;
-  [[nodiscard]] std::vector<ViewPull> pullsAfter(const Eigen::VectorXd& step) const;
 
   std::vector<ViewPull> pulls_;  // weighted
   Eigen::MatrixXd information_;  // of all views
   Eigen::VectorXd gradient_;
-  Eigen::MatrixXd noise_;  // what the corners' noise makes of the gradient's covariance
-  double slope_ = 1;
-  std::optional<ViewShares> shares_;  // once all parameters have made the step that suits the images best
+  Eigen::MatrixXd noise_;             // what the corners' noise makes of the gradient's covariance
+  std::optional<ViewShares> shares_;  // with all parameters free
   std::optional<double> excess_;      // variance by the views over that by noise, over all directions
   std::optional<Eigen::MatrixXd> covariance_;
 };
