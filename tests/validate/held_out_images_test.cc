@@ -145,7 +145,7 @@ TEST(HeldOutImages, NameWhatIsWrong) {
 TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   const DrawnCamera drawn = ordinaryCamera();
   const UserSet set = viewsOf(drawn, 120, 4);
-  const AnyCamera tested = changed(drawn.camera, CameraChange::kPixelOrigin, 0.5);
+  const AnyCamera tested = *changed(drawn.camera, CameraChange::kPixelOrigin, 0.5);
   const auto checks =
       heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(checks[1].status, CheckStatus::kWarn);
@@ -153,6 +153,50 @@ TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   const auto right =
       heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(right[1].status, CheckStatus::kPass) << right[1].message;
+  const AnyCamera shifted = *changed(drawn.camera, CameraChange::kCenterX, 2);
+  const auto other =
+      heldOutChecks(judgeOnImages({&shifted, drawn.size}, set.board, set.views), kDefaultTolerancePx);
+  EXPECT_THAT(other[1].message, testing::Not(HasSubstr("half a pixel")));
+}
+
+// A camera may be so wrong that the change it would need leaves the parameters' range, or looks like another
+// one.
+TEST(HeldOutImages, RejectGrosslyWrongCamerasWithoutAWrongName) {
+  const DrawnCamera drawn = ordinaryCamera();
+  const UserSet set = viewsOf(drawn, 12, 9);
+  const auto params = drawn.camera.parameters();
+  int num_checked = 0;
+  for (const double times : {0.3, 0.5, 1.5, 3.0, 5.0, 10.0}) {
+    std::vector<double> wrong(params.begin(), params.end());
+    wrong[0] *= times;
+    wrong[1] *= times;
+    const AnyCamera tested = AnyCamera::make("radtan", wrong);
+    const auto checks =
+        heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
+    ASSERT_EQ(checks.size(), 2u);
+    EXPECT_EQ(std::max(checks[0].status, checks[1].status), CheckStatus::kFail) << times;
+    for (const char* name : {"its cx", "its cy", "its distortion"})
+      EXPECT_THAT(checks[1].message, testing::Not(HasSubstr(name))) << times;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 6);
+}
+
+// Corners of one colour alone cannot be predicted from the other's.
+TEST(HeldOutImages, SayWhenNoCornerCanBeHeldOut) {
+  const DrawnCamera drawn = ordinaryCamera();
+  UserSet set = viewsOf(drawn, 12, 9);
+  for (View& view : set.views) {
+    std::erase_if(view.corners, [&](const Corner& corner) {
+      return (corner.id % set.board.columns + corner.id / set.board.columns) % 2 != 0;
+    });
+  }
+  const auto checks =
+      heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
+  EXPECT_EQ(checks[0].status, CheckStatus::kWarn);
+  EXPECT_THAT(checks[0].message, HasSubstr("too few corners of either colour"));
+  EXPECT_THAT(checks[0].value, testing::Not(HasSubstr("nan")));
+  EXPECT_NE(checks[1].status, CheckStatus::kFail) << checks[1].message;
 }
 
 TEST(HeldOutImages, MustBeOfTheCamerasSize) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/validate/held_scores.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <gmock/gmock.h>
 
@@ -59,29 +61,41 @@ HeldScores scoresOf(const AnyCamera& camera, const UserSet& set,
   return *scores;
 }
 
-// Of 400 sets the share beyond 1.96 scatters by 1.1 % around 5 %.
-TEST(HeldScores, AreAsImprobableAsTheySayForTheRightCamera) {
+// How often the right camera is accused, by any of the single changes that count and by all parameters
+// together: with noise alone, and with views that are moved by ten and thirty times as much. One in twenty is
+// what users can put up with; ten views moved the most come to 3 %.
+TEST(HeldScores, HardlyEverAccuseTheRightCamera) {
   const DrawnCamera drawn = ordinaryCamera();
-  constexpr int kSets = 400;
-  for (const double moved_px : {0.0, 1.0}) {
-    int num_beyond = 0;
-    int num_overall = 0;
-    int num_changes = 0;
-    for (std::uint64_t seed = 0; seed < kSets; ++seed) {
-      Random random(seed);
-      UserSet set = drawUserViews(drawn, 10, kNoisePx, random);
-      moveViews(set.views, moved_px, random);
-      const HeldScores scores = scoresOf(drawn.camera, set);
-      for (const CameraChange change : kAllCameraChanges) {
-        num_beyond += scores.along(directionOf(change, drawn.camera))->sigmas > 1.96 ? 1 : 0;
-        ++num_changes;
+  constexpr int kSets = 300;
+  int num_rows = 0;
+  for (const int num_views : {3, 4, 6, 10, 20}) {
+    for (const double moved_px : {0.0, 1.0, 3.0}) {
+      int num_by_change = 0;
+      int num_overall = 0;
+      int num_beyond = 0;
+      for (std::uint64_t seed = 0; seed < kSets; ++seed) {
+        Random random(seed);
+        UserSet set = drawUserViews(drawn, num_views, kNoisePx, random);
+        moveViews(set.views, moved_px, random);
+        const HeldScores scores = scoresOf(drawn.camera, set);
+        bool is_accused = false;
+        for (const CameraChange change : kAllCameraChanges) {
+          const auto estimate = scores.along(directionOf(change, drawn.camera));
+          ASSERT_TRUE(estimate);
+          num_beyond += estimate->sigmas > 1.96 ? 1 : 0;
+          is_accused = is_accused || (change != CameraChange::kPixelOrigin && estimate->isSignificant());
+        }
+        num_by_change += is_accused ? 1 : 0;
+        num_overall += scores.overall().isSignificant() ? 1 : 0;
       }
-      num_overall += scores.overall().sigmas > 1.645 ? 1 : 0;
+      const std::string row =
+          std::to_string(num_views) + " views moved by " + std::to_string(moved_px) + " px";
+      EXPECT_LE(num_by_change, 0.04 * kSets) << row;
+      EXPECT_LE(num_overall, 0.02 * kSets) << row;
+      ++num_rows;
     }
-    EXPECT_EQ(num_changes, 5 * kSets);
-    EXPECT_LE(num_beyond, 0.07 * num_changes) << moved_px;
-    EXPECT_LE(num_overall, 0.08 * kSets) << moved_px;
   }
+  EXPECT_EQ(num_rows, 15);
 }
 
 TEST(HeldScores, TellWhichChangeACameraNeeds) {
@@ -98,7 +112,7 @@ TEST(HeldScores, TellWhichChangeACameraNeeds) {
   for (const Case& c : cases) {
     Random random(3);
     const UserSet set = drawUserViews(drawn, 40, kNoisePx, random);
-    const AnyCamera tested = changed(drawn.camera, c.change, c.amount);
+    const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
     const HeldScores scores = scoresOf(tested, set);
     const auto estimate = scores.along(directionOf(c.change, tested));
     ASSERT_TRUE(estimate);
@@ -108,6 +122,13 @@ TEST(HeldScores, TellWhichChangeACameraNeeds) {
     EXPECT_NEAR(estimate->amount, true_amount, 3 * estimate->std + 0.02 * std::abs(true_amount));
     EXPECT_TRUE(estimate->isSignificant());
     EXPECT_TRUE(scores.overall().isSignificant());
+    EXPECT_GT(scores.overall().sure_share, 0.3);
+    EXPECT_LT(scores.overall().sure_share, 1);
+    for (const CameraChange other : kAllCameraChanges) {
+      if (other == c.change) continue;
+      EXPECT_LT(scores.along(directionOf(other, tested))->sigmas, estimate->sigmas)
+          << static_cast<int>(other);
+    }
     const std::string complaint = complaintOf(c.change, estimate->amount, estimate->effectiveStd());
     EXPECT_THAT(complaint, HasSubstr(c.complaint));
     EXPECT_THAT(complaint, HasSubstr(c.amount > 0                            ? "too l"
@@ -121,7 +142,7 @@ TEST(HeldScores, SeeTheOtherPixelOrigin) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(4);
   const UserSet set = drawUserViews(drawn, 120, kNoisePx, random);
-  const AnyCamera tested = changed(drawn.camera, CameraChange::kPixelOrigin, 0.5);
+  const AnyCamera tested = *changed(drawn.camera, CameraChange::kPixelOrigin, 0.5);
   const auto estimate = scoresOf(tested, set).along(directionOf(CameraChange::kPixelOrigin, tested));
   ASSERT_TRUE(estimate);
   EXPECT_NEAR(estimate->amount, -0.5, 3 * estimate->std);
@@ -131,8 +152,8 @@ TEST(HeldScores, SeeTheOtherPixelOrigin) {
 TEST(HeldScores, AllowForTheCamerasOwnUncertainty) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(5);
-  const UserSet set = drawUserViews(drawn, 12, kNoisePx, random);
-  const AnyCamera tested = changed(drawn.camera, CameraChange::kCenterX, 5);
+  const UserSet set = drawUserViews(drawn, 30, kNoisePx, random);
+  const AnyCamera tested = *changed(drawn.camera, CameraChange::kCenterX, 5);
   const Eigen::VectorXd direction = directionOf(CameraChange::kCenterX, tested);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(9, 9);
   covariance(2, 2) = 9;  // cx is known to 3 px
@@ -147,18 +168,57 @@ TEST(HeldScores, AllowForTheCamerasOwnUncertainty) {
   EXPECT_LT(scoresOf(tested, set, covariance).overall().sigmas, scoresOf(tested, set).overall().sigmas);
 }
 
-TEST(HeldScores, NeedThreeViews) {
+TEST(HeldScores, TakeAMatrixThatIsNoCovarianceForNone) {
+  const DrawnCamera drawn = ordinaryCamera();
+  Random random(7);
+  const UserSet set = drawUserViews(drawn, 12, kNoisePx, random);
+  Eigen::MatrixXd indefinite = Eigen::MatrixXd::Identity(9, 9);
+  indefinite(0, 1) = indefinite(1, 0) = 2;
+  EXPECT_EQ(scoresOf(drawn.camera, set, indefinite).overall().sigmas,
+            scoresOf(drawn.camera, set).overall().sigmas);
+}
+
+TEST(HeldScores, CountWeightedViewsForLess) {
+  const DrawnCamera drawn = ordinaryCamera();
+  Random random(8);
+  UserSet set = drawUserViews(drawn, 20, kNoisePx, random);
+  std::vector<View> first(set.views.begin(), set.views.begin() + 5);
+  moveViews(first, 10, random);
+  std::copy(first.begin(), first.end(), set.views.begin());
+  PosedViews posed = fitHeld(drawn.camera, set);
+  const Eigen::VectorXd direction = directionOf(CameraChange::kFocalLength, drawn.camera);
+  const auto alike = HeldScores::make(drawn.camera, posed, nullptr, 0.01, {})->along(direction);
+  posed.weights.assign(20, 1.0);
+  std::fill_n(posed.weights.begin(), 5, 1e-3);
+  const auto weighted = HeldScores::make(drawn.camera, posed, nullptr, 0.01, {})->along(direction);
+  ASSERT_TRUE(alike && weighted);
+  EXPECT_LT(weighted->std, 0.5 * alike->std);
+}
+
+TEST(HeldScores, NeedThreeViewsAndNoise) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(6);
   const UserSet set = drawUserViews(drawn, 2, kNoisePx, random);
   EXPECT_FALSE(HeldScores::make(drawn.camera, fitHeld(drawn.camera, set), nullptr, 0.01, {}));
+  const UserSet enough = drawUserViews(drawn, 3, kNoisePx, random);
+  EXPECT_TRUE(HeldScores::make(drawn.camera, fitHeld(drawn.camera, enough), nullptr, 0.01, {}));
+  EXPECT_FALSE(HeldScores::make(drawn.camera, fitHeld(drawn.camera, enough), nullptr, 0, {}));
 }
 
 TEST(CameraChange, HasNoDistortionWithoutOne) {
   const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 510, 320, 240});
   EXPECT_EQ(directionOf(CameraChange::kDistortion, pinhole).size(), 0);
   EXPECT_EQ(directionOf(CameraChange::kFocalLength, pinhole), Eigen::Vector4d(500, 510, 0, 0));
-  EXPECT_EQ(changed(pinhole, CameraChange::kPixelOrigin, 0.5).parameters()[3], 240.5);
+  EXPECT_EQ(changed(pinhole, CameraChange::kPixelOrigin, 0.5)->parameters()[3], 240.5);
+}
+
+TEST(CameraChange, MakesNoCameraThatCannotBe) {
+  const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 510, 320, 240});
+  EXPECT_FALSE(changed(pinhole, CameraChange::kFocalLength, -1.5));
+  EXPECT_TRUE(changed(pinhole, CameraChange::kFocalLength, 2));
+  // Where the unified models' shape has its neutral value is not the same for all; they have no strength.
+  const AnyCamera ucm = AnyCamera::make("ucm", std::vector<double>{300, 300, 320, 240, 0.6});
+  EXPECT_EQ(directionOf(CameraChange::kDistortion, ucm).size(), 0);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/distributions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -19,6 +20,7 @@ double studentT95(double freedom) {
 }
 
 double normalOfStudentT(double t, double freedom) {
+  if (std::isinf(freedom)) return t;
   const double factor = (8 * freedom + 1) / (8 * freedom + 3);
   const double size = factor * std::sqrt(freedom * std::log1p(t * t / freedom));
   return std::copysign(size, t);

@@ -11,9 +11,9 @@ inline constexpr double kNormal95 = 1.959963984540054;
 /// Abramowitz and Stegun 1964, Handbook of Mathematical Functions, 26.7.5.
 [[nodiscard]] double studentT95(double freedom);
 
-/// The normal variable that is exceeded as often as this one of Student's t distribution, from 3 degrees of
-/// freedom on to 2 %, by which it is too small (Wallace 1959, Bounds on normal approximations to Student's
-/// and the chi-square distributions, Annals of Mathematical Statistics 30(4)); of the same sign.
+/// The normal variable that is exceeded as often as this one of Student's t distribution, up to 3 to 2 %
+/// from 3 degrees of freedom on, by which it is too small (Wallace 1959, Bounds on normal approximations to
+/// Student's and the chi-square distributions, Annals of Mathematical Statistics 30(4)); of the same sign.
 [[nodiscard]] double normalOfStudentT(double t, double freedom);
 
 /// The normal variable that is exceeded as often as this mean of `count` squares of normal variables (Wilson
@@ -25,7 +25,8 @@ inline constexpr double kNormal95 = 1.959963984540054;
 
 /// The normal variable that is exceeded as often as this one of the F distribution (Paulson 1942, An
 /// approximate normalization of the analysis of variance distribution, Annals of Mathematical Statistics
-/// 13(2)): to 0.05 up to 4, for 2 degrees of freedom or more above and 5 or more below.
+/// 13(2)). Up to 3 it is too small by at most 0.05 from 10 degrees of freedom below on, and by 0.2 for 5;
+/// more beyond.
 [[nodiscard]] double normalOfF(double f, double above, double below);
 /// The inverse in `f`; infinity where so few degrees of freedom below never reach it.
 [[nodiscard]] double fOfNormal(double normal, double above, double below);

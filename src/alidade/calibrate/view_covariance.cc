@@ -29,7 +29,7 @@ Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
 double ViewCovariance::effectiveStd(int i) const {
   const double variance = is_pooled ? larger(i, i) : covariance(i, i);
   const double inflated = is_pooled || !(variance > 0) ? 1.0 : inflation(freedom(i));
-  const double by_views = inflated * std::sqrt(variance);
+  const double by_views = inflated * std::sqrt(std::max(0.0, variance));
   return common_error.size() > 0 ? std::hypot(by_views, common_error(i)) : by_views;
 }
 
@@ -37,6 +37,7 @@ std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
                                              const Eigen::MatrixXd& directions, int num_params,
                                              double variance, double mean_slope) {
   constexpr std::size_t kFewestViews = 3;  // two disagree with each other in any case
+  constexpr double kLeastFreedom = 2;      // with less no factor is large enough
   const Eigen::Index m = directions.cols();
   if (m == 0 || pulls.size() < kFewestViews) return std::nullopt;
   const auto shares = ViewShares::make(pulls, directions, mean_slope);
@@ -57,8 +58,11 @@ std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
   result.excess_sigmas = normalOfMeanSquare(result.excess, num_free * num_free / shares->squaresOfShares());
   result.is_pooled = static_cast<Eigen::Index>(pulls.size()) <= m || !std::isfinite(most);
   if (result.is_pooled) {
-    const double inflated = inflation(static_cast<double>(pulls.size()) - 1);
-    result.larger = variance * std::max(1.0, inflated * inflated * result.excess) * root * root.transpose();
+    const auto most_freedom = static_cast<double>(pulls.size()) - 1;
+    const double freedom = std::clamp(num_free / shares->squaresOfShares() - 1, kLeastFreedom, most_freedom);
+    const double pooled = inflation(freedom) * inflation(freedom) * result.excess;
+    const double capped = inflation(kLeastFreedom) * inflation(kLeastFreedom);
+    result.larger = root * larger(variance * std::max(1.0, pooled), capped * meat) * root.transpose();
   } else {
     result.larger = root * larger(variance, most * most * meat) * root.transpose();
   }

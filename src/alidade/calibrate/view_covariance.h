@@ -27,13 +27,15 @@ struct ViewCovariance {
   double excess_sigmas = 0;
 
   /// The views are too few for a covariance of their own: no more than there are free directions, or with
-  /// less than two degrees of freedom for some parameter. Then only `excess` counts.
+  /// less than two degrees of freedom for some parameter. Then the mean over all directions, `excess`,
+  /// steadies each.
   bool is_pooled = false;
 
   /// N x N: in every direction the larger of the covariance by the corners' noise and of this one, the latter
   /// made larger for its few degrees of freedom (the least of a free parameter), so that 1.96 of its standard
-  /// deviations hold 95 %. Pooled, it is the covariance by noise times the excess where that is above 1, made
-  /// larger as for a variance from so many views.
+  /// deviations hold 95 %. Pooled, it is in every direction the larger of the covariance by noise times the
+  /// excess (above 1, and made larger for the number of views that say equally much, less one) and of this
+  /// one, made larger as for two degrees of freedom; 95 % is then held on average over directions.
   Eigen::MatrixXd larger;
 
   /// N: an error that all views have in common and that is known, which no disagreement shows (a bend of the

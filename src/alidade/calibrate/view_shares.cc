@@ -9,7 +9,7 @@
 namespace alidade {
 
 std::optional<ViewShares> ViewShares::make(std::span<const ViewPull> pulls, const Eigen::MatrixXd& directions,
-                                           double mean_slope, const Eigen::MatrixXd& prior) {
+                                           double mean_slope, const Eigen::MatrixXd& prior, PullLift lift) {
   const Eigen::Index m = directions.cols();
   if (m == 0) return std::nullopt;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m, m);
@@ -23,22 +23,25 @@ std::optional<ViewShares> ViewShares::make(std::span<const ViewPull> pulls, cons
   result.shares_.reserve(pulls.size());
   result.covariance_ = Eigen::MatrixXd::Zero(m, m);
   for (const ViewPull& view : pulls) {
-    result.shares_.push_back(shareOf(view, result.basis_));
+    result.shares_.push_back(shareOf(view, result.basis_, lift));
     result.covariance_.noalias() += result.shares_.back().pull * result.shares_.back().pull.transpose();
   }
   result.covariance_ /= mean_slope * mean_slope;
   return result;
 }
 
-ViewShares::Share ViewShares::shareOf(const ViewPull& view, const Eigen::MatrixXd& basis) {
+ViewShares::Share ViewShares::shareOf(const ViewPull& view, const Eigen::MatrixXd& basis, PullLift lift) {
   // What a view determines all by itself, no other disagrees with, and its pull there is rounding.
   constexpr double kAlone = 1e-4;
+  constexpr double kAloneLeftOut = 1e-2;  // the lift grows faster there
   Share share;
   share.S = basis.transpose() * view.information * basis;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(share.S);
   // Under independent noise the pull has the covariance S - S^2, and would have S without the fit.
-  const Eigen::VectorXd rest = (1 - solver.eigenvalues().array()).max(kAlone).rsqrt();
-  share.lift = solver.eigenvectors() * rest.asDiagonal() * solver.eigenvectors().transpose();
+  const Eigen::ArrayXd rest = 1 - solver.eigenvalues().array();
+  Eigen::VectorXd lifts = rest.max(kAlone).rsqrt();
+  if (lift == PullLift::kLeaveOneOut) lifts = rest.max(kAloneLeftOut).inverse();
+  share.lift = solver.eigenvectors() * lifts.asDiagonal() * solver.eigenvectors().transpose();
   share.pull = share.lift * (basis.transpose() * view.gradient);
   return share;
 }

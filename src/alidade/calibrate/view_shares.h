@@ -14,11 +14,18 @@ namespace alidade {
 /// What each view says beside what all say together, for statements that take only views for independent.
 ///
 /// The fit has drawn all views towards itself, so that their pulls are too small, those of views with much
-/// say most. They are scaled up so that under independent noise their expected squares are right, and
-/// degrees of freedom are found under the same assumption: Bell and McCaffrey 2002, Bias reduction in
-/// standard errors for linear regression with multi-stage samples, Survey Methodology 28(2) ("CR2");
-/// Imbens and Kolesar 2016, Robust standard errors in small samples, Review of Economics and Statistics
-/// 98(4).
+/// say most. They are scaled up, see PullLift, and degrees of freedom are found under independent noise: Bell
+/// and McCaffrey 2002, Bias reduction in standard errors for linear regression with multi-stage samples,
+/// Survey Methodology 28(2) ("CR2"); Imbens and Kolesar 2016, Robust standard errors in small samples, Review
+/// of Economics and Statistics 98(4).
+enum class PullLift {
+  /// So that under independent noise their expected squares are right: "CR2".
+  kForNoise,
+  /// To what they would be if the view had had no part in the fit: the jackknife's, "CR3". It is never too
+  /// small, even where every view has a camera of its own and one view decides nearly all.
+  kLeaveOneOut
+};
+
 class ViewShares {
  public:
   /// @param pulls       one a view, at the optimum; columns as the rows of `directions`
@@ -29,7 +36,8 @@ class ViewShares {
   /// @returns nothing where the views do not determine what is free, or nothing is
   [[nodiscard]] static std::optional<ViewShares> make(std::span<const ViewPull> pulls,
                                                       const Eigen::MatrixXd& directions, double mean_slope,
-                                                      const Eigen::MatrixXd& prior = {});
+                                                      const Eigen::MatrixXd& prior = {},
+                                                      PullLift lift = PullLift::kForNoise);
 
   /// K x M: the directions scaled and mixed so that the information of all views is the identity.
   [[nodiscard]] const Eigen::MatrixXd& basis() const { return basis_; }
@@ -48,7 +56,7 @@ class ViewShares {
     Eigen::MatrixXd lift;  // what makes up for the fit's having been drawn towards the view
     Eigen::VectorXd pull;  // lifted
   };
-  static Share shareOf(const ViewPull& view, const Eigen::MatrixXd& basis);
+  static Share shareOf(const ViewPull& view, const Eigen::MatrixXd& basis, PullLift lift);
 
   Eigen::MatrixXd basis_;
   std::vector<Share> shares_;

@@ -2,11 +2,27 @@
 #include "alidade/validate/camera_change.h"
 
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "alidade/core/error.h"
+
 namespace alidade {
+namespace {
+
+// Of the others 0 is not the lens without distortion, or is in no proportion to it.
+bool isPolynomial(std::string_view model_id) {
+  return model_id == "radtan" || model_id == "kannala_brandt" || model_id == "thin_prism";
+}
+
+// Two digits, and no exponent of ten for what people count.
+std::string figure(double value) {
+  return value < 100 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
+}
+
+}  // namespace
 
 Eigen::VectorXd directionOf(CameraChange change, const AnyCamera& camera) {
   constexpr Eigen::Index kNumProjection = 4;  // fx fy cx cy, then the lens
@@ -25,6 +41,7 @@ Eigen::VectorXd directionOf(CameraChange change, const AnyCamera& camera) {
       direction(3) = 1;
       break;
     case CameraChange::kDistortion:
+      if (!isPolynomial(camera.modelId())) return {};
       direction.tail(n - kNumProjection) = now.tail(n - kNumProjection);
       if (direction.isZero(0)) return {};
       break;
@@ -35,31 +52,36 @@ Eigen::VectorXd directionOf(CameraChange change, const AnyCamera& camera) {
   return direction;
 }
 
-AnyCamera changed(const AnyCamera& camera, CameraChange change, double amount) {
+std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChange change, double amount) {
   const auto given = camera.parameters();
   std::vector<double> params(given.begin(), given.end());
   const Eigen::VectorXd direction = directionOf(change, camera);
   for (std::size_t i = 0; i < params.size() && direction.size() > 0; ++i)
     params[i] += amount * direction(static_cast<Eigen::Index>(i));
-  return AnyCamera::make(camera.modelId(), params);
+  try {
+    return AnyCamera::make(camera.modelId(), params);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 std::string complaintOf(CameraChange change, double amount, double std) {
   const double size = std::abs(amount);
   const bool is_too_large = amount < 0;  // something would have to be taken off
   const auto pixels = [&](const char* what) {
-    return fmt::format("{} {:.2g} +- {:.2g} px too {}", what, size, std, is_too_large ? "large" : "small");
+    return fmt::format("{} {} +- {} px too {}", what, figure(size), figure(std),
+                       is_too_large ? "large" : "small");
   };
   switch (change) {
     case CameraChange::kFocalLength:
-      return fmt::format("its focal length is {:.2g} +- {:.2g} % too {}", 100 * size, 100 * std,
+      return fmt::format("its focal length is {} +- {} % too {}", figure(100 * size), figure(100 * std),
                          is_too_large ? "long" : "short");
     case CameraChange::kCenterX:
       return pixels("its cx is");
     case CameraChange::kCenterY:
       return pixels("its cy is");
     case CameraChange::kDistortion:
-      return fmt::format("its distortion is {:.2g} +- {:.2g} % too {}", 100 * size, 100 * std,
+      return fmt::format("its distortion is {} +- {} % too {}", figure(100 * size), figure(100 * std),
                          is_too_large ? "strong" : "weak");
     case CameraChange::kPixelOrigin:
       return pixels("its cx and cy are both");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include <Eigen/Core>
@@ -16,7 +17,7 @@ enum class CameraChange {
   kFocalLength,  ///< fx and fy times 1 + amount
   kCenterX,      ///< cx + amount, px
   kCenterY,      ///< cy + amount, px
-  kDistortion,   ///< every parameter of the lens times 1 + amount
+  kDistortion,   ///< every coefficient of the lens times 1 + amount: of models whose 0 is no distortion
   kPixelOrigin,  ///< cx and cy + amount, px
 };
 inline constexpr std::array kAllCameraChanges = {CameraChange::kFocalLength, CameraChange::kCenterX,
@@ -26,8 +27,8 @@ inline constexpr std::array kAllCameraChanges = {CameraChange::kFocalLength, Cam
 /// The change of the parameters per amount of 1; empty for a camera that has nothing of the kind.
 [[nodiscard]] Eigen::VectorXd directionOf(CameraChange change, const AnyCamera& camera);
 
-/// The camera changed by `amount`.
-[[nodiscard]] AnyCamera changed(const AnyCamera& camera, CameraChange change, double amount);
+/// The camera changed by `amount`; nothing where its parameters would leave their range.
+[[nodiscard]] std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChange change, double amount);
 
 /// What is wrong with a camera that would have to be changed by `amount`, in words: "its focal length is
 /// 1.02 +- 0.05 % too long".

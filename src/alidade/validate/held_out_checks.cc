@@ -49,6 +49,14 @@ Check heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_px) 
   check.limit = fmt::format("{:.3g} px: noise of {:.3g} px and the tolerance of {} px",
                             std::hypot(noise_px, tolerance_px), noise_px, tolerance_px);
   if (judgement.num_corners == 0) {
+    check.value = "no corner could be held out";
+    if (judgement.num_unseen == 0) {
+      check.status = CheckStatus::kWarn;
+      check.message =
+          "the views have too few corners of either colour of the board to predict one from the other (four, "
+          "not in a line); show more of the board";
+      return check;
+    }
     check.status = CheckStatus::kFail;
     check.message =
         "the camera does not see the boards of these images from any pose; are they its images, and "
@@ -103,70 +111,116 @@ std::string differenceValue(const HeldOutJudgement& judgement) {
       judgement.significance->expected_rms_px);
 }
 
-std::string complaintOf(const NeededChange& change) {
+std::string textOf(const NeededChange& change) {
   return fmt::format("{} ({:.1f} sigma)",
                      complaintOf(change.change, change.estimate.amount, change.estimate.effectiveStd()),
                      change.estimate.sigmas);
 }
 
-// The surest change that the camera needs, if it needs one by more than the tolerance.
-const NeededChange* neededChange(const HeldOutJudgement& judgement, double tolerance_px) {
-  const auto found =
-      std::find_if(judgement.changes.begin(), judgement.changes.end(), [&](const NeededChange& change) {
-        return change.change != CameraChange::kPixelOrigin && change.estimate.isSignificant() &&
-               change.p95_px > tolerance_px;
-      });
+bool isNeeded(const NeededChange& change, double tolerance_px) {
+  return change.change != CameraChange::kPixelOrigin && change.estimate.isSignificant() &&
+         change.p95_px > tolerance_px;
+}
+
+bool isAnyNeeded(const HeldOutJudgement& judgement, double tolerance_px) {
+  return std::any_of(judgement.changes.begin(), judgement.changes.end(),
+                     [&](const NeededChange& change) { return isNeeded(change, tolerance_px); });
+}
+
+// The needed change that by itself explains most of what the images have against the camera. Where none does,
+// something else is wrong, and a single change would be the wrong name for it.
+const NeededChange* explanation(const HeldOutJudgement& judgement, double tolerance_px) {
+  constexpr double kMost = 0.7;
+  const NeededChange* best = nullptr;
+  for (const NeededChange& change : judgement.changes) {
+    if (!isNeeded(change, tolerance_px) || !(change.explained_share >= kMost)) continue;
+    if (best == nullptr || change.explained_share > best->explained_share) best = &change;
+  }
+  return best;
+}
+
+const NeededChange* find(const HeldOutJudgement& judgement, CameraChange change) {
+  const auto found = std::find_if(judgement.changes.begin(), judgement.changes.end(),
+                                  [&](const NeededChange& c) { return c.change == change; });
   return found == judgement.changes.end() ? nullptr : &*found;
 }
 
-// Whether the principal point is off by what it is between the two conventions of where pixels begin.
+// Whether the principal point is off by what it is between the two conventions of where pixels begin, and by
+// nothing else: both coordinates together surest of all, and either by half a pixel as far as it is known.
 const NeededChange* otherPixelOrigin(const HeldOutJudgement& judgement) {
   constexpr double kHalf = 0.5;
-  const auto found =
-      std::find_if(judgement.changes.begin(), judgement.changes.end(), [&](const NeededChange& change) {
-        return change.change == CameraChange::kPixelOrigin && change.estimate.isSignificant() &&
-               std::abs(std::abs(change.estimate.amount) - kHalf) <= 2 * change.estimate.std;
-      });
-  return found == judgement.changes.end() ? nullptr : &*found;
+  constexpr double kLeast = 0.3;
+  constexpr double kMost = 0.7;
+  if (judgement.changes.empty()) return nullptr;
+  const NeededChange& surest = judgement.changes.front();
+  const NeededChange* const x = find(judgement, CameraChange::kCenterX);
+  const NeededChange* const y = find(judgement, CameraChange::kCenterY);
+  if (surest.change != CameraChange::kPixelOrigin || !surest.estimate.isSignificant() || x == nullptr ||
+      y == nullptr)
+    return nullptr;
+  const double size = std::abs(surest.estimate.amount);
+  const double half = std::copysign(kHalf, surest.estimate.amount);
+  const auto isHalf = [&](const NeededChange& change) {
+    return std::abs(change.estimate.amount - half) <= 2 * change.estimate.effectiveStd();
+  };
+  return size >= kLeast && size <= kMost && isHalf(*x) && isHalf(*y) ? &surest : nullptr;
+}
+
+// What is beyond chance but not beyond the tolerance, and what may be.
+std::string hintText(const HeldOutJudgement& judgement, double tolerance_px) {
+  for (const NeededChange& change : judgement.changes) {
+    if (!change.isHint() || change.change == CameraChange::kPixelOrigin) continue;
+    if (!change.estimate.isSignificant()) return "; a hint, but no proof: " + textOf(change);
+    if (change.p95_px <= tolerance_px)
+      return fmt::format("; off, but by less than the tolerance ({:.2g} px): {}", change.p95_px,
+                         textOf(change));
+  }
+  return "";
+}
+
+std::string evidenceText(const HeldOutJudgement& judgement) {
+  std::string text;
+  if (judgement.overall)
+    text = fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement.overall->sigmas));
+  text += fmt::format("RMS {:.3g} px as it is", judgement.fixed_rms_px);
+  if (std::isfinite(judgement.freed_rms_px))
+    text += fmt::format(", {:.3g} px with its parameters free", judgement.freed_rms_px);
+  return text;
+}
+
+// Another camera than that of the images: fails, unless what the images say cannot be trusted itself.
+void reject(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more, Check& check) {
+  const bool is_usable = judgement.freed && !isFreedWrong(*judgement.freed);
+  check.status = is_usable ? CheckStatus::kFail : CheckStatus::kWarn;
+  check.message = is_usable ? "the images show another camera"
+                            : "the images seem to show another camera, but the calibration by them alone is "
+                              "not to be trusted";
+  const NeededChange* const reason = explanation(judgement, tolerance_px);
+  if (reason != nullptr) check.message += ": if nothing else is wrong, " + textOf(*reason);
+  check.message += "; " + evidenceText(judgement);
+  if (!is_usable) check.message += "; " + more;
 }
 
 // What the images make of the difference to the camera that they give by themselves.
 void judgeDifference(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more,
                      Check& check) {
-  const ProjectionDifference& difference = *judgement.difference;
+  const double p95_px = judgement.difference->p95_px;
   const double expected_px = judgement.significance->expected_rms_px;
-  const bool is_freed_usable = !isFreedWrong(*judgement.freed);
-  const bool is_any_change =
-      judgement.overall && judgement.overall->isSignificant() && difference.p95_px > tolerance_px;
-  const NeededChange* const needed = neededChange(judgement, tolerance_px);
-  std::string evidence = fmt::format("RMS {:.3g} px as it is, {:.3g} px with its parameters free",
-                                     judgement.fixed_rms_px, judgement.freed_rms_px);
-  if (judgement.overall)
-    evidence =
-        fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement.overall->sigmas)) +
-        evidence;
-  if (needed != nullptr || is_any_change) {
-    check.status = is_freed_usable ? CheckStatus::kFail : CheckStatus::kWarn;
-    check.message = is_freed_usable ? "the images show another camera"
-                                    : "the images seem to show another camera, but the calibration by them "
-                                      "alone is not to be trusted";
-    if (needed != nullptr) check.message += ": " + complaintOf(*needed);
-    check.message += " (" + evidence + ")";
-    if (!is_freed_usable) check.message += "; " + more;
+  const bool is_other = judgement.overall && judgement.overall->isSignificant() && p95_px > tolerance_px;
+  if (is_other || isAnyNeeded(judgement, tolerance_px)) {
+    reject(judgement, tolerance_px, more, check);
     return;
   }
-  const bool is_within = difference.p95_px <= tolerance_px;
+  const bool is_within = p95_px <= tolerance_px;
   if (is_within && expected_px <= tolerance_px) {
     check.status = CheckStatus::kPass;
-    check.message = "the images show the same camera (" + evidence + ")";
+    check.message = "the images show the same camera; " + evidenceText(judgement);
     return;
   }
   check.message =
       is_within ? fmt::format("these images agree, but would not notice an error of {:.2g} px", expected_px)
-                : "these images cannot tell whether it is the same camera (" + evidence + ")";
-  if (!judgement.changes.empty())
-    check.message += "; a hint, but no proof: " + complaintOf(judgement.changes.front());
-  check.message += "; " + more;
+                : "these images cannot tell whether it is the same camera; " + evidenceText(judgement);
+  check.message += hintText(judgement, tolerance_px) + "; " + more;
 }
 
 Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
@@ -178,26 +232,32 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
   const std::string more =
       "take more images, tilted and all over the image (see the advice of alidade calibrate)";
   if (!judgement.freed) {
-    check.message = "the images give no camera to compare with: " + judgement.freed_complaint;
+    check.message = "the images give no camera to compare with: " + judgement.freed_complaint +
+                    hintText(judgement, tolerance_px);
     return check;
   }
   if (!judgement.difference || !judgement.significance) {
-    check.message = "the images do not determine a camera to compare with; " + more;
+    check.message = "the images do not determine a camera to compare with" +
+                    hintText(judgement, tolerance_px) + "; " + more;
+    return check;
+  }
+  if (!isComparable(*judgement.difference)) {
+    check.value = fmt::format("{} of {} pixels are seen by one of both cameras only",
+                              judgement.difference->num_seen_by_one, judgement.difference->pixels.size());
+    if ((judgement.overall && judgement.overall->isSignificant()) || isAnyNeeded(judgement, tolerance_px)) {
+      reject(judgement, tolerance_px, more, check);
+    } else {
+      check.message =
+          "the camera by the images alone cannot be compared; " + evidenceText(judgement) + "; " + more;
+    }
     return check;
   }
   check.value = differenceValue(judgement);
-  if (!isComparable(*judgement.difference)) {
-    check.message = fmt::format(
-        "the camera by the images alone cannot be compared: {} of {} pixels are seen "
-        "by one of the two only; {}",
-        judgement.difference->num_seen_by_one, judgement.difference->pixels.size(), more);
-    return check;
-  }
   judgeDifference(judgement, tolerance_px, more, check);
   const NeededChange* const origin = otherPixelOrigin(judgement);
   if (origin != nullptr && check.status != CheckStatus::kFail) {
     check.status = CheckStatus::kWarn;
-    check.message = complaintOf(*origin) +
+    check.message = textOf(*origin) +
                     ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
                     check.message;
   }

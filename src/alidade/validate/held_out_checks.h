@@ -13,8 +13,9 @@ namespace alidade {
 inline constexpr double kDefaultTolerancePx = 0.2;
 
 /// What held-out images say as checks: `held_out_error`, whether the camera predicts corners, and
-/// `images_agree`, whether it is the camera that the images show. A camera fails where the images are sure
-/// that it is off by more than the tolerance; where they cannot tell, that is a warning.
+/// `images_agree`, whether it is the camera that the images show. A camera fails where it is off by more than
+/// chance and, as far as the images tell, by more than the tolerance; where they cannot tell, that is a
+/// warning.
 [[nodiscard]] std::vector<Check> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px);
 
 /// The check `against`: the difference to another camera, the rotation taken out.

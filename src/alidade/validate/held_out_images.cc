@@ -24,12 +24,11 @@
 #include "alidade/validate/camera_change.h"
 #include "alidade/validate/covered_pixels.h"
 #include "alidade/validate/held_scores.h"
+#include "alidade/validate/held_views.h"
 
 namespace alidade {
 namespace {
 
-// Standard deviations from which a change is a hint, though no proof.
-constexpr double kWorthMentioning = 2;
 // The fewest pixels over which a camera is compared.
 constexpr std::size_t kFewestPixels = 20;
 
@@ -65,29 +64,6 @@ std::vector<View> usedViews(const std::vector<View>& views, const std::optional<
   return used;
 }
 
-// The best pose of a view for the camera as it is.
-std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board, const View& view,
-                          std::span<const Observation> corners, HuberLoss loss) {
-  const std::string_view model = camera.camera->modelId();
-  const auto params = camera.camera->parameters();
-  const CornerGroups groups(corners);
-  const auto start = poseFromView(*camera.camera, board, view.corners);
-  if (!start) return std::nullopt;
-  const Eigen::Vector3d middle = 0.5 * board.corner(board.numCorners() - 1);
-  std::optional<SE3> best;
-  double best_cost = std::numeric_limits<double>::infinity();
-  // From afar two tilts look alike, and only the lesser cost tells them apart.
-  for (const SE3& from : {*start, mirroredTilt(*start, middle)}) {
-    const auto pose = refitPose(viewKernel(model), params, groups.view(0), loss, from);
-    if (!pose) continue;
-    const double cost = viewCost(model, params, *pose, corners, loss);
-    if (!(cost < best_cost)) continue;
-    best_cost = cost;
-    best = pose;
-  }
-  return best;
-}
-
 // The RMS of errors on the other half of a view's corners, for noise of the given sigma an axis: the pose has
 // six parameters from half of the corners' coordinates.
 double heldOutNoise(double sigma_px, const std::vector<std::vector<Observation>>& views) {
@@ -105,30 +81,6 @@ HuberLoss lossOf(const ComparedCamera& camera, const HeldOutJudgement& judgement
   return judgement.freed ? judgement.freed->loss : startLoss(camera.size);
 }
 
-const ViewResult& viewOf(const CalibrationResult& freed, const std::string& image) {
-  const auto found = std::find_if(freed.views.begin(), freed.views.end(),
-                                  [&](const ViewResult& view) { return view.image == image; });
-  expect(found != freed.views.end(), "only views that the freed calibration used are asked for");
-  return *found;
-}
-
-// Views that are blurred or moved tell less: the inverse of the variance of a view's corners, as the freed
-// calibration has them, each taken together with some of the mean of all.
-double weightOf(const std::string& image, const std::optional<CalibrationResult>& freed) {
-  if (!freed) return 1;
-  constexpr double kSharedCorners = 10;
-  const ViewResult& fit = viewOf(*freed, image);
-  const double mean_square = freed->rms_px * freed->rms_px;
-  const double sum = fit.num_corners * fit.rms_px * fit.rms_px + kSharedCorners * mean_square;
-  return sum > 0 ? mean_square * (fit.num_corners + kSharedCorners) / sum : 1.0;
-}
-
-// The views that the camera as it is can be posed for.
-struct HeldViews {
-  PosedViews posed;
-  std::vector<std::string> images;
-};
-
 // Poses the views for the camera as it is and asks what it predicts.
 HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board,
                          const std::vector<View>& views, HeldOutJudgement& judgement) {
@@ -145,9 +97,11 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (Observation& o : observations[v]) o.p_board = onBentBoard(board, shape, o.p_board);
     judgement.views.push_back({.image = views[v].image});
+    HeldOutView& view = judgement.views.back();
+    view.is_testable = isTestable(board, views[v]);
     const auto pose = poseOf(camera, board, views[v], observations[v], loss);
     if (!pose) {
-      judgement.views.back().num_unseen = static_cast<int>(views[v].corners.size());
+      if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;
     }
     fit.state.camera_from_board.push_back(*pose);
@@ -177,7 +131,7 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
       if (error.allFinite()) {
         sum += error.squaredNorm();
         ++view.num_corners;
-      } else {
+      } else if (view.is_testable) {
         ++view.num_unseen;
       }
     }
@@ -185,6 +139,7 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
     held_out_sum += sum;
   }
   for (const HeldOutView& view : judgement.views) {
+    judgement.num_untestable_views += view.is_testable ? 0 : 1;
     judgement.num_corners += view.num_corners;
     judgement.num_unseen += view.num_unseen;
   }
@@ -197,17 +152,9 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
 }
 
 // By how much the views' disagreement makes the variance of the parameters larger than the corners' noise
-// does, at least 1.
+// does, at least 1; 1 where they are too few to disagree.
 double varianceRatio(const CalibrationResult& freed) {
-  if (freed.by_views) return std::max(1.0, freed.by_views->excess);
-  // With no more views than parameters there is no covariance by the views, but there still is how far the
-  // parameters go when one view after the other is left out: the jackknife's variance (Efron 1982, The
-  // jackknife, the bootstrap and other resampling plans, chapter 3) over that by noise, averaged over what is
-  // free. It errs on the large side.
-  const auto num_views = static_cast<double>(freed.views.size());
-  double sum = 0;
-  for (const ViewResult& view : freed.views) sum += view.influence.move_sigmas * view.influence.move_sigmas;
-  return std::max(1.0, sum * (num_views - 1) / num_views / static_cast<double>(freed.free_directions.cols()));
+  return freed.by_views ? std::max(1.0, freed.by_views->excess) : 1.0;
 }
 
 void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vector2d>& covered,
@@ -223,14 +170,24 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
 }
 
-// The same views, posed for the freed camera.
-PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed) {
-  const auto params = freed.camera.parameters();
-  PosedViews posed = held.posed;
-  posed.state = {.params = {params.begin(), params.end()}, .camera_from_board = {}};
-  for (const std::string& image : held.images)
-    posed.state.camera_from_board.push_back(viewOf(freed, image).camera_from_board);
-  return posed;
+// What a change would do, where it is worth mentioning.
+NeededChange measured(CameraChange change, const StepEstimate& estimate, const ComparedCamera& tested,
+                      const HeldViews& held, const std::vector<Eigen::Vector2d>& covered,
+                      const HeldOutJudgement& judgement) {
+  NeededChange needed{.change = change, .estimate = estimate};
+  if (!needed.isHint()) return needed;
+  needed.p95_px = std::numeric_limits<double>::infinity();
+  const auto other = changed(*tested.camera, change, estimate.amount);
+  if (!other) return needed;
+  const ProjectionDifference difference =
+      projectionDifference({tested.camera, tested.size}, {&*other, tested.size}, {.pixels = covered});
+  if (isComparable(difference)) needed.p95_px = difference.p95_px;
+  const auto square = [](double x) { return x * x; };
+  const double excess = square(judgement.fixed_rms_px) - square(judgement.freed_rms_px);
+  const auto rms_px = refittedRms(*other, held);
+  if (rms_px && excess > 0)
+    needed.explained_share = (square(judgement.fixed_rms_px) - square(*rms_px)) / excess;
+  return needed;
 }
 
 void testAsItIs(const ComparedCamera& tested, const HeldViews& held,
@@ -247,13 +204,7 @@ void testAsItIs(const ComparedCamera& tested, const HeldViews& held,
   for (const CameraChange change : kAllCameraChanges) {
     const Eigen::VectorXd direction = directionOf(change, *tested.camera);
     const auto estimate = direction.size() > 0 ? scores->along(direction) : std::nullopt;
-    if (!estimate) continue;
-    if (!(estimate->sigmas > kWorthMentioning)) continue;
-    const AnyCamera other = changed(*tested.camera, change, estimate->amount);
-    const ProjectionDifference difference =
-        projectionDifference({tested.camera, tested.size}, {&other, tested.size}, {.pixels = covered});
-    if (!isComparable(difference)) continue;
-    judgement.changes.push_back({.change = change, .estimate = *estimate, .p95_px = difference.p95_px});
+    if (estimate) judgement.changes.push_back(measured(change, *estimate, tested, held, covered, judgement));
   }
   std::stable_sort(
       judgement.changes.begin(), judgement.changes.end(),

@@ -27,8 +27,9 @@ struct HeldOutOptions {
 /// A view of the board, as the camera that is tested sees it.
 struct HeldOutView {
   std::string image;
-  int num_corners = 0;  ///< with an error
-  int num_unseen = 0;   ///< that the camera cannot see from the pose of the others
+  bool is_testable = true;  ///< see isTestable()
+  int num_corners = 0;      ///< with an error
+  int num_unseen = 0;       ///< that the camera cannot see from the pose of the others
   double rms_px = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -36,15 +37,23 @@ struct HeldOutView {
 struct NeededChange {
   CameraChange change;
   StepEstimate estimate;
-  /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %.
-  double p95_px = 0;
+  /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %;
+  /// infinity where it makes a camera that cannot be, or cannot be compared. NaN if it is not even a hint.
+  double p95_px = std::numeric_limits<double>::quiet_NaN();
+  /// Of what the images have against the camera (the mean square of its errors less that of the freed
+  /// one's), the share that the change by itself takes away, poses refitted; 0 where that is not known.
+  double explained_share = 0;
+
+  /// Whether it is worth mentioning: beyond two standard deviations.
+  [[nodiscard]] bool isHint() const { return estimate.sigmas > 2; }
 };
 
 /// What images that a camera was not made from say of it.
 struct HeldOutJudgement {
   int num_views_given = 0;
   std::vector<HeldOutView> views;  ///< those used, in order of image name
-  int num_corners = 0;             ///< with an error
+  int num_untestable_views = 0;
+  int num_corners = 0;  ///< with an error
   int num_unseen = 0;
   /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
   double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
@@ -62,12 +71,11 @@ struct HeldOutJudgement {
   /// From the camera to the freed one, the rotation taken out, where the boards were: nothing without a freed
   /// one, or without a covariance of it.
   std::optional<ProjectionDifference> difference;
-  std::optional<DifferenceSignificance> significance;
-  double covered_share = 0;  ///< of the image
+  std::optional<DifferenceSignificance> significance;  ///< for what the images would notice
+  double covered_share = 0;                            ///< of the image
   /// Whether the images ask for another camera at all; nothing where they are too few to tell.
   std::optional<OverallTest> overall;
-  /// The changes of which one would make the camera suit the images better, by more than two standard
-  /// deviations; the surest first.
+  /// One for each way to change the camera that the views say something of, the surest first.
   std::vector<NeededChange> changes;
   /// Variance of the freed parameters by how the views disagree over that by the corners' noise, at least 1:
   /// what the views have in common (blur, the shape of the board) makes them agree less than noise would.
@@ -83,8 +91,8 @@ struct HeldOutJudgement {
 /// Is it the camera that the images show? They are calibrated from scratch with the same model, with
 /// everything that goes with it (robust loss, outliers, the board's bend, covariance by the views where they
 /// disagree by more than noise), and the projection difference between the two cameras is taken over the part
-/// of the image where boards were. Beside that, single changes of the camera are tested, see
-/// HeldScores.
+/// of the image where boards were. Whether that difference is more than chance is asked of the camera as it
+/// is (see HeldScores): of all its parameters together, and of single changes.
 ///
 /// Corners that the freed calibration took for outliers count for neither, and its bend of the board holds
 /// for both: none of that depends on the camera that is tested.

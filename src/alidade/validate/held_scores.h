@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -32,8 +31,9 @@ struct StepEstimate {
   double sigmas = 0;
 
   [[nodiscard]] bool isSignificant() const;
-  /// `std` made larger for its few degrees of freedom, as one would use it of a normal variable.
-  [[nodiscard]] double effectiveStd() const { return std::abs(amount) / sigmas; }
+  /// Half the width of the 95 % interval over 1.96: one standard deviation that can be used like one of a
+  /// normal variable.
+  [[nodiscard]] double effectiveStd() const;
 };
 
 /// Whether any change of the camera at all would suit images better than chance does.
@@ -50,16 +50,18 @@ struct OverallTest {
 ///
 /// Only views count as independent of each other, whatever the corners of one view have in common (Cameron
 /// and Miller 2015, A practitioner's guide to cluster-robust inference, Journal of Human Resources 50(2)).
-/// With few views see ViewShares for how far their disagreement can be trusted. No variance is taken for less
-/// than the corners' noise makes it, and what the camera's own uncertainty contributes is added.
+/// With few views see ViewShares for how far their disagreement can be trusted. The variance of a single
+/// change, and the mean variance of all, are not taken for less than the corners' noise makes them, and what
+/// the camera's own uncertainty contributes is added.
 class HeldScores {
  public:
   /// @param held   posed for the camera as it is
   /// @param freed  the same views, posed for the camera that they give by themselves, by which their
   ///               disagreement is measured; nothing: by the camera that is one step away from the held one,
   ///               near which the two are the same
-  /// @param noise_variance  of the coordinate of a corner of weight 1, px^2
-  /// @param covariance      of the camera's parameters, N x N; nothing: they count as exact
+  /// @param noise_variance  of the coordinate of a corner of weight 1, px^2; positive
+  /// @param covariance      of the camera's parameters, N x N; nothing, or a matrix that is none: they count
+  ///                        as exact
   /// @returns nothing for less than three views, or views that say nothing of the parameters
   [[nodiscard]] static std::optional<HeldScores> make(const AnyCamera& camera, const PosedViews& held,
                                                       const PosedViews* freed, double noise_variance,
@@ -77,8 +79,10 @@ class HeldScores {
   [[nodiscard]] OverallTest overall() const;
 
  private:
-  double pooled() const;
   HeldScores() = default;
+
+  // How many views there were if all said equally much.
+  [[nodiscard]] double numEqualViews() const;
 
   std::vector<ViewPull> pulls_;  // weighted
   Eigen::MatrixXd information_;  // of all views

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "alidade/calibrate/calibration_result.h"
+#include "alidade/target/checkerboard.h"
+#include "alidade/target/view.h"
+#include "alidade/validate/difference_factor.h"
+#include "alidade/validate/held_scores.h"
+
+namespace alidade {
+
+/// The views for which a camera that is held could be posed.
+struct HeldViews {
+  PosedViews posed;
+  std::vector<std::string> images;  ///< one a view
+};
+
+/// Whether either colour of the board's corners in this view tells a pose, from which the other colour can be
+/// predicted: four corners or more, not all in one row or column.
+[[nodiscard]] bool isTestable(const Checkerboard& board, const View& view);
+
+/// The best pose of a view for the camera as it is; nothing where it does not see the corners from any.
+/// @param corners  the view's, on the board as it is bent
+[[nodiscard]] std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board,
+                                        const View& view, std::span<const Observation> corners,
+                                        HuberLoss loss);
+
+/// How much a view counts: views that are blurred or moved tell less. The inverse of the variance of its
+/// corners, as the freed calibration has them, taken together with some of the mean of all; 1 without one.
+/// @pre `freed` has used the view
+[[nodiscard]] double weightOf(const std::string& image, const std::optional<CalibrationResult>& freed);
+
+/// The same views, posed for the freed camera.
+/// @pre `freed` has used them all
+[[nodiscard]] PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed);
+
+/// sqrt(mean of dx^2 + dy^2) over all corners for another camera of the model, the poses refitted from where
+/// they are, px; nothing where one does not project.
+[[nodiscard]] std::optional<double> refittedRms(const AnyCamera& camera, const HeldViews& held);
+
+}  // namespace alidade
