@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <sstream>
 
 #include <nlohmann/json.hpp>
 
@@ -359,43 +358,6 @@ TEST(Validate, SuspectsWhatAFileCannotShowByItself) {
     ++num_seen;
   }
   EXPECT_EQ(num_seen, 8);
-}
-
-// What every other command tells as a note is in the rows of `validate` too.
-TEST(Validate, TellsEveryNoteThatOtherCommandsTell) {
-  const ScratchFolder scratch;
-  const std::string ros =
-      "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [532.8, 0, 342.5, 0, "
-      "532.9, "
-      "233.9, 0, 0, 1]}\ndistortion_model: plumb_bob\n"
-      "distortion_coefficients: {rows: 1, cols: 5, data: [-0.281, 0.025, 0.0012, -0.0001, 0.163]}\n"
-      "binning_x: 2\nbinning_y: 2\n";
-  const std::string opencv = opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01");
-  int num_notes = 0;
-  for (const std::string& text : {ros, ros + "roi:\n  x_offset: 8\n  width: 320\n  height: 240\n",
-                                  ros + "rectification_matrix: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n",
-                                  ros + "serial: 7\n", opencv + "R: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n",
-                                  opencv.substr(0, opencv.find("distortion_coefficients"))}) {
-    const std::string path = scratch.write("noted.yaml", text);
-    const RunResult converted =
-        runAlidade({"convert", path, "--to", "alidade", "-o", scratch.path("out.yaml"), "--force"});
-    ASSERT_THAT(converted, EndsWith(0));
-    const auto checks =
-        nlohmann::json::parse(runAlidade({"validate", path, "--json"}).out).at("files")[0].at("checks");
-    std::string warned;
-    for (const auto& check : checks) {
-      const bool is_row = check.at("id") == "conventions" || check.at("id") == "unknown_keys";
-      if (is_row && check.at("status") == "WARN") warned += check.at("message").get<std::string>() + "\n";
-    }
-    std::istringstream notes(converted.err);
-    for (std::string line; std::getline(notes, line);) {
-      const std::size_t at = line.find("note: ");
-      if (at == std::string::npos) continue;
-      EXPECT_THAT(warned, HasSubstr(line.substr(at + 6)));
-      ++num_notes;
-    }
-  }
-  EXPECT_EQ(num_notes, 9);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Files that say two things, or leave something out: refused with both places, or read with a remark.
 #include <cmath>
+#include <tuple>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -168,6 +169,35 @@ TEST(FormatOmissions, OfOneSideInOpenCvsFilesAreNoticed) {
               AllOf(HasSubstr("file:3: height"), HasSubstr("640x480")));
 }
 
+TEST(FormatContradictions, OfOrbSlamKeysOfTwoKindsAreRefused) {
+  const auto pinhole = [](const std::string& prefix) {
+    return prefix + ".fx: 532.8\n" + prefix + ".fy: 532.9\n" + prefix + ".cx: 342.5\n" + prefix +
+           ".cy: 233.9\n";
+  };
+  const std::string both =
+      "%YAML:1.0\n---\nCamera.type: \"PinHole\"\n" + pinhole("Camera") + pinhole("Camera1");
+  const std::string older = "%YAML:1.0\n---\nCamera.type: \"PinHole\"\n" + pinhole("Camera");
+  int num_refused = 0;
+  for (const auto& [text, place, other] :
+       {std::tuple(both + "Camera.k1: 0.1\nCamera1.k1: 0.2\n", "file:12: Camera.k1", "file:13: Camera1.k1"),
+        std::tuple(both + "Camera.k1: 0.1\n", "file:12: Camera.k1", "file:8: Camera1.fx"),
+        std::tuple(older + "Camera1.k1: 0.1\n", "file:8: Camera1.k1", "file:4: Camera.fx"),
+        std::tuple(older + "Camera1.fx: 500.0\n", "file:4: Camera.fx", "file:8: Camera1.fx"),
+        std::tuple(older + "Camera1.cy: 500.0\n", "file:8: Camera1.cy", "file:7: Camera.cy")}) {
+    EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(place), HasSubstr(other))) << text;
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 5);
+  for (const char* more :
+       {"", "Camera.k1: 0.0\n",
+        "Camera.k1: 0.10\nCamera1.k1: 0.1\nCamera1.k2: 0\nCamera1.p1: 0\nCamera1.p2: 0\n"}) {
+    const CameraSource source = parseCameras(both + more, "file");
+    ASSERT_EQ(source.cameras.size(), 1U);
+    EXPECT_EQ(source.cameras[0].camera.parameters()[0], 532.8);
+    EXPECT_EQ(remarksOn(source.cameras[0]), "");
+  }
+}
+
 TEST(FormatContradictions, OfOpenCvAFlagIsOneOrZero) {
   const std::string four = kRosSize + kOpenCv.substr(0, kOpenCv.find("distortion_coefficients")) +
                            "distortion_coefficients: [-0.1, 0.02, 0.001, 0.002]\n";
@@ -268,6 +298,60 @@ TEST(FormatRemarks, NameTheLineOfTheKey) {
     ++num_lines;
   }
   EXPECT_EQ(num_lines, 8);
+}
+
+TEST(FormatContradictions, OfNerfAnglesAndFocalLengthsAreRefused) {
+  // 640 pixels at 500 px are 1.1384 rad, 480 at 500 px 0.8954 rad; a fisheye of 500 px sees 1.28 rad.
+  const std::string rest = R"("fl_x":500.0,"fl_y":500.0,"cx":320.0,"cy":240.0,"w":640,"h":480,"frames":[]})";
+  int num_refused = 0;
+  for (const auto& [angle, key, focal] :
+       {std::tuple(R"("camera_angle_x":1.16,)", "camera_angle_x", "fl_x"),
+        std::tuple(R"("camera_angle_x":1.28,)", "camera_angle_x", "fl_x"),
+        std::tuple(R"("camera_angle_x":0.8954,)", "camera_angle_x", "fl_x"),
+        std::tuple(R"("camera_angle_x":1.1384,"camera_angle_y":1.1384,)", "camera_angle_y", "fl_y"),
+        std::tuple(R"("camera_model":"OPENCV_FISHEYE","camera_angle_x":1.5,)", "camera_angle_x", "fl_x")}) {
+    EXPECT_THAT(complaintAbout("{" + std::string(angle) + rest),
+                AllOf(HasSubstr("file:1: " + std::string(key)), HasSubstr("file:1: " + std::string(focal)),
+                      HasSubstr("500")));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 5);
+  for (const char* angle :
+       {R"("camera_angle_x":1.1384,"camera_angle_y":0.8954,)", R"("camera_angle_x":1.135,)",
+        R"("camera_model":"OPENCV_FISHEYE","camera_angle_x":1.1384,)",
+        R"("camera_model":"OPENCV_FISHEYE","camera_angle_x":1.28,)"})
+    EXPECT_EQ(complaintAbout("{" + std::string(angle) + rest), "") << angle;
+}
+
+TEST(FormatContradictions, OfNerfFramesHaveCamerasOfTheirOwn) {
+  const std::string lens = R"("fl_x":500.0,"fl_y":501.0,"cx":320.0,"cy":240.0,)";
+  const std::string half = R"("fl_x":250.0,"fl_y":250.5,"cx":160.0,"cy":120.0)";
+  const auto file = [](const std::string& top, const std::string& frame) {
+    return R"({"camera_model":"OPENCV",)" + top + R"("w":640,"h":480,"k1":0.1,)" + "\n" +
+           R"("frames":[{"file_path":"a.png"},)" + "\n{" + R"("file_path":"b.png",)" + frame + "}]}";
+  };
+  const CameraSource two = parseCameras(file(lens, half + R"(,"w":320,"h":240)"), "file");
+  ASSERT_EQ(two.cameras.size(), 2U);
+  EXPECT_EQ(two.cameras[0].name, "a.png");
+  EXPECT_EQ(two.cameras[0].image_size, (ImageSize{.width = 640, .height = 480}));
+  EXPECT_EQ(remarksOn(two.cameras[0]), "");
+  EXPECT_EQ(two.cameras[1].name, "b.png");
+  EXPECT_EQ(two.cameras[1].image_size, (ImageSize{.width = 320, .height = 240}));
+  EXPECT_EQ(two.cameras[1].camera.parameters()[0], 250.0);
+  EXPECT_EQ(two.cameras[1].camera.parameters()[4], 0.1);
+  EXPECT_THAT(remarksOn(two.cameras[1]), HasSubstr("file:3: frames[1]: another camera"));
+  const CameraSource same = parseCameras(file(lens, R"("w":640.0,"h":480,"fl_x":500.0)"), "file");
+  ASSERT_EQ(same.cameras.size(), 1U);
+  EXPECT_EQ(remarksOn(same.cameras[0]), "");
+  int num_refused = 0;
+  for (const std::string& frame : {std::string(R"("w":320,"h":240)"), R"("w":320,)" + half,
+                                   std::string(R"("fl_x":250.0)"), std::string(R"("w":640,"h":481)")}) {
+    EXPECT_THAT(complaintAbout(file(lens, frame)),
+                AllOf(HasSubstr("file:3: frames[1]."), HasSubstr(", where file:1: "), HasSubstr("state all")))
+        << frame;
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 4);
 }
 
 TEST(FormatTexts, ThatAreNotUtf8AreRefusedWithTheirLine) {
