@@ -257,7 +257,7 @@ TEST(Formats, HaveEveryNoteOfOtherCommandsInARowOfValidate) {
     for (std::string line; std::getline(notes, line);) {
       const std::size_t at = line.find("note: ");
       if (at == std::string::npos) continue;
-      EXPECT_THAT(warned, HasSubstr(line.substr(at + 6)));
+      EXPECT_THAT(warned, testing::HasSubstr(line.substr(at + 6)));
       ++num_notes;
     }
   }
