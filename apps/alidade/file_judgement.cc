@@ -50,13 +50,17 @@ FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
                   .image_size = stated.image_size,
                   .half_units = stated.half_units,
                   .unknown_keys = {},
-                  .assumed = {}};
+                  .assumed = {},
+                  .not_carried = {}};
   const bool can_show_slips = stated.own && !stated.own->self_check.empty();
   // Points to check by show better than the look of numbers whether digits are missing.
   if (can_show_slips) file.half_units = {};
   for (const Remark& remark : stated.remarks) {
-    if (remark.id == "unknown_keys") file.unknown_keys.push_back(remark.message);
-    if (remark.id == "assumed") file.assumed.push_back(remark.message);
+    // Every remark has its row, so that no command says more of a file than this one.
+    auto& sentences = remark.id == "unknown_keys"  ? file.unknown_keys
+                      : remark.id == "not_carried" ? file.not_carried
+                                                   : file.assumed;
+    sentences.push_back(remark.message);
   }
   FileJudgement judgement{
       .file = source.cameras.size() + source.refused.size() > 1 ? source.path + "#" + cameraLabel(stated)

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Camera files of other tools on the command line: every command takes them, and convert hands them on.
+#include <sstream>
+
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
@@ -222,6 +224,44 @@ TEST(Formats, ADamagedFileOfAFolderIsNoOtherFile) {
   const auto document = nlohmann::json::parse(result.out);
   EXPECT_EQ(document.at("files").size(), 2u);
   EXPECT_EQ(document.at("skipped").size(), 1u);
+}
+
+// What every other command tells as a note is in the rows of `validate` too.
+TEST(Formats, HaveEveryNoteOfOtherCommandsInARowOfValidate) {
+  const ScratchFolder scratch;
+  const std::string ros =
+      "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [532.8, 0, 342.5, 0, "
+      "532.9, 233.9, 0, 0, 1]}\ndistortion_model: plumb_bob\n"
+      "distortion_coefficients: {rows: 1, cols: 5, data: [-0.281, 0.025, 0.0012, -0.0001, 0.163]}\n"
+      "binning_x: 2\nbinning_y: 2\n";
+  const std::string size = "image_width: 640\nimage_height: 480\n";
+  const std::string opencv =
+      size + "camera_matrix: {rows: 3, cols: 3, data: [532.8, 0, 342.5, 0, 532.9, 233.9, 0, 0, 1]}\n";
+  int num_notes = 0;
+  for (const std::string& text :
+       {ros, ros + "roi:\n  x_offset: 8\n  width: 320\n  height: 240\n",
+        ros + "rectification_matrix: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n", ros + "serial: 7\n",
+        opencv + "R: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n", opencv}) {
+    const std::string path = scratch.write("noted.yaml", text);
+    const RunResult converted = runAlidade({"convert", path, "--to", "alidade", "-o",
+                                            scratch.path("out" + std::to_string(num_notes) + ".yaml")});
+    ASSERT_THAT(converted, EndsWith(0));
+    const auto checks =
+        nlohmann::json::parse(runAlidade({"validate", path, "--json"}).out).at("files")[0].at("checks");
+    std::string warned;
+    for (const auto& check : checks) {
+      const bool is_row = check.at("id") == "conventions" || check.at("id") == "unknown_keys";
+      if (is_row && check.at("status") == "WARN") warned += check.at("message").get<std::string>() + "\n";
+    }
+    std::istringstream notes(converted.err);
+    for (std::string line; std::getline(notes, line);) {
+      const std::size_t at = line.find("note: ");
+      if (at == std::string::npos) continue;
+      EXPECT_THAT(warned, testing::HasSubstr(line.substr(at + 6)));
+      ++num_notes;
+    }
+  }
+  EXPECT_EQ(num_notes, 9);
 }
 
 }  // namespace

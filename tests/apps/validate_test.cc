@@ -344,7 +344,8 @@ TEST(Validate, SuspectsWhatAFileCannotShowByItself) {
       {replaced(replaced(good, "width: 640", "width: 480"), "height: 480", "height: 640"), "principal_point",
        "swapped"},
       {replaced(good, "535.0123456789012", "535.01"), "digits", "digits were cut off"},
-      {replaced(good, "image_width: 640\n", ""), "image_size", "--image-size"},
+      {replaced(replaced(good, "image_width: 640\n", ""), "image_height: 480\n", ""), "image_size",
+       "--image-size"},
       {good + "lens: unknown\n", "unknown_keys", "lens"},
       {good.substr(0, good.find("distortion_coefficients")), "conventions", "no distortion coefficients"},
   };

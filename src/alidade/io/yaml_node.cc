@@ -123,6 +123,16 @@ std::vector<std::string> YamlNode::keys() const {
   return names;
 }
 
+int YamlNode::lineOfKey(const std::string& key) const {
+  if (!node_.IsMap()) return 0;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar() || entry.first.Scalar() != key) continue;
+    const YAML::Mark mark = entry.first.Mark();
+    return mark.is_null() ? 0 : mark.line + 1;
+  }
+  return 0;
+}
+
 std::vector<YamlNode> YamlNode::items() const {
   if (!node_.IsSequence()) throw error(describe(), "a list");
   std::vector<YamlNode> all;
@@ -172,6 +182,12 @@ std::string YamlNode::where() const {
   std::string place = placeInFile(file_, node_.Mark());
   if (!path_.empty()) place += ": " + path_;
   return place;
+}
+
+std::string YamlNode::whereKey(const std::string& key) const {
+  const int line = lineOfKey(key);
+  return file_ + (line > 0 ? ":" + std::to_string(line) : "") + ": " + (path_.empty() ? "" : path_ + ".") +
+         key;
 }
 
 Error YamlNode::error(const std::string& found, const std::string& expected,

@@ -36,6 +36,8 @@ class YamlNode {
   [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const;
   /// Keys of this map in the file's order; anything but a map is an error.
   [[nodiscard]] std::vector<std::string> keys() const;
+  /// The line of a key itself, from 1, where the value of this map may begin below it; 0 = not known.
+  [[nodiscard]] int lineOfKey(const std::string& key) const;
   [[nodiscard]] std::vector<YamlNode> items() const;
 
   [[nodiscard]] std::string text() const;
@@ -47,6 +49,9 @@ class YamlNode {
 
   /// "cam.yaml:4: parameters.fx"
   [[nodiscard]] std::string where() const;
+  /// "cam.yaml:4: parameters.fx", where 4 is the line of that key of this map, not where its value begins;
+  /// without a line that is not known.
+  [[nodiscard]] std::string whereKey(const std::string& key) const;
   [[nodiscard]] Error error(const std::string& found, const std::string& expected,
                             const std::string& next_step = "") const;
 

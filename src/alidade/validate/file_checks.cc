@@ -34,13 +34,21 @@ Check checkUnknownKeys(const FileClaims& claims) {
 }
 
 Check checkConventions(const FileClaims& claims) {
-  const bool is_clean = claims.assumed.empty();
-  return {
-      .id = "conventions",
-      .status = is_clean ? CheckStatus::kPass : CheckStatus::kWarn,
-      .value = is_clean ? "stated, or fixed by the format" : "assumed",
-      .limit = "stated, or fixed by the format",
-      .message = is_clean ? "nothing had to be guessed" : fmt::format("{}", fmt::join(claims.assumed, "\n"))};
+  constexpr const char* kStated = "stated, or fixed by the format";
+  Check check{.id = "conventions",
+              .status = CheckStatus::kPass,
+              .value = kStated,
+              .limit = kStated,
+              .message = "nothing had to be guessed"};
+  std::vector<std::string> remarks = claims.assumed;
+  remarks.insert(remarks.end(), claims.not_carried.begin(), claims.not_carried.end());
+  if (remarks.empty()) return check;
+  check.status = CheckStatus::kWarn;
+  check.value = claims.assumed.empty()       ? "not all is of the camera alone"
+                : claims.not_carried.empty() ? "assumed"
+                                             : "assumed, and not all is of the camera alone";
+  check.message = fmt::format("{}", fmt::join(remarks, "\n"));
+  return check;
 }
 
 Check checkSize(const FileClaims& claims) {

@@ -19,6 +19,8 @@ struct FileClaims {
   std::span<const double> half_units;
   std::vector<std::string> unknown_keys;  ///< a sentence each
   std::vector<std::string> assumed;       ///< what was taken for granted, a sentence each
+  /// What the file says beside the camera and nothing here goes by, a sentence each.
+  std::vector<std::string> not_carried = {};
 };
 
 /// The size to check a camera by that has none: its principal point is in the middle.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Files that say two things, or leave something out: refused with both places, or read with a remark.
 #include <cmath>
+#include <tuple>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,6 +24,9 @@ const std::string kRosMatrix =
 const std::string kRosCoefficients =
     "distortion_coefficients: {rows: 1, cols: 5, data: [-0.281, 0.025, 0.0012, -0.0001, 0.163]}\n";
 const std::string kRosSize = "image_width: 640\nimage_height: 480\n";
+const std::string kOpenCv =
+    "camera_matrix: {rows: 3, cols: 3, data: [532.8, 0, 342.5, 0, 532.9, 233.9, 0, 0, 1]}\n" +
+    kRosCoefficients;
 const ReadOptions kVga{.image_size = ImageSize{.width = 640, .height = 480}, .model = ""};
 
 // What parseCameras() complains of; empty if it does not.
@@ -134,6 +138,89 @@ TEST(FormatOmissions, OfRosSizeAreLeftToTheUser) {
               AllOf(HasSubstr("'641'"), HasSubstr("640 as --image-size says")));
 }
 
+TEST(FormatOmissions, OfOneSideInOpenCvsFilesAreNoticed) {
+  struct Case {
+    std::string stated;
+    std::string place;
+    std::string missing;
+  };
+  const ReadOptions hd{.image_size = ImageSize{.width = 1920, .height = 1080}, .model = ""};
+  int num_cases = 0;
+  for (const auto& [stated, place, missing] :
+       {Case{"image_width: 640\n", "file:1: image_width", "image_height"},
+        Case{"image_height: 480\n", "file:1: image_height", "image_width"},
+        Case{"image_Width: 640\n", "file:1: image_Width", "image_Height"},
+        Case{"height: 480\n", "file:1: height", "width"}}) {
+    const std::string text = stated + kOpenCv;
+    EXPECT_THAT(complaintAbout(text),
+                AllOf(HasSubstr(place), HasSubstr("without '" + missing + "'"), HasSubstr("--image-size")));
+    EXPECT_THAT(complaintAbout(text, hd), AllOf(HasSubstr(place), HasSubstr("1920x1080 as --image-size")));
+    const StatedCamera camera = parseCameras(text, "file", kVga).cameras.at(0);
+    EXPECT_EQ(camera.image_size, kVga.image_size);
+    EXPECT_THAT(remarksOn(camera), AllOf(HasSubstr("assumed: " + place), HasSubstr("no " + missing),
+                                         HasSubstr("640x480 from --image-size")));
+    ++num_cases;
+  }
+  EXPECT_EQ(num_cases, 4);
+  // Another pair of keys says the size.
+  EXPECT_EQ(remarksOn(parseCameras("image_size: [640, 480]\nheight: 480\n" + kOpenCv, "file").cameras.at(0)),
+            "");
+  EXPECT_THAT(complaintAbout(kRosSize + "height: 6\n" + kOpenCv),
+              AllOf(HasSubstr("file:3: height"), HasSubstr("640x480")));
+}
+
+TEST(FormatContradictions, OfOrbSlamKeysOfTwoKindsAreRefused) {
+  const auto pinhole = [](const std::string& prefix) {
+    return prefix + ".fx: 532.8\n" + prefix + ".fy: 532.9\n" + prefix + ".cx: 342.5\n" + prefix +
+           ".cy: 233.9\n";
+  };
+  const std::string both =
+      "%YAML:1.0\n---\nCamera.type: \"PinHole\"\n" + pinhole("Camera") + pinhole("Camera1");
+  const std::string older = "%YAML:1.0\n---\nCamera.type: \"PinHole\"\n" + pinhole("Camera");
+  int num_refused = 0;
+  for (const auto& [text, place, other] :
+       {std::tuple(both + "Camera.k1: 0.1\nCamera1.k1: 0.2\n", "file:12: Camera.k1", "file:13: Camera1.k1"),
+        std::tuple(both + "Camera.k1: 0.1\n", "file:12: Camera.k1", "file:8: Camera1.fx"),
+        std::tuple(older + "Camera1.k1: 0.1\n", "file:8: Camera1.k1", "file:4: Camera.fx"),
+        std::tuple(older + "Camera1.fx: 500.0\n", "file:4: Camera.fx", "file:8: Camera1.fx"),
+        std::tuple(older + "Camera1.cy: 500.0\n", "file:8: Camera1.cy", "file:7: Camera.cy")}) {
+    EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(place), HasSubstr(other))) << text;
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 5);
+  for (const char* more :
+       {"", "Camera.k1: 0.0\n",
+        "Camera.k1: 0.10\nCamera1.k1: 0.1\nCamera1.k2: 0\nCamera1.p1: 0\nCamera1.p2: 0\n"}) {
+    const CameraSource source = parseCameras(both + more, "file");
+    ASSERT_EQ(source.cameras.size(), 1U);
+    EXPECT_EQ(source.cameras[0].camera.parameters()[0], 532.8);
+    EXPECT_EQ(remarksOn(source.cameras[0]), "");
+  }
+}
+
+TEST(FormatContradictions, OfOpenCvAFlagIsOneOrZero) {
+  const std::string four = kRosSize + kOpenCv.substr(0, kOpenCv.find("distortion_coefficients")) +
+                           "distortion_coefficients: [-0.1, 0.02, 0.001, 0.002]\n";
+  const auto modelOf = [&](const std::string& flag) {
+    return std::string(
+        parseCameras(four + "fisheye_model: " + flag + "\n", "file").cameras.at(0).camera.modelId());
+  };
+  for (const char* flag : {"1", "1.", "true"}) EXPECT_EQ(modelOf(flag), "kannala_brandt") << flag;
+  for (const char* flag : {"0", "0.", "false"}) EXPECT_EQ(modelOf(flag), "radtan") << flag;
+  int num_refused = 0;
+  for (const char* flag : {"2", "-1", "0.5", "yes", "\"\""}) {
+    for (const char* more : {"", "xi: 0.5\n"}) {
+      EXPECT_THAT(complaintAbout(four + more + "fisheye_model: " + flag + "\n"),
+                  AllOf(HasSubstr(": fisheye_model: found"), HasSubstr("1 for a fisheye")))
+          << flag;
+      ++num_refused;
+    }
+  }
+  EXPECT_EQ(num_refused, 10);
+  EXPECT_THAT(complaintAbout(four + "xi: 0.5\nfisheye_model: 1\n"), HasSubstr("beside 'xi'"));
+  EXPECT_EQ(complaintAbout(four + "xi: 0.5\nfisheye_model: 0\n"), "");
+}
+
 TEST(FormatOmissions, OfNerfFocalLengthsAreWorkedOutFromTheAngle) {
   const std::string angle = R"({"camera_angle_x":0.6911112070083618,)";
   const std::string frames = R"("frames":[{"file_path":"a.png"},{"file_path":"b.png"}]})";
@@ -163,6 +250,108 @@ TEST(FormatOmissions, OfNerfFocalLengthsAreWorkedOutFromTheAngle) {
   EXPECT_THAT(complaintAbout(R"({"camera_angle_x":39.6,"w":800,"h":600,"frames":[]})"), HasSubstr("radians"));
   EXPECT_THAT(complaintAbout(R"({"is_fisheye":true,"camera_angle_x":0.6,"w":800,"h":600,"frames":[]})"),
               HasSubstr("fl_x, fl_y, cx and cy"));
+}
+
+TEST(FormatRemarks, NameTheLineOfTheKey) {
+  struct Case {
+    std::string text;
+    std::string remark;
+  };
+  const std::string fisheye =
+      "%YAML:1.0\n---\nmodel_type: KANNALA_BRANDT\ncamera_name: camera\nimage_width: 640\nimage_height: 480\n"
+      "projection_parameters:\n   k2: -0.01\n   k3: 0.02\n   k4: -0.03\n   k5: 0.004\n   mu: 300.0\n   mv: "
+      "301.0\n"
+      "   u0: 320.0\n   v0: 240.0\n";
+  const std::string nerf =
+      "{\"w\": 640, \"h\": 480,\n\"fl_x\": 532.8, \"fl_y\": 532.9, \"cx\": 343.0, \"cy\": 234.4,\n";
+  const std::vector<Case> cases = {
+      {fisheye + "distortion_parameters:\n   k1: 0.1\n   k2: 0.2\n",
+       "unknown_keys: file:16: distortion_parameters means nothing"},
+      {fisheye + "   s: 1\n   t: 2\nserial: 7\n",
+       "unknown_keys: file:16: projection_parameters.s, t (line 17) mean nothing"},
+      {fisheye + "serial: 7\nlens:\n  name: wide\n",
+       "unknown_keys: file:16: serial, lens (line 17) mean nothing"},
+      {"%YAML:1.0\n---\n" + kRosSize + kRosMatrix + kRosCoefficients +
+           "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n",
+       "not_carried: file:8: rectification_matrix is not carried"},
+      {kRosSize + kRosMatrix + kRosCoefficients + "roi:\n  x_offset: 1\n  width: 320\n",
+       "not_carried: file:6: roi:"},
+      {kRosSize + kRosMatrix + kRosCoefficients +
+           "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [500, 0, 342, 0, 0, 501, 233, 0, 0, 0, 1, 0]\n",
+       "not_carried: file:6: projection_matrix:"},
+      {nerf + "\"camera_model\": \"OPENCV\",\n\n\"serial\":\n{\"a\": [1,\n2]},\n\"lens\": 7}",
+       "unknown_keys: file:5: serial, lens (line 8) mean nothing"},
+      {"<?xml "
+       "version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480</"
+       "image_height>\n"
+       "<camera_matrix type_id=\"opencv-matrix\">\n  <rows>3</rows>\n  <cols>3</cols>\n  <dt>d</dt>\n  "
+       "<data>\n"
+       "    500 0 320 0\n    500 240 0 0 1</data></camera_matrix>\n"
+       "<distortion_coefficients>0.1 0.2 0 0 "
+       "0.1</distortion_coefficients>\n<flag_fisheye>\n0</flag_fisheye>\n"
+       "<lens>\n<name>wide</name></lens>\n</opencv_storage>\n",
+       "unknown_keys: file:13: flag_fisheye, lens (line 15) mean nothing"},
+  };
+  int num_lines = 0;
+  for (const Case& c : cases) {
+    EXPECT_THAT(remarksOn(parseCameras(c.text, "file").cameras.at(0)), HasSubstr(c.remark)) << c.text;
+    ++num_lines;
+  }
+  EXPECT_EQ(num_lines, 8);
+}
+
+TEST(FormatContradictions, OfNerfAnglesAndFocalLengthsAreRefused) {
+  // 640 pixels at 500 px are 1.1384 rad, 480 at 500 px 0.8954 rad; a fisheye of 500 px sees 1.28 rad.
+  const std::string rest = R"("fl_x":500.0,"fl_y":500.0,"cx":320.0,"cy":240.0,"w":640,"h":480,"frames":[]})";
+  int num_refused = 0;
+  for (const auto& [angle, key, focal] :
+       {std::tuple(R"("camera_angle_x":1.16,)", "camera_angle_x", "fl_x"),
+        std::tuple(R"("camera_angle_x":1.28,)", "camera_angle_x", "fl_x"),
+        std::tuple(R"("camera_angle_x":0.8954,)", "camera_angle_x", "fl_x"),
+        std::tuple(R"("camera_angle_x":1.1384,"camera_angle_y":1.1384,)", "camera_angle_y", "fl_y"),
+        std::tuple(R"("camera_model":"OPENCV_FISHEYE","camera_angle_x":1.5,)", "camera_angle_x", "fl_x")}) {
+    EXPECT_THAT(complaintAbout("{" + std::string(angle) + rest),
+                AllOf(HasSubstr("file:1: " + std::string(key)), HasSubstr("file:1: " + std::string(focal)),
+                      HasSubstr("500")));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 5);
+  for (const char* angle :
+       {R"("camera_angle_x":1.1384,"camera_angle_y":0.8954,)", R"("camera_angle_x":1.135,)",
+        R"("camera_model":"OPENCV_FISHEYE","camera_angle_x":1.1384,)",
+        R"("camera_model":"OPENCV_FISHEYE","camera_angle_x":1.28,)"})
+    EXPECT_EQ(complaintAbout("{" + std::string(angle) + rest), "") << angle;
+}
+
+TEST(FormatContradictions, OfNerfFramesHaveCamerasOfTheirOwn) {
+  const std::string lens = R"("fl_x":500.0,"fl_y":501.0,"cx":320.0,"cy":240.0,)";
+  const std::string half = R"("fl_x":250.0,"fl_y":250.5,"cx":160.0,"cy":120.0)";
+  const auto file = [](const std::string& top, const std::string& frame) {
+    return R"({"camera_model":"OPENCV",)" + top + R"("w":640,"h":480,"k1":0.1,)" + "\n" +
+           R"("frames":[{"file_path":"a.png"},)" + "\n{" + R"("file_path":"b.png",)" + frame + "}]}";
+  };
+  const CameraSource two = parseCameras(file(lens, half + R"(,"w":320,"h":240)"), "file");
+  ASSERT_EQ(two.cameras.size(), 2U);
+  EXPECT_EQ(two.cameras[0].name, "a.png");
+  EXPECT_EQ(two.cameras[0].image_size, (ImageSize{.width = 640, .height = 480}));
+  EXPECT_EQ(remarksOn(two.cameras[0]), "");
+  EXPECT_EQ(two.cameras[1].name, "b.png");
+  EXPECT_EQ(two.cameras[1].image_size, (ImageSize{.width = 320, .height = 240}));
+  EXPECT_EQ(two.cameras[1].camera.parameters()[0], 250.0);
+  EXPECT_EQ(two.cameras[1].camera.parameters()[4], 0.1);
+  EXPECT_THAT(remarksOn(two.cameras[1]), HasSubstr("file:3: frames[1]: another camera"));
+  const CameraSource same = parseCameras(file(lens, R"("w":640.0,"h":480,"fl_x":500.0)"), "file");
+  ASSERT_EQ(same.cameras.size(), 1U);
+  EXPECT_EQ(remarksOn(same.cameras[0]), "");
+  int num_refused = 0;
+  for (const std::string& frame : {std::string(R"("w":320,"h":240)"), R"("w":320,)" + half,
+                                   std::string(R"("fl_x":250.0)"), std::string(R"("w":640,"h":481)")}) {
+    EXPECT_THAT(complaintAbout(file(lens, frame)),
+                AllOf(HasSubstr("file:3: frames[1]."), HasSubstr(", where file:1: "), HasSubstr("state all")))
+        << frame;
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 4);
 }
 
 TEST(FormatTexts, ThatAreNotUtf8AreRefusedWithTheirLine) {

@@ -56,11 +56,18 @@ bool saysNothing(const YamlNode& node) {
   }
 }
 
-std::string namesText(std::vector<std::string> names) {
+// "cam.yaml:8: cam0.a, b (line 12) and 3 more": keys of a map, the first one's line as the place.
+std::string keysText(const YamlNode& map, const std::vector<std::string>& keys) {
   constexpr std::size_t kMaxNamed = 8;
-  const std::size_t num_more = names.size() - std::min(names.size(), kMaxNamed);
-  names.resize(names.size() - num_more);
-  return join(names, ", ") + (num_more > 0 ? " and " + std::to_string(num_more) + " more" : "");
+  const int first_line = map.lineOfKey(keys.front());
+  std::string text = map.whereKey(keys.front());
+  const std::size_t num_named = std::min(keys.size(), kMaxNamed);
+  for (std::size_t i = 1; i < num_named; ++i) {
+    const int line = map.lineOfKey(keys[i]);
+    text += ", " + keys[i];
+    if (line > 0 && line != first_line) text += " (line " + std::to_string(line) + ")";
+  }
+  return text + (keys.size() > num_named ? " and " + std::to_string(keys.size() - num_named) + " more" : "");
 }
 
 }  // namespace
@@ -196,8 +203,10 @@ void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& know
     if (std::find(known.begin(), known.end(), key) == known.end()) unknown.push_back(key);
   }
   if (unknown.empty()) return;
-  camera.remarks.push_back({"unknown_keys", map.where() + ": " + namesText(std::move(unknown)) +
-                                                " mean nothing to this program and were not used"});
+  camera.remarks.push_back(
+      {"unknown_keys",
+       keysText(map, unknown) + (unknown.size() == 1 ? " means nothing to this program and was not used"
+                                                     : " mean nothing to this program and were not used")});
 }
 
 void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys, StatedCamera& camera) {
@@ -207,9 +216,9 @@ void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys,
     if (node && !saysNothing(*node)) dropped.push_back(key);
   }
   if (dropped.empty()) return;
-  camera.remarks.push_back({"not_carried", map.where() + ": " + namesText(std::move(dropped)) +
-                                               " are not carried along: a camera here is its lens and image "
-                                               "size alone"});
+  camera.remarks.push_back(
+      {"not_carried", keysText(map, dropped) + (dropped.size() == 1 ? " is" : " are") +
+                          " not carried along: a camera here is its lens and image size alone"});
 }
 
 }  // namespace alidade::detail

@@ -17,6 +17,7 @@
 #include "alidade/io/formats/format_text.h"
 #include "alidade/io/formats/formats.h"
 #include "alidade/io/formats/lens_layout.h"
+#include "alidade/io/formats/stated_size.h"
 
 namespace alidade::formats {
 namespace {
@@ -62,23 +63,27 @@ bool recognises(const CameraDocument& document) {
 
 constexpr std::array kTopCoefficients = {"k1", "k2", "k3", "p1", "p2"};
 
-// What the top says of all frames goes before what one of them says. Coefficients come from one of the two.
+// What the top says of all frames goes before what one of them says, unless that frame has a camera of its
+// own. Coefficients come from one of the two.
 struct Intrinsics {
   YamlNode top;
   YamlNode frame;
+  bool is_own = false;
 
+  [[nodiscard]] const YamlNode& first() const { return is_own ? frame : top; }
+  [[nodiscard]] const YamlNode& second() const { return is_own ? top : frame; }
   [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const {
-    if (const auto node = top.find(key)) return node;
-    return frame.find(key);
+    if (const auto node = first().find(key)) return node;
+    return second().find(key);
   }
   [[nodiscard]] StatedNumber number(const std::string& key) const {
     if (const auto node = find(key)) return detail::statedNumber(*node);
     return detail::statedNumber(frame.at(key));  // says that it is missing
   }
   [[nodiscard]] StatedNumber coefficient(const std::string& key) const {
-    const bool is_at_top = std::any_of(kTopCoefficients.begin(), kTopCoefficients.end(),
-                                       [this](const char* name) { return top.has(name); });
-    const auto node = (is_at_top ? top : frame).find(key);
+    const bool is_in_first = std::any_of(kTopCoefficients.begin(), kTopCoefficients.end(),
+                                         [this](const char* name) { return first().has(name); });
+    const auto node = (is_in_first ? first() : second()).find(key);
     return node && !node->isNull() ? detail::statedNumber(*node) : StatedNumber{};
   }
 };
@@ -107,6 +112,25 @@ StatedNumber focalOf(const YamlNode& node, int side) {
   const double sine = std::sin(0.5 * angle.value);
   return {.value = 0.5 * side / std::tan(0.5 * angle.value),
           .half_unit = 0.25 * side / (sine * sine) * angle.half_unit};
+}
+
+// A field angle beside a focal length says the same, or one of the two is of another camera or image. Of a
+// fisheye, colmap2nerf.py writes the angle by the formula of a pinhole; others by that of the lens itself.
+void refuseOtherAngle(const Intrinsics& intrinsics, const char* angle_key, const char* focal_key,
+                      bool is_fisheye, int side) {
+  constexpr double kSameShare = 0.01;
+  const auto angle = intrinsics.find(angle_key);
+  const auto stated = intrinsics.find(focal_key);
+  if (!angle || angle->isNull() || !stated) return;
+  const double focal = detail::statedNumber(*stated).value;
+  const auto isSameFocal = [focal](double other) { return std::abs(focal - other) <= kSameShare * other; };
+  if (is_fisheye && isSameFocal(side / detail::statedNumber(*angle).value)) return;
+  const double told = focalOf(*angle, side).value;
+  if (isSameFocal(told)) return;
+  throw angle->error("'" + angle->text() + "', which in " + std::to_string(side) +
+                         " pixels is a focal length of " + exactText(told),
+                     "that of " + stated->where() + ", which is " + stated->text(),
+                     "correct or remove the wrong one");
 }
 
 // instant-ngp's files may have no more than the angle that the width of the image spans; what is left out is
@@ -170,13 +194,16 @@ std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fis
 
 StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, const ReadOptions& options) {
   const bool is_fisheye = isFisheye(intrinsics);
-  const auto width = intrinsics.find("w");
-  const auto height = intrinsics.find("h");
-  std::optional<ImageSize> size;
-  if (width && height) size = detail::readSize(*width, *height);
   std::vector<Remark> remarks;
-  const std::vector<StatedNumber> parameters =
-      parametersOf(intrinsics, is_fisheye, size ? size : options.image_size, remarks);
+  const auto size =
+      detail::sizeOfSides({.key = "w", .node = intrinsics.find("w")},
+                          {.key = "h", .node = intrinsics.find("h")}, options.image_size, remarks);
+  const auto known_size = size ? size : options.image_size;
+  if (known_size) {
+    refuseOtherAngle(intrinsics, "camera_angle_x", "fl_x", is_fisheye, known_size->width);
+    refuseOtherAngle(intrinsics, "camera_angle_y", "fl_y", is_fisheye, known_size->height);
+  }
+  const std::vector<StatedNumber> parameters = parametersOf(intrinsics, is_fisheye, known_size, remarks);
   const bool is_plain =
       !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
                                  [](const StatedNumber& number) { return number.value == 0; });
@@ -195,6 +222,41 @@ StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, cons
   known.insert(known.end(), kOtherKeys.begin(), kOtherKeys.end());
   detail::remarkUnknownKeys(intrinsics.top, known, camera);
   return camera;
+}
+
+bool saysSame(const YamlNode& a, const YamlNode& b) {
+  const auto x = detail::parseStated(a.text());
+  const auto y = detail::parseStated(b.text());
+  return x && y ? x->value == y->value : a.text() == b.text();
+}
+
+// Does a frame say another camera than the top of the file? Then it has to say all of it, as the readers of
+// this format differ in which of the two they take.
+bool hasOwnCamera(const YamlNode& top, const YamlNode& frame) {
+  std::vector<std::string> keys = kCameraKeys;
+  keys.insert(keys.end(), {"camera_angle_x", "camera_angle_y"});
+  std::vector<std::string> others;
+  for (const std::string& key : keys) {
+    const auto theirs = top.find(key);
+    const auto own = frame.find(key);
+    if (theirs && own && theirs->isScalar() && own->isScalar() && !saysSame(*theirs, *own))
+      others.push_back(key);
+  }
+  if (others.empty()) return false;
+  std::vector<std::string> needed = {"fl_x", "fl_y", "cx", "cy"};
+  const bool is_other_size = std::any_of(others.begin(), others.end(),
+                                         [](const std::string& key) { return key == "w" || key == "h"; });
+  if (is_other_size) needed.insert(needed.end(), {"w", "h"});
+  for (const std::string& key : needed) {
+    if (frame.has(key)) continue;
+    const YamlNode own = frame.at(others.front());
+    const YamlNode theirs = top.at(others.front());
+    throw own.error("'" + own.text() + "', where " + theirs.where() + " says '" + theirs.text() +
+                        "', and no " + key + " in this frame",
+                    "the same as at the top, or the frame's own " + join(needed, ", "),
+                    "correct the wrong one, or state all of these for the frame");
+  }
+  return true;
 }
 
 bool isSame(const StatedCamera& a, const StatedCamera& b) {
@@ -218,9 +280,9 @@ std::string statementOf(const YamlNode& frame) {
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   const auto list = root.find("frames");
-  const bool is_single = root.has("fl_x") || !list ||
-                         (root.has("camera_angle_x") && list->isSequence() && list->items().empty());
-  if (is_single) return {.cameras = {readOne({root, root}, "", options)}};
+  const bool has_frames = list && list->isSequence() && !list->items().empty();
+  const bool is_of_top = root.has("fl_x") || !list || (root.has("camera_angle_x") && !has_frames);
+  if (is_of_top && !has_frames) return {.cameras = {readOne({root, root}, "", options)}};
   constexpr std::size_t kMaxFrames = 100'000;
   constexpr std::size_t kMaxCameras = 1000;
   const std::vector<YamlNode> frames = list->items();
@@ -233,7 +295,14 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
     const auto path = frame.find("file_path");
     const std::string name = path ? path->text() : "";
     const std::size_t num_before = all.cameras.size();
-    all.add(name, [&] { return readOne({root, frame}, name, options); });
+    const bool is_own = hasOwnCamera(root, frame);
+    all.add(name, [&] { return readOne({root, frame, is_own}, name, options); });
+    if (is_own && all.cameras.size() > num_before) {
+      all.cameras.back().remarks.push_back(
+          {"assumed", frame.where() +
+                          ": another camera than at the top of the file; the frame's own is taken, "
+                          "which nerfstudio does not do"});
+    }
     if (all.cameras.size() > num_before &&
         std::any_of(all.cameras.begin(), all.cameras.end() - 1,
                     [&all](const StatedCamera& other) { return isSame(other, all.cameras.back()); }))

@@ -12,6 +12,7 @@
 #include "alidade/io/formats/formats.h"
 #include "alidade/io/formats/lens_numbers.h"
 #include "alidade/io/formats/opencv_text.h"
+#include "alidade/io/formats/stated_size.h"
 
 namespace alidade::formats {
 namespace {
@@ -130,16 +131,19 @@ bool recognises(const CameraDocument& document) {
   return false;
 }
 
-std::optional<ImageSize> findSize(const YamlNode& root) {
+std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& options,
+                                  std::vector<Remark>& remarks) {
   constexpr std::array<std::array<const char*, 2>, 3> kPairs = {
       {{"image_width", "image_height"}, {"image_Width", "image_Height"}, {"width", "height"}}};
   std::optional<ImageSize> found;
+  const auto requireSame = [&](const YamlNode& place, bool is_same) {
+    if (is_same) return;
+    throw place.error("another image size than before",
+                      std::to_string(found->width) + "x" + std::to_string(found->height),
+                      "remove the wrong one");
+  };
   const auto take = [&](const YamlNode& place, ImageSize size) {
-    if (found && *found != size) {
-      throw place.error("another image size than before",
-                        std::to_string(found->width) + "x" + std::to_string(found->height),
-                        "remove the wrong one");
-    }
+    requireSame(place, !found || *found == size);
     found = size;
   };
   for (const auto& [width, height] : kPairs) {
@@ -149,14 +153,28 @@ std::optional<ImageSize> findSize(const YamlNode& root) {
   for (const char* key : {"image_size", "imageSize"}) {
     if (root.has(key)) take(root.at(key), detail::readSize(root.at(key)));
   }
+  // A side alone: where the size is known, it has to agree.
+  for (const auto& [width, height] : kPairs) {
+    if (root.has(width) == root.has(height)) continue;
+    if (!found) {
+      found = detail::sizeOfSides(detail::sideOf(root, width), detail::sideOf(root, height),
+                                  options.image_size, remarks);
+    } else {
+      const YamlNode side = root.at(root.has(width) ? width : height);
+      requireSame(side, side.number() == (root.has(width) ? found->width : found->height));
+    }
+  }
   return found;
 }
 
-bool saysFisheye(const YamlNode& root) {
-  const auto flag = root.find("fisheye_model");
-  if (!flag) return false;
-  const std::string text = flag->text();
-  return text == "1" || text == "true";
+// cv::fisheye with 1, an ordinary lens with 0; OpenCV's sample writes no other number.
+bool saysFisheye(const YamlNode& flag) {
+  const std::string text = flag.text();
+  const auto number = parseDouble(text);
+  if (text == "true" || number == 1.0) return true;
+  if (text == "false" || number == 0.0) return false;
+  throw flag.error("'" + text + "'", "1 for a fisheye (cv::fisheye) or 0 for an ordinary lens",
+                   "correct it, or remove it and add --read-as radtan or --read-as kannala_brandt");
 }
 
 // What the file says of its lens: "" where it does not.
@@ -179,7 +197,7 @@ std::string namedModel(const YamlNode& root) {
 std::string statedModel(const YamlNode& root) {
   const std::string named = namedModel(root);
   if (!root.has("fisheye_model")) return named;
-  std::string flagged = saysFisheye(root) ? "kannala_brandt" : "radtan";
+  std::string flagged = saysFisheye(root.at("fisheye_model")) ? "kannala_brandt" : "radtan";
   if (!named.empty() && named != flagged) {
     throw root.at("fisheye_model")
         .error("'" + root.at("fisheye_model").text() + "' beside a distortion_model of '" +
@@ -234,18 +252,23 @@ StatedCamera readOmni(const YamlNode& node, const std::string& name, std::vector
   return detail::stateCamera(node.where(), name, "omni", parameters, size);
 }
 
-StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
+StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std::string& read_as,
+                      std::optional<ImageSize> size) {
   const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
   std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
   const auto key = findKey(root, kCoefficientKeys, suffix);
   if (!key) refuseLeftOver(matrix, root);
-  const auto size = findSize(root);
   // One value in XML is no list.
   std::vector<StatedNumber> coefficients =
       key ? detail::statedNumbers(root.at(*key)) : std::vector<StatedNumber>();
   const YamlNode place = key ? root.at(*key) : matrix;
+  const auto flag = root.find("fisheye_model");
+  if (root.has("xi") && flag && saysFisheye(*flag)) {
+    throw flag->error("'" + flag->text() + "' beside 'xi', which is of cv::omnidir", "one of the two lenses",
+                      "remove the wrong one");
+  }
   if (root.has("xi")) return readOmni(place, suffix, parameters, root.at("xi"), coefficients, size);
-  const std::string stated = statedModel(root).empty() ? options.model : statedModel(root);
+  const std::string stated = statedModel(root).empty() ? read_as : statedModel(root);
   const std::string model = modelOf(place, coefficients.size(), stated);
   if (coefficients.size() == 14) {
     if (coefficients[12].value != 0 || coefficients[13].value != 0) {
@@ -261,6 +284,14 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   if (!key)
     camera.remarks.push_back(
         {"assumed", matrix.where() + ": there are no distortion coefficients; taken as none"});
+  return camera;
+}
+
+StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
+  std::vector<Remark> remarks;
+  const auto size = findSize(root, options, remarks);
+  StatedCamera camera = readLens(root, suffix, options.model, size);
+  camera.remarks.insert(camera.remarks.begin(), remarks.begin(), remarks.end());
   return camera;
 }
 

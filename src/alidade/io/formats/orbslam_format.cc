@@ -26,6 +26,7 @@ constexpr LensLayout kRadtan5 = {"PinHole", "radtan", "fx fy cx cy k1 k2 p1 p2 k
 constexpr LensLayout kFisheye = {"KannalaBrandt8", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"};
 constexpr std::array<LensLayout, 3> kWritten = {kPlain, kRadtan5, kFisheye};
 
+constexpr std::string_view kNumbers = "fx fy cx cy k1 k2 k3 k4 p1 p2";
 constexpr std::array kPrefixes = {"Camera1", "Camera", "Camera2"};
 const std::vector<std::string> kTransforms = {
     "Stereo.T_c1_c2",    "Tbc",    "IMU.T_b_c1", "Camera.newWidth", "Camera.newHeight",
@@ -94,7 +95,7 @@ bool isOfCamera(const std::string& key) {
   for (const char* prefix : kPrefixes) {
     if (!key.starts_with(std::string(prefix) + ".")) continue;
     const std::string name = key.substr(std::string(prefix).size() + 1);
-    for (const std::string_view known : split("fx fy cx cy k1 k2 k3 k4 p1 p2", ' ')) {
+    for (const std::string_view known : split(kNumbers, ' ')) {
       if (name == known) return true;
     }
     for (const char* known : kOtherCameraKeys) {
@@ -114,10 +115,34 @@ std::vector<std::string> knownKeys(const YamlNode& root) {
   return known;
 }
 
+// The first camera has two sets of names, of which ORB-SLAM reads one. What the other set says has to be the
+// same; a coefficient of 0 is as if it were not there.
+void refuseMixedNames(const YamlNode& root, const std::string& own, const std::string& other) {
+  for (const std::string_view name : split(kNumbers, ' ')) {
+    const auto ours = root.find(own + "." + std::string(name));
+    const auto theirs = root.find(other + "." + std::string(name));
+    if (!theirs) continue;
+    const StatedNumber number = detail::statedNumber(*theirs);
+    if (ours && detail::statedNumber(*ours).value == number.value) continue;
+    if (ours) {
+      throw theirs->error("'" + theirs->text() + "', where " + ours->where() + " says '" + ours->text() + "'",
+                          "keys of one kind for the first camera, or both to say the same",
+                          "remove the wrong one");
+    }
+    if (number.value == 0) continue;
+    throw theirs->error("'" + other + "." + std::string(name) + "' without '" + own + "." +
+                            std::string(name) + "', beside " + root.at(own + ".fx").where(),
+                        "keys of one kind for the first camera",
+                        "rename it, or remove it if it is something else");
+  }
+}
+
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   StatedCameras all;
   const bool is_older = !root.has("Camera1.fx") && root.has("Camera.fx");
+  if (root.has("Camera1.fx") || is_older)
+    refuseMixedNames(root, is_older ? "Camera" : "Camera1", is_older ? "Camera1" : "Camera");
   all.add("Camera1", [&] { return readOne(root, is_older ? "Camera" : "Camera1"); });
   if (root.has("Camera2.fx")) all.add("Camera2", [&] { return readOne(root, "Camera2"); });
   for (StatedCamera& camera : all.cameras) {

@@ -151,7 +151,7 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
                                          pinhole[3], zero, zero,       one};
   for (std::size_t i = 0; i < K.size(); ++i) {
     if (detail::isSameStated(P[kLeft[i]], K[i])) continue;
-    camera.remarks.push_back({"not_carried", node->where() +
+    camera.remarks.push_back({"not_carried", root.whereKey(key) +
                                                  ": this is the camera of rectified images, with other "
                                                  "numbers than the camera matrix, and is not used"});
     return;
@@ -166,9 +166,10 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
   };
   const auto roi = root.find("roi");
   const bool is_cut = roi && roi->isMap() && (above(*roi, "width", 0) || above(*roi, "height", 0));
-  if (!is_cut && !above(root, "binning_x", 1) && !above(root, "binning_y", 1)) return;
+  const char* key = is_cut ? "roi" : above(root, "binning_x", 1) ? "binning_x" : "binning_y";
+  if (!is_cut && !above(root, key, 1)) return;
   camera.remarks.push_back(
-      {"not_carried", root.where() +
+      {"not_carried", root.whereKey(key) +
                           ": binning and roi are not carried along: this is the camera of "
                           "the whole image; alidade convert --crop and --bin make that of the part"});
 }
