@@ -130,7 +130,7 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
                        [](const std::string& path) {
                          return runAlidade({"validate", path});
                        }),
-            55u);
+            57u);
   int num_commands = 0;
   scratch.write("bad.yaml", bad_files.front().text);
   for (const char* command : {"project", "unproject"}) {
