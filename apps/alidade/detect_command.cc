@@ -48,7 +48,7 @@ class DetectCommand final : public Command {
     const DetectionStage stage = runDetection(
         {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, catchInterrupts());
     if (stage.views.empty() && common_.json) printResult(jsonText(json(stage)));
-    requireBoards(stage, common_);
+    requireBoards(stage, common_, true);
 
     CornersFile file;
     file.camera = camera_;

@@ -47,7 +47,7 @@ void noteOrientations(DetectionStage& stage) {
   }
 }
 
-[[noreturn]] void throwNoBoard(const DetectionStage& stage) {
+[[noreturn]] void throwNoBoard(const DetectionStage& stage, bool has_debug_flag) {
   const std::vector<std::string>& paths = stage.paths;
   std::map<DetectionReason, int> counts;
   for (const ImageOutcome& outcome : stage.outcomes) ++counts[outcome.detection.reason];
@@ -68,10 +68,10 @@ void noteOrientations(DetectionStage& stage) {
        .found = fmt::format("no board ({})", join(reasons, ", ")),
        .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", stage.board.columns,
                                stage.board.rows),
-       .next_step = hint
-                        ? hintText(*hint, stage.board)
-                        : "check that the board is in the image, sharp, and with a white margin; --debug DIR "
-                          "writes the images with what was found"});
+       .next_step = hint ? hintText(*hint, stage.board)
+                         : "check that the board is in the image, sharp, and with a white margin; " +
+                               std::string(has_debug_flag ? "--debug DIR" : "alidade detect --debug DIR") +
+                               " writes the images with what was found"});
 }
 
 // Where the debug images go, by path of the input. Names that differ in folders only stay apart, and long
@@ -170,7 +170,7 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
   return stage;
 }
 
-void requireBoards(const DetectionStage& stage, const CommonOptions& options) {
+void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag) {
   if (!stage.views.empty()) return;
   if (!options.quiet && stage.outcomes.size() > 1) {
     constexpr std::size_t kMaxListed = 12;
@@ -178,7 +178,7 @@ void requireBoards(const DetectionStage& stage, const CommonOptions& options) {
     for (std::size_t i = 0; i < std::min(lines.size(), kMaxListed); ++i) printMessage("  " + lines[i]);
     if (lines.size() > kMaxListed) printMessage(fmt::format("  ... and {} more", lines.size() - kMaxListed));
   }
-  throwNoBoard(stage);
+  throwNoBoard(stage, has_debug_flag);
 }
 
 void checkDebugFolder(const std::string& folder, const std::string& output) {

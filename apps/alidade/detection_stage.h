@@ -38,8 +38,9 @@ struct DetectionRequest {
                                           const CancelFlag* cancel);
 
 /// Goes on only if at least one image gives corners. Otherwise says what each image shows instead.
+/// @param has_debug_flag  whether the command in use has --debug, which hints may then name
 /// @throws Error (kInput)
-void requireBoards(const DetectionStage& stage, const CommonOptions& options);
+void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag);
 
 /// Checks before any long work that the debug folder and the output are not the same. @throws Error (kUsage)
 void checkDebugFolder(const std::string& folder, const std::string& output);

@@ -92,6 +92,8 @@ class DiffCommand final : public Command {
 
     if (!common_.quiet) {
       if (const auto crop = suspectCrop(in_a, in_b, difference.match)) printMessage(cropText(*crop));
+      const std::string uneven = unevenSizeText(a.image_size, b.image_size, difference.match.quarter_turns);
+      if (!uneven.empty()) printMessage(uneven);
     }
     const bool has_figures = difference.num_compared > 0 && difference.is_converged;
     std::string text = fileText("A", files_[0], a) + fileText("B", files_[1], b) + differenceText(difference);
@@ -165,19 +167,22 @@ class DiffCommand final : public Command {
           "validate both files; are they cameras of one image?",
           distance_m_ ? "pose" : "rotation");
     }
+    if (!isComparable(difference)) {
+      return fmt::format(
+          "{} of {} pixels are seen by one of the cameras only, or put by one of them farther off than the "
+          "image is long: they cannot be compared as a whole\n  next: alidade validate both files; are they "
+          "cameras of one image?",
+          difference.num_seen_by_one, difference.pixels.size());
+    }
     if (!tolerance_px_) return std::nullopt;
     switch (agreementOf(difference, significance, *tolerance_px_)) {
       case Agreement::kWithin:
       case Agreement::kUncertain:
+      case Agreement::kNotComparable:
         return std::nullopt;
       case Agreement::kBeyond:
         return fmt::format("the cameras differ by {:.3g} px (95 %); accepted {} px (--tolerance)",
                            difference.p95_px, *tolerance_px_);
-      case Agreement::kNotComparable:
-        return fmt::format(
-            "{} of {} pixels are seen by one of the cameras only\n  next: alidade validate both "
-            "files",
-            difference.num_seen_by_one, difference.pixels.size());
     }
     return std::nullopt;
   }
@@ -193,10 +198,14 @@ class DiffCommand final : public Command {
     DifferenceOptions options = differenceOptions();
     options.quarter_turns = 2;
     const ProjectionDifference turned = projectionDifference(a, b, options);
-    if (!turned.is_converged || !(turned.rms_px < kFarLess * difference.rms_px)) return "";
+    // Few pixels that suit by chance are no sign of a turned image.
+    if (!turned.is_converged || turned.num_compared < difference.num_compared ||
+        !(turned.rms_px < kFarLess * difference.rms_px))
+      return "";
     return fmt::format(
-        "Note     with B's image taken as A's upside down (--rotate 180) the RMS would be {:.4g} px\n",
-        turned.rms_px);
+        "Note     with B's image taken as A's upside down (--rotate 180) the RMS would be {:.4g} px instead "
+        "of {:.4g} px\n",
+        turned.rms_px, difference.rms_px);
   }
 
   static std::string figureComplaint(const std::string& text) {

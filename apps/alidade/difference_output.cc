@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -36,8 +38,11 @@ std::vector<int> spread(int count, int most) {
 
 std::string motionText(const ProjectionDifference& difference) {
   const Eigen::Vector3d w = difference.b_from_a.rotation.log();
-  std::string text = fmt::format("a rotation by {:.6g} degrees", kDegPerRad * w.norm());
-  if (w.norm() > 0) {
+  constexpr double kRoundingDeg = 1e-9;
+  const double angle_deg = kDegPerRad * w.norm();
+  std::string text = "no rotation";
+  if (angle_deg >= kRoundingDeg) {
+    text = fmt::format("a rotation by {:.6g} degrees", angle_deg);
     const Eigen::Vector3d axis = w.normalized();
     text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), which takes A's camera frame to B's", axis.x(),
                         axis.y(), axis.z());
@@ -73,6 +78,27 @@ std::string differenceText(const ProjectionDifference& difference) {
       difference.mean_px, difference.rms_px, difference.p95_px, difference.max_px, difference.worst_pixel.x(),
       difference.worst_pixel.y(), sizeText(difference.match.unit_size));
   return text;
+}
+
+std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns) {
+  if (quarter_turns % 2 != 0) std::swap(b.width, b.height);
+  if (std::int64_t{a.width} * b.height == std::int64_t{a.height} * b.width) return "";
+  // The factor by which the finer image shrinks differs along x and y. As one factor, that of the mean, it
+  // would be off at the border by this much.
+  const bool is_a_finer = std::int64_t{a.width} * a.height >= std::int64_t{b.width} * b.height;
+  const ImageSize fine = is_a_finer ? a : b;
+  const ImageSize coarse = is_a_finer ? b : a;
+  const double by_width = static_cast<double>(coarse.width) / fine.width;
+  const double by_height = static_cast<double>(coarse.height) / fine.height;
+  const double mean = std::sqrt(by_width * by_height);
+  const double off_px = 0.5 * std::max(std::abs(by_width / mean - 1) * fine.width,
+                                       std::abs(by_height / mean - 1) * fine.height);
+  return fmt::format(
+      "note: {} px is no plain resize of {} px: the factor would be {:.5g} along x and {:.5g} along y, and "
+      "sides "
+      "were rounded. An image that was resized or binned by one factor differs by up to {:.2g} px of {} at "
+      "the border for this alone",
+      sizeText(coarse), sizeText(fine), by_width, by_height, off_px, sizeText(fine));
 }
 
 std::string differenceTable(const ProjectionDifference& difference) {

@@ -16,6 +16,11 @@ namespace alidade {
 /// the motion was not found.
 [[nodiscard]] std::string differenceText(const ProjectionDifference& difference);
 
+/// A note for images whose sizes differ by more than a factor, as where a side was rounded (213x160 of
+/// 640x480): how many pixels of the finer one that leaves. Empty for those that have exactly one shape.
+/// @pre the images have one shape but for rounding, see possibleTurns()
+[[nodiscard]] std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns);
+
 /// Rows of text for people ("Removed  a rotation", continued on lines that begin with blanks) as lines for a
 /// figure: "Removed: a rotation".
 [[nodiscard]] std::vector<std::string> figureLines(const std::string& text);

@@ -50,10 +50,11 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
                       .found = "no --board",
                       .expected = "for example --board checkerboard:9x6:25mm"});
   }
-  DetectionStage stage = runDetection(
-      {.inputs = request.inputs, .board = readBoard(request.board), .debug_folder = request.debug_folder},
-      options, cancel);
-  requireBoards(stage, options);
+  DetectionStage stage = runDetection({.inputs = request.inputs,
+                                       .board = readBoard(request.board),
+                                       .debug_folder = request.debug_folder.value_or("")},
+                                      options, cancel);
+  requireBoards(stage, options, request.debug_folder.has_value());
   return {.input = {.board = stage.board,
                     .num_images = stage.outcomes.size(),
                     .num_found = stage.numFound(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct ViewsRequest {
   std::string command;              ///< its name, for messages
   std::vector<std::string> inputs;  ///< folders, image files or patterns; or one corners file
   std::string board;                ///< SPEC or board file; a corners file knows its own
-  std::string debug_folder;         ///< see DetectionRequest
+  /// See DetectionRequest; nothing: the command has no flag for it.
+  std::optional<std::string> debug_folder = std::nullopt;
 };
 
 struct GivenViews {

@@ -30,8 +30,8 @@ TEST(Diff, OfACameraWithItselfIsZero) {
   const RunResult result =
       runAlidade({"diff", dataPath("camera.yaml"), dataPath("camera.yaml"), "--tolerance", "1e-9"});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("a rotation by"), HasSubstr("1200 of 1200 pixels"),
-                                HasSubstr("Grid"), Not(HasSubstr("nan"))));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("no rotation"), HasSubstr("1200 of 1200 pixels"), HasSubstr("Grid"),
+                                Not(HasSubstr("nan"))));
   EXPECT_EQ(result.err, "");
 }
 
@@ -176,18 +176,26 @@ TEST(Diff, DrawsTheDifference) {
 
 TEST(Diff, PrintsNoFigureWhereTheRotationIsNotFound) {
   const ScratchFolder scratch;
-  // Two pixels do not tell a rotation.
-  const std::string a = scratch.write("a.yaml", smallCamera());
-  const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
+  // Of a long lens and a fisheye, no rotation makes one like the other.
+  const std::string size = "alidade_camera: 1\nimage_size: {width: 640, height: 480}\n";
+  const std::string a = scratch.write(
+      "a.yaml",
+      size +
+          "model: radtan\nparameters: {fx: 533, fy: 532, cx: 342, cy: 234, k1: -0.28, k2: 0.06, p1: "
+          "0.001, p2: -0.0005, k3: 0.01}\n");
+  const std::string b = scratch.write(
+      "b.yaml", size +
+                    "model: kannala_brandt\nparameters: {fx: 190, fy: 190, cx: 320, cy: 240, k1: 0.01, k2: "
+                    "-0.005, k3: 0.001, k4: 0}\n");
   const std::string figure = scratch.path("figure.svg");
-  const RunResult result = runAlidade({"diff", a, b, "--grid", "2x1", "-o", figure});
+  const RunResult result = runAlidade({"diff", a, b, "-o", figure});
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("Removed  nothing"), Not(HasSubstr("Apart")), Not(HasSubstr("Grid"))));
   EXPECT_THAT(result.err, AllOf(HasSubstr("too little in common"), HasSubstr("figure.svg was not written")));
   EXPECT_FALSE(scratch.has("figure.svg"));
 
-  const json document = diffJson({a, b, "--grid", "2x1"}, 3);
+  const json document = diffJson({a, b}, 3);
   EXPECT_EQ(document.at("converged"), false);
   EXPECT_EQ(document.at("agrees"), false);
   int num_null = 0;
@@ -202,7 +210,7 @@ TEST(Diff, PrintsNoFigureWhereTheRotationIsNotFound) {
   for (const json& row : document.at("grid").at("difference_px")) {
     for (const json& difference : row) num_pixels += difference.is_null() ? 1 : 0;
   }
-  EXPECT_EQ(num_pixels, 2U);
+  EXPECT_EQ(num_pixels, 1200U);
 }
 
 TEST(Diff, SuspectsAPartOfAnImage) {
@@ -218,6 +226,76 @@ TEST(Diff, SuspectsAPartOfAnImage) {
   EXPECT_EQ(runAlidade({"diff", part, whole, "--quiet"}).err, "");
   EXPECT_EQ(runAlidade({"diff", whole, half}).err, "");
   EXPECT_EQ(runAlidade({"diff", whole, whole}).err, "");
+}
+
+// A short fisheye and a radtan camera: both have a ray for every pixel, but the formula of the one puts what
+// the other sees at its border anywhere.
+TEST(Diff, CountsWhatIsFarOutsideTheImageAsSeenByOneCamera) {
+  const ScratchFolder scratch;
+  const std::string narrow =
+      scratch.write("narrow.yaml",
+                    "alidade_camera: 1\nmodel: radtan\nimage_size: {width: 640, height: 480}\n"
+                    "parameters: {fx: 533, fy: 532, cx: 342, cy: 234, k1: -0.28, k2: 0.06, p1: 0.001, p2: "
+                    "-0.0005, k3: 0.01}\n");
+  const std::string wide = scratch.write(
+      "wide.yaml",
+      "alidade_camera: 1\nmodel: kannala_brandt\nimage_size: {width: 640, height: 480}\n"
+      "parameters: {fx: 190, fy: 190, cx: 320, cy: 240, k1: 0.01, k2: -0.005, k3: 0.001, k4: 0}\n");
+  constexpr double kDiagonalPx = 800;
+  int num_compared = 0;
+  for (const auto& files : {std::pair(narrow, wide), std::pair(wide, narrow)}) {
+    const json document = diffJson({files.first, files.second, "--same-frame"}, 3);
+    EXPECT_LE(document.at("max_px").get<double>(), kDiagonalPx);
+    EXPECT_GT(document.at("num_seen_by_one").get<int>(), 60);  // 5 % of 1200
+    EXPECT_GT(document.at("num_compared").get<int>(), 100);
+    EXPECT_EQ(document.at("agrees"), false);
+    ++num_compared;
+  }
+  EXPECT_EQ(num_compared, 2);
+  EXPECT_THAT(
+      runAlidade({"diff", narrow, wide, "--same-frame"}),
+      AllOf(EndsWith(3), testing::Field(&RunResult::err, HasSubstr("seen by one of the cameras only")),
+            testing::Field(&RunResult::out, Not(HasSubstr("upside down")))));
+}
+
+TEST(Diff, AsksForAGridThatIsFineEnough) {
+  const ScratchFolder scratch;
+  const std::string a = scratch.write("a.yaml", smallCamera());
+  const std::string b = otherCamera(scratch, "b.yaml", "cx: 320", "cx: 320.5");
+  for (const char* grid : {"1x1", "2x1", "1x2"})
+    EXPECT_THAT(runAlidade({"diff", a, b, "--grid", grid}), FailsWith(2, HasSubstr("at least 3 pixels")))
+        << grid;
+  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "5x1", "--distance", "1"}),
+              FailsWith(2, HasSubstr("at least 6 pixels")));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "3x1"}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "3x2", "--distance", "1"}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "1x1", "--same-frame"}), EndsWith(0));
+}
+
+TEST(Diff, TellsThatSizesWereRounded) {
+  const ScratchFolder scratch;
+  const std::string large = scratch.write("large.yaml", smallCamera());
+  const std::string uneven = scratch.path("uneven.yaml");
+  const std::string even = scratch.path("even.yaml");
+  ASSERT_THAT(runAlidade({"convert", large, "-o", uneven, "--resize", "213x160"}), EndsWith(0));
+  ASSERT_THAT(runAlidade({"convert", large, "-o", even, "--resize", "320x240"}), EndsWith(0));
+  const std::string note = "213x160 px is no plain resize of 640x480 px";
+  EXPECT_THAT(runAlidade({"diff", large, uneven}).err,
+              AllOf(HasSubstr(note), HasSubstr("up to 0.25 px of 640x480")));
+  EXPECT_THAT(runAlidade({"diff", uneven, large}).err, HasSubstr(note));
+  EXPECT_EQ(runAlidade({"diff", uneven, large, "--quiet"}).err, "");
+  EXPECT_EQ(runAlidade({"diff", large, even}).err, "");
+}
+
+TEST(Diff, ShortensLongNamesInTheFigure) {
+  const ScratchFolder scratch;
+  const std::string name = std::string(190, 'n') + ".yaml";
+  const std::string file = scratch.write(name, smallCamera());
+  const std::string figure = scratch.path("difference.svg");
+  ASSERT_THAT(runAlidade({"diff", file, file, "-o", figure}), EndsWith(0));
+  const std::string svg = readFile(figure);
+  EXPECT_THAT(svg,
+              AllOf(Not(HasSubstr(std::string(100, 'n'))), HasSubstr("nnn...nnn"), HasSubstr("nnn.yaml:")));
 }
 
 }  // namespace

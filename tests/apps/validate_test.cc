@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <filesystem>
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/text.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -263,6 +265,42 @@ TEST(Validate, PassesOldFilesAndThoseOfAHeldCalibration) {
   EXPECT_EQ(num_calibrated, 3);
 }
 
+TEST(Validate, PassesWhatCalibrateStatesOfParametersThatAreHardlyKnown) {
+  const ScratchFolder scratch;
+  // Three views of the nine do not tell these parameters apart: the covariance is nearly singular.
+  std::string few;
+  int num_views = 0;
+  std::string last;
+  for (const std::string_view line : split(readFile(dataPath("corners.csv")), '\n')) {
+    const auto parts = split(line, ',');
+    if (line.starts_with("camera,view_") && parts.size() > 1 && parts[1] != last) {
+      last = parts[1];
+      ++num_views;
+    }
+    if (num_views <= 3) few += std::string(line) + "\n";
+  }
+  ASSERT_GT(num_views, 3);
+  const std::string file = scratch.path("few.csv");
+  scratch.write("few.csv", few);
+  int num_judged = 0;
+  for (const std::string& corners : {dataPath("corners.csv"), file}) {
+    for (const char* model : {"omni", "rational", "thin_prism", "eucm", "double_sphere", "kannala_brandt"}) {
+      const std::string camera = scratch.path("camera.yaml");
+      std::filesystem::remove(camera);
+      static_cast<void>(
+          runAlidade({"calibrate", corners, "--model", model, "-o", camera, "--keep-untrustworthy"}));
+      if (!std::filesystem::exists(camera)) continue;
+      const RunResult result = runAlidade({"validate", camera, "--json"});
+      const std::string status =
+          statusOf(nlohmann::json::parse(result.out).at("files").at(0), "projection_std");
+      if (status.empty()) continue;  // no covariance
+      EXPECT_EQ(status, "PASS") << model << " from " << corners << "\n" << result.out;
+      ++num_judged;
+    }
+  }
+  EXPECT_GE(num_judged, 4);  // the others have no covariance
+}
+
 TEST(Validate, FailsNothingForASizeThatItGuessed) {
   const ScratchFolder scratch;
   const std::string folding =
@@ -314,6 +352,16 @@ TEST(Validate, ChecksAWholeFolderOfAnyFormat) {
   // OpenCV's format has no room for points to check itself by, so they are not missed.
   EXPECT_EQ(statusOf(files[0], "self_check"), "");
   EXPECT_EQ(statusOf(files[1], "self_check"), "WARN");
+}
+
+TEST(Validate, NamesOnlyFlagsThatItHas) {
+  const ScratchFolder scratch;
+  const std::string photo = scratch.write("flat.pgm", "P5 64 48 255\n" + std::string(64 * 48, 'x'));
+  const RunResult result =
+      runAlidade({"validate", dataPath("camera.yaml"), "--images", photo, "--board", kBoard});
+  EXPECT_THAT(result, FailsWith(1, HasSubstr("alidade detect --debug DIR")));
+  EXPECT_THAT(runAlidade({"detect", photo, "--board", kBoard, "-o", scratch.path("corners.csv")}).err,
+              AllOf(HasSubstr("; --debug DIR"), Not(HasSubstr("alidade detect"))));
 }
 
 TEST(Validate, StrictFailsWarnings) {

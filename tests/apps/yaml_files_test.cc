@@ -56,6 +56,12 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
       {replaced(good, "fx: 500", "fx: 1e999"), ":4: parameters.fx", "a finite number"},
       {replaced(good, "fx: 500", "fx: -500"), ":4: parameters.fx", "a positive focal length"},
       {replaced(good, "fy: 501", "fy: 0"), ":4: parameters.fy", "a positive focal length"},
+      {replaced(replaced(good, "model: pinhole", "model: double_sphere"), "cy: 240",
+                "cy: 240, xi: 3, alpha: 0.5"),
+       ":4: parameters.xi", "found 3; expected a number from -0.99 to 1"},
+      {replaced(replaced(good, "model: pinhole", "model: double_sphere"), "cy: 240",
+                "cy: 240, xi: 0.3, alpha: 2"),
+       ":4: parameters.alpha", "found 2; expected a number from 0 to 1"},
       {replaced(good, "fx: 500", "fx: wide"), ":4: parameters.fx", "'wide'"},
       {replaced(good, "fx: 500", "fx: [500]"), ":4: parameters.fx", "found a list; expected a number"},
       {replaced(good, "fx: 500, ", ""), ":4: parameters", "no key 'fx'"},
@@ -124,7 +130,7 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
                        [](const std::string& path) {
                          return runAlidade({"validate", path});
                        }),
-            55u);
+            57u);
   int num_commands = 0;
   scratch.write("bad.yaml", bad_files.front().text);
   for (const char* command : {"project", "unproject"}) {

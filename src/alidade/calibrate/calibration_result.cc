@@ -22,7 +22,9 @@ Eigen::MatrixXd CalibrationResult::statedCovariance() const {
                            : is_other        ? *shape.ignored->covariance
                                              : *covariance;
   if (shape.ignored) stated += shape.ignored->params_step * shape.ignored->params_step.transpose();
-  return stated;
+  // Inverses are symmetric but for rounding, which a nearly singular covariance carries to the digits of
+  // pixels. Files state the lower triangle, and whoever recomputes from it shall find the same.
+  return stated.selfadjointView<Eigen::Lower>();
 }
 
 double CalibrationResult::statedStd(int i) const {

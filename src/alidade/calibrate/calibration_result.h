@@ -160,7 +160,7 @@ struct CalibrationResult {
   [[nodiscard]] bool isNoiseExceeded() const;
   /// The covariance to go by: where noise is exceeded, in every direction the larger of both. Where a bend
   /// was ignored, that of the camera with the bend, and on top the square of what the bend would change.
-  /// There must be a covariance.
+  /// Exactly symmetric: its lower triangle, as files state it, is all of it. There must be a covariance.
   [[nodiscard]] Eigen::MatrixXd statedCovariance() const;
   /// Its one standard deviation of parameter i; NaN without a covariance.
   [[nodiscard]] double statedStd(int i) const;

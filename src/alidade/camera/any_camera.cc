@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "alidade/camera/batch.h"
+#include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 
@@ -31,13 +32,6 @@ void withModel(std::string_view id, F&& f) {
                     .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
 }
 
-std::string rangeText(const ParamRange& range) {
-  if (std::isfinite(range.max))
-    return "a number from " + exactText(range.min) + " to " + exactText(range.max);
-  if (std::isfinite(range.min)) return "a number of at least " + exactText(range.min);
-  return "a finite number";
-}
-
 template <CameraModel M>
 Camera<M> makeCamera(std::span<const double> params) {
   if (params.size() != static_cast<std::size_t>(kNumParams<M>)) {
@@ -48,13 +42,11 @@ Camera<M> makeCamera(std::span<const double> params) {
   typename Camera<M>::Params values{};
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = params[i];
-    const bool is_focal = i < 2;
-    const ParamRange range = i < 4 ? ParamRange{} : M::kLensRanges[i - 4];
-    const bool is_in_range = values[i] >= range.min && values[i] <= range.max;
-    if (std::isfinite(values[i]) && (is_focal ? values[i] > 0 : is_in_range)) continue;
-    throw inputError({.where = "parameter " + std::string(kParamNames<M>[i]),
-                      .found = exactText(values[i]),
-                      .expected = is_focal ? "a positive number of pixels" : rangeText(range)});
+    if (const auto complaint = parameterComplaint(M::kId, i, values[i])) {
+      throw inputError({.where = "parameter " + std::string(kParamNames<M>[i]),
+                        .found = exactText(values[i]),
+                        .expected = *complaint});
+    }
   }
   return Camera<M>(values);
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/text.h"
 
 namespace alidade::detail {
@@ -43,10 +44,9 @@ AnyCamera readCamera(const YamlNode& root) {
   parameters.allowKeys(names);
   std::vector<double> values;
   for (const std::string& name : names) values.push_back(parameters.at(name).number());
-  for (std::size_t i = 0; i < 2; ++i) {
-    if (!(values[i] > 0)) {
-      throw parameters.at(names[i]).error(exactText(values[i]), "a positive focal length in pixels");
-    }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (const auto complaint = parameterComplaint(id, i, values[i]))
+      throw parameters.at(names[i]).error(exactText(values[i]), *complaint);
   }
   return AnyCamera::make(id, values);
 }

@@ -118,6 +118,24 @@ void SvgCanvas::addLabel(const Eigen::Vector2d& at, const char* colour, const st
       at.x(), at.y(), colour, anchor, 0.5 * unit_, escapedXml(text));
 }
 
+namespace {
+
+// A word of at most `most` bytes: of a longer one, such as a path, its ends. UTF-8 characters stay whole.
+std::string shortened(const std::string& word, std::size_t most) {
+  const std::string gap = "...";
+  if (word.size() <= most || most <= gap.size()) return word;
+  const auto isWithin = [&word](std::size_t i) {
+    return (static_cast<unsigned char>(word[i]) & 0xC0U) == 0x80U;
+  };
+  std::size_t head = (most - gap.size()) / 2;
+  std::size_t tail = word.size() - (most - gap.size() - head);
+  while (head > 0 && isWithin(head)) --head;
+  while (tail < word.size() && isWithin(tail)) ++tail;
+  return word.substr(0, head) + gap + word.substr(tail);
+}
+
+}  // namespace
+
 void SvgCanvas::addCaption(const std::string& text) {
   const auto most = static_cast<std::size_t>((fullWidth() - 2 * margin_) / (kLetterUnits * unit_));
   std::string line;
@@ -130,6 +148,7 @@ void SvgCanvas::addCaption(const std::string& text) {
   std::string word;
   const auto take = [&] {
     if (word.empty()) return;
+    word = shortened(word, most);
     if (line.size() + word.size() > most) flush();
     line += (line.empty() ? "" : " ") + word;
     word.clear();

@@ -33,6 +33,16 @@ void check(const DifferenceOptions& options) {
                                std::to_string(options.rows) + " pixels",
                       .expected = "columns and rows of 1 or more, and at most a million in all"});
   }
+  const int num_pixels = options.columns * options.rows;
+  if (options.freed && num_pixels > 0 && num_pixels < fewestPairs(*options.freed)) {
+    const std::string what = *options.freed == Freed::kRotation ? "rotation" : "pose";
+    throw usageError({.where = "projection difference",
+                      .found = "a grid of " + std::to_string(options.columns) + "x" +
+                               std::to_string(options.rows) + " pixels",
+                      .expected = "at least " + std::to_string(fewestPairs(*options.freed)) +
+                                  " pixels to find the " + what + " that suits best",
+                      .next_step = "ask for a finer grid, or for a difference that takes nothing out"});
+  }
 }
 
 // A part of an image has a shape of its own.
@@ -121,6 +131,35 @@ std::vector<double> weightsOf(const ComparedCamera& a, const ComparedCamera& b, 
   return weights;
 }
 
+// What lies farther from where it should be than the image is long is not in sight of both cameras.
+bool isInSight(const std::optional<TwoDifferences>& found, ImageSize image) {
+  const double diagonal = std::hypot(image.width, image.height);
+  return found && found->a_to_b.norm() <= diagonal && found->b_to_a.norm() <= diagonal;
+}
+
+// Pixels that one of the cameras puts far outside its image would turn all the others.
+RayAlignment alignWithinSight(const CameraPair& cameras, std::vector<PixelPair>& pairs,
+                              std::vector<double>& weights, std::vector<std::size_t>& pixel_of_pair,
+                              std::optional<Freed> freed) {
+  while (true) {
+    RayAlignment alignment = alignRays(cameras, pairs, weights, freed);
+    if (!freed || !alignment.is_converged) return alignment;
+    std::size_t num_kept = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const auto found = differencesAt(cameras, pairs[i], alignment.b_from_a);
+      if (found && !isInSight(found, cameras.match.unit_size)) continue;
+      pairs[num_kept] = pairs[i];
+      weights[num_kept] = weights[i];
+      pixel_of_pair[num_kept] = pixel_of_pair[i];
+      ++num_kept;
+    }
+    if (num_kept == pairs.size()) return alignment;
+    pairs.resize(num_kept);
+    weights.resize(num_kept);
+    pixel_of_pair.resize(num_kept);
+  }
+}
+
 ProjectionDifference compare(const ComparedCamera& a, const ComparedCamera& b,
                              const DifferenceOptions& options, int quarter_turns) {
   ProjectionDifference result;
@@ -148,14 +187,15 @@ ProjectionDifference compare(const ComparedCamera& a, const ComparedCamera& b,
   result.difference_px.assign(result.pixels.size(), Eigen::Vector2d::Constant(kNan));
   result.weights.assign(result.pixels.size(), 0.0);
   if (!pairs.empty()) {
-    const std::vector<double> weights = weightsOf(a, b, result.match, pairs, options.freed);
-    const RayAlignment alignment = alignRays(cameras, pairs, weights, options.freed);
+    std::vector<double> weights = weightsOf(a, b, result.match, pairs, options.freed);
+    const RayAlignment alignment = alignWithinSight(cameras, pairs, weights, pixel_of_pair, options.freed);
     result.b_from_a = alignment.b_from_a;
     result.is_converged = alignment.is_converged;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       result.weights[pixel_of_pair[i]] = weights[i];
       const auto found = differencesAt(cameras, pairs[i], alignment.b_from_a);
-      if (found) result.difference_px[pixel_of_pair[i]] = 0.5 * (found->a_to_b - found->b_to_a);
+      if (!isInSight(found, result.match.unit_size)) continue;
+      result.difference_px[pixel_of_pair[i]] = 0.5 * (found->a_to_b - found->b_to_a);
     }
     result.b_from_a.translation *= options.distance_m;
   }

@@ -22,7 +22,9 @@ struct DifferenceOptions {
   /// Clockwise turn of image b against image a, 0 to 3. Nothing: none where the sizes allow that, otherwise
   /// the one of 1 and 3 that leaves less.
   std::optional<int> quarter_turns = std::nullopt;
-  int columns = 0;  ///< of the grid over image a; 0: 40 along the longer side, in square cells
+  /// Of the grid over image a; 0: 40 along the longer side, in square cells. At least fewestPairs() in all
+  /// where something is taken out.
+  int columns = 0;
   int rows = 0;
   /// Pixels of image a to compare at instead of the grid.
   std::vector<Eigen::Vector2d> pixels = {};
@@ -43,7 +45,9 @@ struct ProjectionDifference {
   std::vector<Eigen::Vector2d> difference_px;
   std::vector<double> weights;  ///< one a pixel: how much it counted for what was taken out
   int num_compared = 0;
-  int num_seen_by_one = 0;  ///< pixels for which one camera has a ray, and the other has none or no pixel
+  /// Pixels for which one camera has a ray, and the other has none, no pixel, or one that is farther off than
+  /// the finer image's diagonal.
+  int num_seen_by_one = 0;
   int num_seen_by_neither = 0;
   double mean_px = 0;  ///< of the lengths of the differences; these and those below NaN if there are none
   double rms_px = 0;
@@ -62,6 +66,10 @@ struct ProjectionDifference {
 /// order, and the best turn is the one for which the sum of squares of both over all pixels is least: see
 /// alignRays(). So exchanging the cameras gives the inverse motion and the same lengths.
 ///
+/// What one of the cameras puts farther from there than the finer image's diagonal is an extrapolation of its
+/// formula far outside its image, and counts neither for the turn nor for the figures: such a pixel is seen
+/// by one camera only.
+///
 /// Each pixel counts alike, as an error does to whoever looks at the whole image, unless covariances say that
 /// it is known badly: then by 1 / (variance of the difference + (0.1 px)^2). A corner of the image in which
 /// no board was ever seen would otherwise turn the rest.
@@ -70,7 +78,8 @@ struct ProjectionDifference {
 /// projection difference (Kogan, mrcal.secretsauce.net, "Projection differences").
 ///
 /// @throws Error (kInput) for images of different shape; (kUsage) for a turn that the sizes do not allow, a
-/// distance that is not positive and finite, or a grid of negative numbers
+/// distance that is not positive and finite, a grid of negative numbers, or one of too few pixels to find
+/// what is taken out
 [[nodiscard]] ProjectionDifference projectionDifference(const ComparedCamera& a, const ComparedCamera& b,
                                                         const DifferenceOptions& options = {});
 

@@ -173,8 +173,8 @@ RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pai
   std::vector<bool> is_allowed(pairs.size(), true);
   for (int round = 0; round < kMaxRounds; ++round) {
     LeastSquares problem(cameras, pairs, weights, result.is_used, *freed);
-    constexpr double kFewestErrors = 12;
-    if (problem.numErrors() < kFewestErrors) {
+    constexpr double kErrorsAPair = 4;
+    if (problem.numErrors() < kErrorsAPair * fewestPairs(*freed)) {
       result.is_converged = false;
       return result;
     }

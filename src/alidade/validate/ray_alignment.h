@@ -44,6 +44,12 @@ struct TwoDifferences {
 /// sets of vectors, Acta Crystallographica A32.
 [[nodiscard]] SE3 kabschRotation(std::span<const PixelPair> pairs, std::span<const double> weights);
 
+/// With fewer, alignRays() finds nothing: a pair gives two numbers, and unless there are twice as many of
+/// them as there are unknowns, most cameras could be made to agree.
+[[nodiscard]] constexpr int fewestPairs(Freed freed) {
+  return freed == Freed::kRotation ? 3 : 6;
+}
+
 struct RayAlignment {
   SE3 b_from_a;               ///< the translation in units of the points' distance
   std::vector<bool> is_used;  ///< one a pair: both cameras see it from there
