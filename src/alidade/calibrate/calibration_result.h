@@ -16,6 +16,7 @@
 #include "alidade/calibrate/finding.h"
 #include "alidade/calibrate/image_bias.h"
 #include "alidade/calibrate/model_candidate.h"
+#include "alidade/calibrate/other_optimum.h"
 #include "alidade/calibrate/start.h"
 #include "alidade/calibrate/view_covariance.h"
 #include "alidade/calibrate/view_scores.h"
@@ -139,6 +140,7 @@ struct CalibrationResult {
   DomainCertificate domain;
   std::vector<int> held;  ///< indices of parameters that were not estimated; their sigma is 0
   StartReport start;      ///< how the search for a start went
+  std::vector<OtherOptimum> other_optima;  ///< that the corners do not rule out, the likeliest first
   BundleSummary solver;
   HuberLoss loss{.threshold_px = 0};
   bool is_settled = true;  ///< noise estimate and set of outliers came to rest in the rounds allowed

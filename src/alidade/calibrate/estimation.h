@@ -30,7 +30,9 @@ struct Estimation {
   Errors errors;              ///< of the same, by solve()
   CornerNoise noise;
   BundleState state;
-  std::vector<BundleState> rivals;  ///< other optima of the start
+  std::vector<BundleState> rivals;  ///< other optima of the start, until they are compared
+  /// Parameters of those that were about as good on all views, for otherOptima().
+  std::vector<std::vector<double>> close_params;
   HuberLoss loss{.threshold_px = 0};
   BundleSummary summary;
   StartReport start_report;

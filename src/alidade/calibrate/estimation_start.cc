@@ -31,6 +31,20 @@ BundleState bundleState(const PosedCamera& camera, const std::vector<std::option
   return state;
 }
 
+struct Solved {
+  std::vector<double> params;
+  double cost = 0;
+};
+
+// May the corners that will be left out, or the board's shape, still bring the two within noise of each
+// other?
+bool isClose(const Estimation& e, double cost) {
+  constexpr double kCloseChi2 = 100;  // about ten times what noise makes
+  double num_coordinates = 0;
+  for (const auto& view : e.observations) num_coordinates += 2 * static_cast<double>(view.size());
+  return cost <= (1 + kCloseChi2 / num_coordinates) * e.summary.cost;
+}
+
 }  // namespace
 
 void startEstimation(Estimation& e) {
@@ -56,6 +70,7 @@ void startEstimation(Estimation& e) {
 
 void compareRivals(Estimation& e) {
   constexpr double kTolerance = 1e-9;  // of the cost
+  std::vector<Solved> others;
   for (BundleState& rival : e.rivals) {
     if (rival.camera_from_board.size() < e.views.size()) continue;  // it explains fewer views
     const BundleSummary summary = solveBundle(e.options.model, e.observations, rival,
@@ -63,10 +78,18 @@ void compareRivals(Estimation& e) {
                                                .function_tolerance = kTolerance,
                                                .constraint = e.constraint,
                                                .cancel = e.options.cancel});
-    if (summary.termination == Termination::kFailed || !(summary.cost < (1 - kTolerance) * e.summary.cost))
+    if (summary.termination == Termination::kFailed) continue;
+    if (!(summary.cost < (1 - kTolerance) * e.summary.cost)) {
+      others.push_back({.params = std::move(rival.params), .cost = summary.cost});
       continue;
+    }
+    others.push_back({.params = std::move(e.state.params), .cost = e.summary.cost});
     e.state = std::move(rival);
     solve(e);
+  }
+  e.rivals.clear();
+  for (Solved& other : others) {
+    if (isClose(e, other.cost)) e.close_params.push_back(std::move(other.params));
   }
 }
 

@@ -10,6 +10,7 @@ namespace alidade {
 void startEstimation(Estimation& estimation);
 
 /// Other optima that were about as good on the views of the start: on all views the lowest cost decides.
+/// Those that stay close are left for otherOptima().
 void compareRivals(Estimation& estimation);
 
 }  // namespace alidade

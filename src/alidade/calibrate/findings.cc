@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "alidade/calibrate/ambiguity_finding.h"
 #include "alidade/calibrate/calibration_result.h"
 #include "alidade/calibrate/data_findings.h"
 #include "alidade/calibrate/lens_prior.h"
@@ -375,6 +376,7 @@ std::vector<Finding> judge(const CalibrationResult& result) {
   judgeFit(result, findings);
   judgeObservability(result, findings);
   judgeConditioning(result, findings);
+  judgeAmbiguity(result, findings);
   judgeDomain(result, findings);
   judgeReach(result, findings);
   judgeData(result, findings);

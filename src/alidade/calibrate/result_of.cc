@@ -9,6 +9,7 @@
 #include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/image_bias.h"
 #include "alidade/calibrate/local_sigma.h"
+#include "alidade/calibrate/other_optima.h"
 #include "alidade/calibrate/result_covariance.h"
 #include "alidade/core/median.h"
 #include "alidade/core/text.h"
@@ -109,6 +110,7 @@ CalibrationResult resultOf(const Estimation& e) {
   result.variations = viewVariations(e.options.model, e.observations, e.state, e.loss);
 
   setProjection(e, result);
+  result.other_optima = otherOptima(e, result);
   result.domain = certifyDomain(result.camera, result.image_size);
   for (std::size_t v = 0; v < e.views.size(); ++v) {
     for (const Observation& observation : e.observations[v]) {
