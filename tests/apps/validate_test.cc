@@ -271,7 +271,8 @@ TEST(Validate, PassesWhatCalibrateStatesOfParametersThatAreHardlyKnown) {
   std::string few;
   int num_views = 0;
   std::string last;
-  for (const std::string_view line : split(readFile(dataPath("corners.csv")), '\n')) {
+  const std::string text = readFile(dataPath("corners.csv"));
+  for (const std::string_view line : split(text, '\n')) {
     const auto parts = split(line, ',');
     if (line.starts_with("camera,view_") && parts.size() > 1 && parts[1] != last) {
       last = parts[1];
