@@ -152,7 +152,7 @@ TEST(HeldScores, SeeTheOtherPixelOrigin) {
 TEST(HeldScores, AllowForTheCamerasOwnUncertainty) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(5);
-  const UserSet set = drawUserViews(drawn, 30, kNoisePx, random);
+  const UserSet set = drawUserViews(drawn, 12, kNoisePx, random);
   const AnyCamera tested = *changed(drawn.camera, CameraChange::kCenterX, 5);
   const Eigen::VectorXd direction = directionOf(CameraChange::kCenterX, tested);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(9, 9);
