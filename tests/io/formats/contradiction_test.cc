@@ -8,6 +8,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/io/camera_source.h"
+#include "io/formats/reading.h"
 
 namespace alidade {
 namespace {
@@ -28,23 +29,6 @@ const std::string kOpenCv =
     "camera_matrix: {rows: 3, cols: 3, data: [532.8, 0, 342.5, 0, 532.9, 233.9, 0, 0, 1]}\n" +
     kRosCoefficients;
 const ReadOptions kVga{.image_size = ImageSize{.width = 640, .height = 480}, .model = ""};
-
-// What parseCameras() complains of; empty if it does not.
-std::string complaintAbout(const std::string& text, const ReadOptions& options = {}) {
-  try {
-    (void)parseCameras(text, "file", options);
-    return "";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kInput);
-    return error.what();
-  }
-}
-
-std::string remarksOn(const StatedCamera& camera) {
-  std::string text;
-  for (const Remark& remark : camera.remarks) text += remark.id + ": " + remark.message + "\n";
-  return text;
-}
 
 TEST(FormatContradictions, OfMatlabsMatrixAndFocalLengthAreRefused) {
   for (const auto& [other, name] :

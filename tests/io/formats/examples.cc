@@ -526,7 +526,8 @@ intrinsics =
 const std::vector<FormatExample>& formatExamples() {
   static const std::vector<FormatExample> kExamples = [] {
     std::vector<FormatExample> all = ownAndOpenCv();
-    for (const auto& more : {kalibrColmapMrcal(), basaltAndNerfstudio(), camodocalOrbslamMatlab()})
+    for (const auto& more :
+         {kalibrColmapMrcal(), basaltAndNerfstudio(), camodocalOrbslamMatlab(), dialectExamples()})
       all.insert(all.end(), more.begin(), more.end());
     return all;
   }();

@@ -27,7 +27,10 @@ struct FormatExample {
   std::vector<std::string> remarks = {};  ///< ids of those on its first camera, in order
 };
 
-/// At least one of each format; of each lens that a format has a name for.
+/// Files by relatives of the programs that the formats are named after, which differ from these in keys.
+[[nodiscard]] std::vector<FormatExample> dialectExamples();
+
+/// At least one of each format; of each lens that a format has a name for; with the dialects.
 [[nodiscard]] const std::vector<FormatExample>& formatExamples();
 
 }  // namespace alidade

@@ -2,7 +2,10 @@
 // ORB-SLAM3's settings (OpenCV's YAML; src/Settings.cc): Camera.type, Camera.width, Camera.height, and keys
 // Camera1.fx ... of the first camera, Camera2.fx ... of the second. Files without File.version, and those of
 // ORB-SLAM2, call the first camera Camera.fx ... PinHole has k1 k2 p1 p2 [k3], KannalaBrandt8 k1 k2 k3 k4.
-// Pixel (0, 0) is a pixel's centre.
+// Pixel (0, 0) is a pixel's centre. OpenVSLAM and stella_vslam (camera/perspective.cc, camera/fisheye.cc)
+// have the same keys, Camera.model in place of the type, Camera.cols and Camera.rows of the size;
+// stella_vslam has them in a map Camera.
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -11,6 +14,7 @@
 #include "alidade/io/formats/format_text.h"
 #include "alidade/io/formats/formats.h"
 #include "alidade/io/formats/lens_layout.h"
+#include "alidade/io/formats/stated_size.h"
 
 namespace alidade::formats {
 namespace {
@@ -26,16 +30,20 @@ constexpr LensLayout kRadtan5 = {"PinHole", "radtan", "fx fy cx cy k1 k2 p1 p2 k
 constexpr LensLayout kFisheye = {"KannalaBrandt8", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"};
 constexpr std::array<LensLayout, 3> kWritten = {kPlain, kRadtan5, kFisheye};
 
-constexpr std::string_view kNumbers = "fx fy cx cy k1 k2 k3 k4 p1 p2";
+constexpr std::string_view kNumbers = "fx fy cx cy k1 k2 k3 k4 k5 k6 p1 p2";
 constexpr std::array kPrefixes = {"Camera1", "Camera", "Camera2"};
 const std::vector<std::string> kTransforms = {
     "Stereo.T_c1_c2",    "Tbc",    "IMU.T_b_c1", "Camera.newWidth", "Camera.newHeight",
     "Camera.imageScale", "LEFT.R", "RIGHT.R"};
+// Camera matrices of the images as they were taken, where those of the cameras are of rectified ones.
+constexpr std::array kRawMatrices = {"LEFT.K", "RIGHT.K", "StereoRectifier", "StereoRectifier.K_left",
+                                     "StereoRectifier.K_right"};
 // What else such files hold: not of the camera, by the start of the key.
-constexpr std::array kOtherSettings = {"File.",   "ORBextractor.", "Viewer.",        "IMU.",
-                                       "Stereo.", "RGBD.",         "System.",        "LEFT.",
-                                       "RIGHT.",  "ThDepth",       "DepthMapFactor", "thFarPoints",
-                                       "Tbc",     "loopClosing",   "Initializer."};
+constexpr std::array kOtherSettings = {
+    "File.",    "ORBextractor.", "Viewer.",        "IMU.",     "Stereo.",         "RGBD.",
+    "System.",  "LEFT.",         "RIGHT.",         "ThDepth",  "DepthMapFactor",  "thFarPoints",
+    "Tbc",      "loopClosing",   "Initializer.",   "Feature.", "StereoRectifier", "PangolinViewer.",
+    "Mapping.", "Tracking.",     "depthmap_factor"};
 constexpr std::array kOtherCameraKeys = {"type",
                                          "width",
                                          "height",
@@ -48,45 +56,145 @@ constexpr std::array kOtherCameraKeys = {"type",
                                          "overlappingBegin",
                                          "overlappingEnd",
                                          "lappingBegin",
-                                         "lappingEnd"};
+                                         "lappingEnd",
+                                         "name",
+                                         "setup",
+                                         "model",
+                                         "cols",
+                                         "rows",
+                                         "color_order",
+                                         "focal_x_baseline",
+                                         "depth_threshold"};
+
+// The keys of a camera: "Camera1.fx" of the file, or "fx" of a map.
+struct Keys {
+  YamlNode map;
+  std::string prefix;
+
+  [[nodiscard]] std::string of(std::string_view name) const { return prefix + std::string(name); }
+  [[nodiscard]] std::optional<YamlNode> find(std::string_view name) const { return map.find(of(name)); }
+  [[nodiscard]] bool has(std::string_view name) const { return map.has(of(name)); }
+};
+
+bool isNested(const YamlNode& root) {
+  const auto camera = root.find("Camera");
+  return camera && camera->isMap() && camera->has("model");
+}
 
 bool recognises(const CameraDocument& document) {
-  return document.has("Camera.type") || document.has("Camera.fx") || document.has("Camera1.fx");
+  return document.has("Camera.type") || document.has("Camera.fx") || document.has("Camera1.fx") ||
+         document.has("Camera.model") || (document.isMap() && isNested(document.root()));
 }
 
-std::string typeOf(const YamlNode& root) {
-  const auto type = root.find("Camera.type");
-  if (!type) return "PinHole";
-  for (const char* known : {"PinHole", "Rectified", "KannalaBrandt8"}) {
-    if (type->text() == known) return known;
+// Ours of OpenVSLAM's Camera.model; empty where there is none.
+std::string typeOfModel(const Keys& common) {
+  const auto model = common.find("model");
+  if (!model) return "";
+  if (model->text() == "perspective") return "PinHole";
+  if (model->text() == "fisheye") return "KannalaBrandt8";
+  throw UnsupportedCamera(model->error("'" + model->text() + "'", "perspective or fisheye",
+                                       "project the images into one of these, and calibrate it"));
+}
+
+// Empty where the file does not say.
+std::string typeOf(const Keys& common) {
+  const std::string of_model = typeOfModel(common);
+  const auto type = common.find("type");
+  if (!type) return of_model;
+  const std::vector<std::string> known = {"PinHole", "Rectified", "KannalaBrandt8"};
+  if (std::find(known.begin(), known.end(), type->text()) == known.end()) {
+    const auto nearest = nearestName(type->text(), known);
+    throw UnsupportedCamera(type->error("'" + type->text() + "'", join(known, ", "),
+                                        nearest
+                                            ? "did you mean '" + *nearest + "'?"
+                                            : "take another lens model in the program that made the file"));
   }
-  throw UnsupportedCamera(type->error("'" + type->text() + "'", "PinHole, Rectified or KannalaBrandt8"));
+  if (!of_model.empty() && of_model != type->text()) {
+    throw type->error(
+        "'" + type->text() + "' beside " + common.of("model") + " '" + common.find("model")->text() + "'",
+        "both to say the same", "remove the wrong one");
+  }
+  return type->text();
 }
 
-const LensLayout& lensOf(const YamlNode& root, const std::string& prefix, const std::string& type) {
+const LensLayout& lensOf(const Keys& keys, const std::string& type) {
   if (type == "KannalaBrandt8") return kFisheye;
   if (type == "Rectified") return kPlain;
-  if (root.has(prefix + ".k3")) return kRadtan5;
-  for (const char* name : {".k1", ".k2", ".p1", ".p2"}) {
-    if (root.has(prefix + name)) return kRadtan;
+  if (keys.has("k3")) return kRadtan5;
+  for (const char* name : {"k1", "k2", "p1", "p2"}) {
+    if (keys.has(name)) return kRadtan;
   }
   return kPlain;
 }
 
-StatedCamera readOne(const YamlNode& root, const std::string& prefix) {
-  const std::string type = typeOf(root);
-  const LensLayout& lens = lensOf(root, prefix, type);
-  std::vector<std::string> keys;
-  for (const std::string& name : detail::listedNames(lens)) keys.push_back(prefix + "." + name);
-  std::optional<ImageSize> size;
-  if (root.has("Camera.width") || root.has("Camera.height"))
-    size = detail::readSize(root.at("Camera.width"), root.at("Camera.height"));
+// "write Camera.type: KannalaBrandt8"
+std::string adviceForFisheye(const Keys& common) {
+  return common.has("model") && !common.has("type") ? "write " + common.of("model") + ": fisheye"
+                                                    : "write " + common.of("type") + ": KannalaBrandt8";
+}
+
+// Without a type a file is one of ORB-SLAM2, which has no fisheye; but k1 to k4 alone are those of one.
+void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
+  if (!keys.has("k4") || keys.has("p1") || keys.has("p2")) return;
+  throw keys.find("k4")->error("coefficients k1 to k4 and no " + common.of("type"),
+                               "the type of a fisheye, or k1 k2 p1 p2 of an ordinary lens",
+                               "if it is a fisheye, " + adviceForFisheye(common));
+}
+
+// A coefficient for which the lens has no place would be lost. 0 is as if it were not there.
+void refuseForeignCoefficients(const Keys& keys, const Keys& common, const LensLayout& lens,
+                               const std::string& type) {
+  const std::vector<std::string> own = detail::listedNames(lens);
+  for (const std::string_view name : split(kNumbers, ' ')) {
+    const auto node = keys.find(name);
+    if (!node || std::find(own.begin(), own.end(), name) != own.end()) continue;
+    if (detail::statedNumber(*node).value == 0) continue;
+    const std::string found = "'" + node->text() + "'";
+    if (type == "KannalaBrandt8") {
+      throw node->error(found, "0, or no such key: a fisheye has k1 k2 k3 k4; p1 and p2 are of PinHole",
+                        "correct the type, or take the coefficients from a calibration of this type");
+    }
+    if (type == "Rectified") {
+      throw node->error(found, "0, or no such key: Rectified images have no distortion",
+                        "remove the coefficients, or write PinHole if they are those of the images");
+    }
+    throw node->error(
+        found, "0, or no such key: an ordinary lens has k1 k2 p1 p2 k3",
+        "if it is a fisheye, " + adviceForFisheye(common) + "; otherwise calibrate with no more than these");
+  }
+}
+
+std::optional<ImageSize> sizeOf(const Keys& common, const ReadOptions& options,
+                                std::vector<Remark>& remarks) {
+  const auto side = [&common](const char* name) { return detail::sideOf(common.map, common.of(name)); };
+  const auto size = detail::sizeOfSides(side("width"), side("height"), options.image_size, remarks);
+  const auto other = detail::sizeOfSides(side("cols"), side("rows"), options.image_size, remarks);
+  if (size && other && *size != *other) {
+    throw common.find("cols")
+        .value_or(common.map)
+        .error("another image size than " + common.of("width") + " and " + common.of("height"),
+               "both to say the same", "remove the wrong one");
+  }
+  return size ? size : other;
+}
+
+StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& name,
+                     const ReadOptions& options) {
+  const std::string type = typeOf(common);
+  if (type.empty()) refuseFisheyeWithoutType(keys, common);
+  const LensLayout& lens = lensOf(keys, type);
+  refuseForeignCoefficients(keys, common, lens, type);
+  std::vector<std::string> names;
+  for (const std::string& listed : detail::listedNames(lens)) names.push_back(keys.of(listed));
+  std::vector<Remark> remarks;
+  const auto size = sizeOf(common, options, remarks);
   StatedCamera camera =
-      detail::stateCamera(root.at(keys.front()).where(), prefix == "Camera" ? "Camera1" : prefix, lens.model,
-                          detail::storageOrder(lens, detail::numbersOf(root, keys)), size);
-  if (!root.has("Camera.type")) {
-    camera.remarks.push_back(
-        {"assumed", root.where() + ": there is no Camera.type; taken as PinHole, as ORB-SLAM2 does"});
+      detail::stateCamera(keys.map.at(names.front()).where(), name, lens.model,
+                          detail::storageOrder(lens, detail::numbersOf(keys.map, names)), size);
+  camera.remarks = std::move(remarks);
+  if (type.empty()) {
+    camera.remarks.push_back({"assumed", common.map.where() + ": there is no " + common.of("type") +
+                                             "; taken as PinHole, as ORB-SLAM2 does"});
   }
   return camera;
 }
@@ -115,6 +223,18 @@ std::vector<std::string> knownKeys(const YamlNode& root) {
   return known;
 }
 
+// A pair's file has the cameras of the images before rectification too.
+void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
+  for (const char* key : kRawMatrices) {
+    if (!root.has(key)) continue;
+    camera.remarks.push_back(
+        {"not_carried", root.whereKey(key) +
+                            ": this is a camera of the images as they were taken, which is not used; "
+                            "the one that was read is that of the rectified images"});
+    return;
+  }
+}
+
 // The first camera has two sets of names, of which ORB-SLAM reads one. What the other set says has to be the
 // same; a coefficient of 0 is as if it were not there.
 void refuseMixedNames(const YamlNode& root, const std::string& own, const std::string& other) {
@@ -137,17 +257,41 @@ void refuseMixedNames(const YamlNode& root, const std::string& own, const std::s
   }
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
-  const YamlNode& root = document.root();
+// stella_vslam's map of one camera; its other maps are settings.
+StatedCameras readNested(const YamlNode& root, const ReadOptions& options) {
+  const YamlNode camera_map = root.at("Camera");
+  const Keys keys = {camera_map, ""};
   StatedCameras all;
-  const bool is_older = !root.has("Camera1.fx") && root.has("Camera.fx");
-  if (root.has("Camera1.fx") || is_older)
+  all.add("", [&] {
+    StatedCamera camera = readOne(keys, keys, "", options);
+    std::vector<std::string> known;
+    for (const std::string& key : camera_map.keys()) {
+      if (isOfCamera("Camera." + key)) known.push_back(key);
+    }
+    detail::remarkUnknownKeys(camera_map, known, camera);
+    remarkRawCameras(root, camera);
+    return camera;
+  });
+  return all;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  const YamlNode& root = document.root();
+  if (isNested(root)) return readNested(root, options);
+  StatedCameras all;
+  const Keys common = {root, "Camera."};
+  const bool is_older = !root.has("Camera1.fx") && (root.has("Camera.fx") || root.has("Camera.model"));
+  if (root.has("Camera1.fx") || root.has("Camera.fx"))
     refuseMixedNames(root, is_older ? "Camera" : "Camera1", is_older ? "Camera1" : "Camera");
-  all.add("Camera1", [&] { return readOne(root, is_older ? "Camera" : "Camera1"); });
-  if (root.has("Camera2.fx")) all.add("Camera2", [&] { return readOne(root, "Camera2"); });
+  const Keys first = {root, is_older ? "Camera." : "Camera1."};
+  all.add("Camera1", [&] { return readOne(first, common, "Camera1", options); });
+  if (root.has("Camera2.fx")) {
+    all.add("Camera2", [&] { return readOne({root, "Camera2."}, common, "Camera2", options); });
+  }
   for (StatedCamera& camera : all.cameras) {
     detail::remarkUnknownKeys(root, knownKeys(root), camera);
     detail::remarkNotCarried(root, kTransforms, camera);
+    remarkRawCameras(root, camera);
   }
   return all;
 }
