@@ -6,6 +6,7 @@
 // one is (0.5, 0.5). Axes that point up and back are those of the poses, which are not read.
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -35,6 +36,9 @@ constexpr std::array<LensLayout, 3> kWritten = {
      {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"}}};
 constexpr std::array kPerspective = {"OPENCV",        "PINHOLE", "SIMPLE_PINHOLE",
                                      "SIMPLE_RADIAL", "RADIAL",  "PERSPECTIVE"};
+constexpr const char* kFisheye = "OPENCV_FISHEYE";
+// Lenses that instant-ngp knows by a key of their own, beside whatever else the file says.
+constexpr std::array kOtherLenses = {"ftheta_p0", "latlong", "equirectangular", "orthographic"};
 
 const std::vector<std::string> kCameraKeys = {"camera_model", "fl_x", "fl_y", "cx", "cy", "w",  "h",
                                               "k1",           "k2",   "k3",   "k4", "p1", "p2", "is_fisheye"};
@@ -88,16 +92,57 @@ struct Intrinsics {
   }
 };
 
+// What camera_model says: fisheye or not.
+bool isFisheyeModel(const YamlNode& model) {
+  const std::string name = model.text();
+  if (name == kFisheye) return true;
+  std::vector<std::string> known(kPerspective.begin(), kPerspective.end());
+  if (std::find(known.begin(), known.end(), name) != known.end()) return false;
+  known.emplace_back(kFisheye);
+  std::string upper = name;
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const auto nearest = nearestName(upper, known);
+  throw UnsupportedCamera(
+      model.error("'" + name + "'", "one of " + join(known, ", "),
+                  nearest ? "did you mean '" + *nearest + "'?"
+                          : "take one of these models in the program that calibrated the images"));
+}
+
 bool isFisheye(const Intrinsics& intrinsics) {
-  if (const auto model = intrinsics.find("camera_model")) {
-    const std::string name = model->text();
-    if (name == "OPENCV_FISHEYE") return true;
-    if (std::find(kPerspective.begin(), kPerspective.end(), name) != kPerspective.end()) return false;
-    throw UnsupportedCamera(model->error(
-        "'" + name + "'", "OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL or RADIAL"));
-  }
+  const auto model = intrinsics.find("camera_model");
   const auto flag = intrinsics.find("is_fisheye");
-  return flag && flag->boolean();
+  if (!model) return flag && flag->boolean();
+  const bool is_fisheye = isFisheyeModel(*model);
+  if (flag && flag->boolean() != is_fisheye) {
+    throw flag->error(
+        "'" + flag->text() + "' beside a camera_model of '" + model->text() + "' at " + model->where(),
+        "both to say the same", "remove the wrong one");
+  }
+  return is_fisheye;
+}
+
+void refuseOtherLenses(const Intrinsics& intrinsics) {
+  for (const char* key : kOtherLenses) {
+    const auto node = intrinsics.find(key);
+    if (!node || node->isNull() || (node->isScalar() && node->text() == "false")) continue;
+    throw UnsupportedCamera(node->error(std::string("a lens of instant-ngp's kind '") + key + "'",
+                                        "a camera of OPENCV or OPENCV_FISHEYE",
+                                        "calibrate the images with one of these models"));
+  }
+}
+
+// Where nothing tells the focal length, other names of it may.
+void refuseNoFocalLength(const Intrinsics& intrinsics) {
+  if (intrinsics.find("fl_x") || intrinsics.find("camera_angle_x")) return;
+  for (const char* key : {"fx", "focal_x", "focal", "focal_length", "fl", "f"}) {
+    const auto other = intrinsics.find(key);
+    if (!other) continue;
+    throw other->error(std::string("'") + key + "' and no 'fl_x'", "fl_x, fl_y, cx and cy, in pixels",
+                       "if it is the focal length in pixels, rename it");
+  }
+  throw intrinsics.frame.error("no key 'fl_x'",
+                               "fl_x, fl_y, cx and cy at the top of the file, or in each frame", "add them");
 }
 
 bool hasAngleAlone(const Intrinsics& intrinsics) {
@@ -184,16 +229,20 @@ std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fis
   for (const char* key : {"k4", "p1", "p2"}) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end() || intrinsics.coefficient(key).value == 0)
       continue;
-    throw UnsupportedCamera(
-        intrinsics.find(key)->error(std::string(key) + " = " + intrinsics.find(key)->text(),
-                                    is_fisheye ? "0: a fisheye here has no tangential terms"
-                                               : "0: a perspective camera here ends at k3"));
+    throw UnsupportedCamera(intrinsics.find(key)->error(
+        std::string(key) + " = " + intrinsics.find(key)->text(),
+        is_fisheye ? "0: a fisheye here has no tangential terms" : "0: a perspective camera here ends at k3",
+        is_fisheye ? "calibrate the images without them"
+                   : "if it is a fisheye, write OPENCV_FISHEYE; otherwise calibrate "
+                     "the images without it"));
   }
   return parameters;
 }
 
 StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, const ReadOptions& options) {
+  refuseOtherLenses(intrinsics);
   const bool is_fisheye = isFisheye(intrinsics);
+  refuseNoFocalLength(intrinsics);
   std::vector<Remark> remarks;
   const auto size =
       detail::sizeOfSides({.key = "w", .node = intrinsics.find("w")},
@@ -281,8 +330,11 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   const auto list = root.find("frames");
   const bool has_frames = list && list->isSequence() && !list->items().empty();
-  const bool is_of_top = root.has("fl_x") || !list || (root.has("camera_angle_x") && !has_frames);
-  if (is_of_top && !has_frames) return {.cameras = {readOne({root, root}, "", options)}};
+  if (!has_frames) {
+    if (list && !list->isSequence() && !root.has("fl_x") && !root.has("camera_angle_x"))
+      static_cast<void>(list->items());  // says that it is no list
+    return {.cameras = {readOne({root, root}, "", options)}};
+  }
   constexpr std::size_t kMaxFrames = 100'000;
   constexpr std::size_t kMaxCameras = 1000;
   const std::vector<YamlNode> frames = list->items();
