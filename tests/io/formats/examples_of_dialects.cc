@@ -6,8 +6,76 @@ namespace {
 
 constexpr ImageSize kVga{.width = 640, .height = 480};
 
+std::vector<FormatExample> ofOpenCv() {
+  return {
+      {"opencv",
+       "interactive-calibration",
+       R"(<?xml version="1.0"?>
+<opencv_storage>
+<calibrationDate>"Wed 03 Jul 2019 12:00:00"</calibrationDate>
+<framesCount>13</framesCount>
+<cameraResolution>
+  640 480</cameraResolution>
+<cameraMatrix type_id="opencv-matrix">
+  <rows>3</rows>
+  <cols>3</cols>
+  <dt>d</dt>
+  <data>
+    500. 0. 320. 0. 501. 240. 0. 0. 1.</data></cameraMatrix>
+<cameraMatrix_std_dev type_id="opencv-matrix">
+  <rows>4</rows>
+  <cols>1</cols>
+  <dt>d</dt>
+  <data>
+    0. 1.25 0.5 0.25</data></cameraMatrix_std_dev>
+<dist_coeffs type_id="opencv-matrix">
+  <rows>1</rows>
+  <cols>5</cols>
+  <dt>d</dt>
+  <data>
+    -1.e-01 2.e-02 1.e-03 2.e-03 3.e-02</data></dist_coeffs>
+<dist_coeffs_std_dev type_id="opencv-matrix">
+  <rows>5</rows>
+  <cols>1</cols>
+  <dt>d</dt>
+  <data>
+    0. 0. 0. 0. 0.</data></dist_coeffs_std_dev>
+<avg_reprojection_error>1.8e-01</avg_reprojection_error>
+</opencv_storage>
+)",
+       {{"", "radtan", kVga, {500, 501, 320, 240, -0.1, 0.02, 0.001, 0.002, 0.03}}}},
+  };
+}
+
 std::vector<FormatExample> ofOrbslam() {
   return {
+      {"orbslam",
+       "a rectified pair of ORB-SLAM2",
+       R"(%YAML:1.0
+Camera.fx: 435.25
+Camera.fy: 435.25
+Camera.cx: 367.5
+Camera.cy: 252.25
+Camera.k1: 0.0
+Camera.k2: 0.0
+Camera.p1: 0.0
+Camera.p2: 0.0
+Camera.width: 640
+Camera.height: 480
+Camera.bf: 47.90639384423901
+LEFT.D: !!opencv-matrix
+   rows: 1
+   cols: 5
+   dt: d
+   data:[-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0.0]
+LEFT.K: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data:[458.654, 0.0, 367.215, 0.0, 457.296, 248.375, 0.0, 0.0, 1.0]
+)",
+       {{"Camera1", "radtan", kVga, {435.25, 435.25, 367.5, 252.25, 0, 0, 0, 0, 0}}},
+       {"assumed", "not_carried"}},
       {"orbslam",
        "OpenVSLAM",
        R"(Camera.name: "a fisheye"
@@ -57,7 +125,9 @@ Preprocessing:
 }  // namespace
 
 std::vector<FormatExample> dialectExamples() {
-  return ofOrbslam();
+  std::vector<FormatExample> all;
+  for (const auto& more : {ofOpenCv(), ofOrbslam()}) all.insert(all.end(), more.begin(), more.end());
+  return all;
 }
 
 }  // namespace alidade

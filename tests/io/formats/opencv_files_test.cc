@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "alidade/io/camera_source.h"
+#include "alidade/io/formats/camera_document.h"
 #include "alidade/io/formats/camera_format.h"
 #include "support/grid_difference.h"
 #include "support/model_fixture.h"
@@ -185,6 +186,78 @@ TEST(OpenCvFiles, OfCamodocalAndOrbSlamAreReadByOpenCv) {
     EXPECT_TRUE(orbslam[key].isReal()) << key;
   EXPECT_EQ(static_cast<double>(orbslam["Camera1.k2"]), 1e-5);
   EXPECT_EQ(static_cast<double>(orbslam["Camera1.cx"]), 320.25);
+}
+
+// OpenCV takes a value right behind the colon of its key, as in ORB-SLAM2's own files.
+TEST(OpenCvFiles, MayHaveNoBlankBehindAColon) {
+  const std::string text = R"(%YAML:1.0
+---
+# comment:[ "not a quotation mark
+plain: don't
+camera_matrix:!!opencv-matrix
+   rows:3
+   cols:3
+   dt:d
+   data:[ 500., 0., 320.,
+      0., 501., 240., 0., 0., 1. ]
+distortion_coefficients: { rows: 1,
+   cols:5, dt: d,
+   data:[-0.1,.02, 0.,0., 0.] }
+nested:{ a: 5 }
+word:"b:[6] # no comment, \" too"   # it's one: "
+other:w
+image_width:640
+image_height:+480
+aspectRatio:-1.5
+)";
+  const cv::FileStorage theirs(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
+  cv::Mat K;
+  cv::Mat D;
+  theirs["camera_matrix"] >> K;
+  theirs["distortion_coefficients"] >> D;
+  ASSERT_EQ(K.total(), 9u);
+  ASSERT_EQ(D.total(), 5u);
+
+  const CameraSource source = parseCameras(text, "file");
+  const AnyCamera& camera = source.cameras.at(0).camera;
+  EXPECT_EQ(camera.parameters()[0], K.at<double>(0, 0));
+  EXPECT_EQ(camera.parameters()[3], K.at<double>(1, 2));
+  EXPECT_EQ(camera.parameters()[4], D.at<double>(0));
+  EXPECT_EQ(camera.parameters()[5], D.at<double>(1));
+  EXPECT_EQ(source.cameras.at(0).image_size, std::optional(ImageSize{.width = 640, .height = 480}));
+  const detail::CameraDocument document(text, "file");
+  const detail::YamlNode& root = document.root();
+  EXPECT_EQ(static_cast<std::string>(theirs["word"]), "b:[6] # no comment, \" too");
+  EXPECT_EQ(root.at("word").text(), "b:[6] # no comment, \" too");
+  EXPECT_EQ(static_cast<std::string>(theirs["other"]), root.at("other").text());
+  EXPECT_EQ(root.at("plain").text(), "don't");
+  EXPECT_EQ(root.at("nested").at("a").integer(), static_cast<int>(theirs["nested"]["a"]));
+  EXPECT_EQ(root.at("aspectRatio").number(), -1.5);
+  EXPECT_EQ(root.lineOfKey("aspectRatio"), 19);
+}
+
+TEST(OpenCvFiles, KeepTheTextInQuotationMarks) {
+  const std::string text = R"(%YAML:1.0
+# it's one "comment
+note: "a text:[1] # no comment
+   data:[2] \" key:3"   # it's one: "
+'a:[b]': 'it''s a text # "
+   data:[4]'
+list: ["x
+  key:5", 'y
+  key:6']
+last:7
+)";
+  const detail::CameraDocument document(text, "file");
+  const detail::YamlNode& root = document.root();
+  EXPECT_EQ(root.at("note").text(), "a text:[1] # no comment data:[2] \" key:3");
+  EXPECT_EQ(root.at("a:[b]").text(), "it's a text # \" data:[4]");
+  EXPECT_EQ(root.at("list").items().at(0).text(), "x key:5");
+  EXPECT_EQ(root.at("list").items().at(1).text(), "y key:6");
+  EXPECT_EQ(root.at("last").integer(), 7);
+  EXPECT_EQ(root.lineOfKey("last"), 10);
+  // YAML without OpenCV's header is left as it is.
+  EXPECT_FALSE(detail::CameraDocument("a:[1]\n", "file").isMap());
 }
 
 }  // namespace

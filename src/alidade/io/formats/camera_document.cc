@@ -8,18 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/io/formats/key_check.h"
+#include "alidade/io/formats/opencv_yaml.h"
 #include "alidade/io/formats/xml_as_yaml.h"
 
 namespace alidade::detail {
 namespace {
 
 constexpr std::size_t kMaxTreeBytes = 4U << 20U;
-
-// OpenCV starts its files with %YAML:1.0, which YAML does not know as a directive. The line stays, as a
-// comment.
-void commentOutDirective(std::string& text) {
-  if (text.starts_with("%YAML:")) text.front() = '#';
-}
 
 // A stream of documents ends each with a line "---", of which `rostopic echo -n1` prints one.
 void dropEndOfDocument(std::string& text) {
@@ -97,7 +92,7 @@ YamlNode parseTree(std::string text, const std::string& file) {
     replaceTabs(text);
     dropTransformMatrices(text);
   } else {
-    commentOutDirective(text);
+    if (isOpenCvYaml(text)) text = openCvAsYaml(text);
     dropEndOfDocument(text);
     dropPythonBytes(text);
   }

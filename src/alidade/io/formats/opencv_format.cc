@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // OpenCV's FileStorage: YAML with the header %YAML:1.0, XML, or JSON. What the nodes are called is up to each
 // program; known here are the names of OpenCV's own samples (calibration, stereo_calib, the tutorial
-// camera_calibration, omnidir) and the commonest ones beside them. Coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6
-// [s1 s2 s3 s4 [tx ty]]]] as in cv::projectPoints, k1 k2 k3 k4 as in cv::fisheye. Pixel (0, 0) is a pixel's
-// centre.
+// camera_calibration, omnidir), of its application interactive-calibration, and the commonest ones beside
+// them. Coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] as in cv::projectPoints, k1 k2 k3 k4
+// as in cv::fisheye. Pixel (0, 0) is a pixel's centre.
 #include <array>
 #include <string>
 
@@ -47,6 +47,7 @@ const std::vector<std::string> kOtherKeys = {"image_width",
                                              "image_Height",
                                              "image_size",
                                              "imageSize",
+                                             "cameraResolution",
                                              "width",
                                              "height",
                                              "fisheye_model",
@@ -55,6 +56,8 @@ const std::vector<std::string> kOtherKeys = {"image_width",
                                              "camera_name",
                                              "calibration_time",
                                              "calibration_Time",
+                                             "calibrationDate",
+                                             "framesCount",
                                              "nframes",
                                              "nr_of_frames",
                                              "nrOfFrames",
@@ -71,6 +74,10 @@ const std::vector<std::string> kOtherKeys = {"image_width",
                                              "avg_reprojection_error",
                                              "avg_reprojection_Error",
                                              "per_view_reprojection_errors",
+                                             "cameraMatrix_std_dev",
+                                             "camera_matrix_std_dev",
+                                             "dist_coeffs_std_dev",
+                                             "distortion_coefficients_std_dev",
                                              "extrinsic_parameters",
                                              "image_points",
                                              "grid_points",
@@ -150,7 +157,7 @@ std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& optio
     if (root.has(width) && root.has(height))
       take(root.at(width), detail::readSize(root.at(width), root.at(height)));
   }
-  for (const char* key : {"image_size", "imageSize"}) {
+  for (const char* key : {"image_size", "imageSize", "cameraResolution"}) {
     if (root.has(key)) take(root.at(key), detail::readSize(root.at(key)));
   }
   // A side alone: where the size is known, it has to agree.
