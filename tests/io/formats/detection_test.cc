@@ -55,7 +55,7 @@ TEST(FormatDetection, ReadsWhatEachExampleSays) {
     }
     EXPECT_EQ(ids, example.remarks);
   }
-  EXPECT_EQ(num_cameras, 54);
+  EXPECT_EQ(num_cameras, 56);
 }
 
 // The examples in docs/formats.md, each below the heading of its format.

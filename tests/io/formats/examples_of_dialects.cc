@@ -47,6 +47,67 @@ std::vector<FormatExample> ofOpenCv() {
   };
 }
 
+std::vector<FormatExample> ofKalibr() {
+  return {
+      {"kalibr",
+       "a sensor of EuRoC",
+       R"(# General sensor definitions.
+sensor_type: camera
+comment: VI-Sensor cam0 (MT9M034)
+
+# Sensor extrinsics wrt. the body-frame.
+T_BS:
+  cols: 4
+  rows: 4
+  data: [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975,
+         0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768,
+        -0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949,
+         0.0, 0.0, 0.0, 1.0]
+
+# Camera specific definitions.
+rate_hz: 20
+resolution: [640, 480]
+camera_model: pinhole
+intrinsics: [500.0, 501.0, 320.0, 240.0] #fu, fv, cu, cv
+distortion_model: radial-tangential
+distortion_coefficients: [-0.1, 0.02, 0.001, 0.002]
+)",
+       {{"", "radtan", kVga, {500, 501, 320, 240, -0.1, 0.02, 0.001, 0.002, 0}}},
+       {"not_carried"}},
+  };
+}
+
+std::vector<FormatExample> ofRos() {
+  return {
+      {"ros",
+       "two messages",
+       R"(header:
+  stamp:
+    sec: 1690000000
+    nanosec: 12345
+  frame_id: camera
+height: 480
+width: 640
+distortion_model: None
+d: []
+k: [500.0, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]
+---
+header:
+  stamp:
+    sec: 1690000000
+    nanosec: 54321
+  frame_id: camera
+height: 480
+width: 640
+distortion_model: None
+d: []
+k: [500.0, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]
+---
+)",
+       {{"", "pinhole", kVga, {500, 501, 320, 240}}}},
+  };
+}
+
 std::vector<FormatExample> ofOrbslam() {
   return {
       {"orbslam",
@@ -126,7 +187,8 @@ Preprocessing:
 
 std::vector<FormatExample> dialectExamples() {
   std::vector<FormatExample> all;
-  for (const auto& more : {ofOpenCv(), ofOrbslam()}) all.insert(all.end(), more.begin(), more.end());
+  for (const auto& more : {ofOpenCv(), ofRos(), ofKalibr(), ofOrbslam()})
+    all.insert(all.end(), more.begin(), more.end());
   return all;
 }
 

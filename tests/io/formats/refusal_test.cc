@@ -53,7 +53,17 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        "a chain",
        "distortion_model: radtan",
        "distortion_model: equi",
-       {"'equi'", "pinhole with equidistant"}},
+       {"'equi'", "pinhole with equidistant", "did you mean 'equidistant'?"}},
+      {"kalibr",
+       "a sensor of EuRoC",
+       "pinhole",
+       "pinhole_",
+       {"file:17: camera_model", "did you mean 'pinhole'?"}},
+      {"kalibr",
+       "a sensor of EuRoC",
+       "rate_hz: 20",
+       "distortion_coeffs: [0, 0, 0, 0]",
+       {"file:20: distortion_coefficients", "beside 'distortion_coeffs'", "remove the other"}},
       {"kalibr",
        "a chain",
        ", 1.76187114e-05]",
@@ -137,7 +147,7 @@ TEST(FormatRefusals, NamePlaceAndReason) {
       ++num_refused;
     }
   }
-  EXPECT_EQ(num_refused, 36);
+  EXPECT_EQ(num_refused, 38);
 }
 
 // What is not refused is said.

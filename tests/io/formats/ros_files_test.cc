@@ -7,6 +7,7 @@
 #include "alidade/io/formats/camera_format.h"
 #include "apps/run_program.h"
 #include "apps/scratch_folder.h"
+#include "io/formats/reading.h"
 #include "support/model_fixture.h"
 #include "support/peer.h"
 
@@ -102,6 +103,65 @@ TEST(RosFiles, OfOursPassThroughTheParserOfRos) {
   EXPECT_EQ(passThroughParser<Radtan>(folder) + passThroughParser<Rational>(folder) +
                 passThroughParser<KannalaBrandt>(folder),
             15);
+}
+
+std::string message(int sequence, const std::string& K, const std::string& model = "plumb_bob",
+                    const std::string& D = "[0.1, 0.0, 0.0, 0.0, 0.0]") {
+  return "header: \n  seq: " + std::to_string(sequence) +
+         "\n  frame_id: \"left\"\nheight: 480\nwidth: 640\ndistortion_model: \"" + model + "\"\nD: " + D +
+         "\nK: " + K + "\nbinning_x: 0\n---\n";
+}
+constexpr const char* kMatrix = "[500.0, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]";
+constexpr const char* kOtherMatrix = "[500.5, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]";
+
+TEST(RosFiles, OfSeveralMessagesAreReadIfAllSayTheSame) {
+  for (const std::string start : {"", "---\n"}) {
+    for (const int count : {1, 2, 3}) {
+      std::string text = start;
+      for (int i = 0; i < count; ++i) text += message(i, kMatrix);
+      const CameraSource source = parseCameras(text, "file");
+      ASSERT_EQ(source.cameras.size(), 1u);
+      EXPECT_EQ(source.cameras.front().camera.parameters()[1], 501.0);
+    }
+  }
+  EXPECT_THAT(complaintAbout(message(1, kMatrix) + message(2, kMatrix) + message(3, kOtherMatrix)),
+              testing::AllOf(testing::HasSubstr("file:21: found a message that says something else"),
+                             testing::HasSubstr("rostopic echo -n 1")));
+  // One that was cut says something else too.
+  const std::string two = message(1, kMatrix) + message(2, kMatrix);
+  EXPECT_THAT(complaintAbout(two.substr(0, two.size() - 12)), testing::HasSubstr("file:11: found a message"));
+  // Other messages are no cameras.
+  EXPECT_NE(complaintAbout("header:\n  seq: 1\na: 1\n---\nheader:\n  seq: 2\na: 1\n"), "");
+}
+
+TEST(RosFiles, OfTheCalibratorInIniAreRefusedForTheYaml) {
+  EXPECT_THAT(
+      complaintAbout("# oST version 5.0 parameters\n\n[image]\n\nwidth\n640\n\nheight\n480\n\n"
+                     "[narrow_stereo]\n\ncamera matrix\n500 0 320\n0 501 240\n0 0 1\n"),
+      testing::AllOf(testing::StartsWith("file: found the INI file"), testing::HasSubstr("take ost.yaml")));
+}
+
+TEST(RosFiles, OfModelsThatAreNotRosOwnSayWhatToDo) {
+  const std::string zeros = "[0.0, 0.0, 0.0, 0.0, 0.0]";
+  EXPECT_EQ(parseCameras(message(1, kMatrix, "None", zeros), "file").cameras.at(0).camera.modelId(),
+            "pinhole");
+  struct Case {
+    std::string model;
+    std::string coefficients;
+    std::string advice;
+  };
+  int num_cases = 0;
+  for (const Case& one :
+       std::vector<Case>{{"None", "[0.1]", "write the one that"},
+                         {"Inverse Brown Conrady", "[0.1, 0.0, 0.0, 0.0, 0.0]", "alidade calibrate"},
+                         {"Inverse Brown Conrady", zeros, "write plumb_bob"},
+                         {"blumb_bob", "[0.1, 0.0, 0.0, 0.0, 0.0]", "did you mean 'plumb_bob'?"}}) {
+    EXPECT_THAT(
+        complaintAbout(message(1, kMatrix, one.model, one.coefficients)),
+        testing::AllOf(testing::HasSubstr("file:6: distortion_model"), testing::HasSubstr(one.advice)));
+    ++num_cases;
+  }
+  EXPECT_EQ(num_cases, 4);
 }
 
 }  // namespace

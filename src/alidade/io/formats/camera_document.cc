@@ -9,6 +9,7 @@
 
 #include "alidade/io/formats/key_check.h"
 #include "alidade/io/formats/opencv_yaml.h"
+#include "alidade/io/formats/ros_messages.h"
 #include "alidade/io/formats/xml_as_yaml.h"
 
 namespace alidade::detail {
@@ -93,6 +94,7 @@ YamlNode parseTree(std::string text, const std::string& file) {
     dropTransformMatrices(text);
   } else {
     if (isOpenCvYaml(text)) text = openCvAsYaml(text);
+    text = onlyMessage(text, file);
     dropEndOfDocument(text);
     dropPythonBytes(text);
   }

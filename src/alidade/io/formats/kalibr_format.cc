@@ -3,9 +3,12 @@
 // it. Intrinsics put what belongs to the projection before the focal lengths: [xi, fu, fv, pu, pv] of omni,
 // [alpha, beta, fu, ...] of eucm, [xi, alpha, fu, ...] of ds. Distortion: radtan k1 k2 p1 p2, equidistant k1
 // k2 k3 k4, fov w, none. Pixel (0, 0) is a pixel's centre. OpenVINS reads and writes the same keys below
-// %YAML:1.0.
+// %YAML:1.0. The EuRoC data set's cam0/sensor.yaml has a camera at the top, calls radtan radial-tangential
+// and the coefficients distortion_coefficients.
+#include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 
 #include "alidade/core/text.h"
 #include "alidade/io/formats/camera_document.h"
@@ -33,11 +36,25 @@ constexpr std::array<LensLayout, 8> kLenses = {
      {"eucm-none", "eucm", "alpha beta fx fy cx cy"},
      {"ds-none", "double_sphere", "xi alpha fx fy cx cy"}}};
 
-const std::vector<std::string> kPoses = {"T_cn_cnm1", "T_cam_imu", "T_imu_cam", "timeshift_cam_imu",
-                                         "line_delay"};
-const std::vector<std::string> kKnown = {
-    "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution",        "rostopic",
-    "cam_overlaps", "T_cn_cnm1",  "T_cam_imu",        "T_imu_cam",         "timeshift_cam_imu", "line_delay"};
+const std::vector<std::string> kPoses = {"T_cn_cnm1",         "T_cam_imu",  "T_imu_cam",
+                                         "timeshift_cam_imu", "line_delay", "T_BS"};
+const std::vector<std::string> kKnown = {"camera_model",
+                                         "intrinsics",
+                                         "distortion_model",
+                                         "distortion_coeffs",
+                                         "distortion_coefficients",
+                                         "resolution",
+                                         "rostopic",
+                                         "cam_overlaps",
+                                         "T_cn_cnm1",
+                                         "T_cam_imu",
+                                         "T_imu_cam",
+                                         "timeshift_cam_imu",
+                                         "line_delay",
+                                         "T_BS",
+                                         "sensor_type",
+                                         "comment",
+                                         "rate_hz"};
 
 bool isCamera(const YamlNode& node) {
   return node.has("camera_model") && node.has("intrinsics");
@@ -64,16 +81,54 @@ std::size_t numIntrinsics(const LensLayout& lens) {
   return split(lens.order.substr(0, lens.order.find(kLast) + kLast.size()), ' ').size();
 }
 
+// "did you mean 'equidistant'?" of "equi" or "equidistand"; else what remains to be done.
+std::string adviceFor(const YamlNode& model, const YamlNode& distortion) {
+  std::vector<std::string> models;
+  std::vector<std::string> distortions;
+  for (const LensLayout& lens : kLenses) {
+    models.emplace_back(cameraModel(lens));
+    distortions.emplace_back(distortionModel(lens));
+  }
+  const auto isOf = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const auto meant = [](const std::vector<std::string>& names, const std::string& name) {
+    const auto longer = std::find_if(names.begin(), names.end(), [&name](const std::string& known) {
+      return name.size() > 2 && known.starts_with(name);
+    });
+    return longer != names.end() ? *longer : nearestName(name, names).value_or("");
+  };
+  for (const auto& [names, node] : {std::pair(models, model), std::pair(distortions, distortion)}) {
+    if (isOf(names, node.text())) continue;
+    const std::string name = meant(names, node.text());
+    if (!name.empty()) return "did you mean '" + name + "'?";
+  }
+  return "calibrate with one of these pairs, with Kalibr or with: alidade calibrate";
+}
+
 const LensLayout& lensOf(const YamlNode& node) {
   const YamlNode model = node.at("camera_model");
   const YamlNode distortion = node.at("distortion_model");
-  const std::string name = model.text() + "-" + distortion.text();
+  const bool is_euroc = distortion.text() == "radial-tangential";
+  const std::string name = model.text() + "-" + (is_euroc ? "radtan" : distortion.text());
   if (const LensLayout* lens = detail::findLayout(kLenses, name)) return *lens;
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses)
     names.push_back(std::string(cameraModel(lens)) + " with " + std::string(distortionModel(lens)));
-  throw UnsupportedCamera(model.error(
-      "'" + model.text() + "' with the distortion_model '" + distortion.text() + "'", join(names, ", ")));
+  throw UnsupportedCamera(
+      model.error("'" + model.text() + "' with the distortion_model '" + distortion.text() + "'",
+                  join(names, ", "), adviceFor(model, distortion)));
+}
+
+// The coefficients' key; that of Kalibr where there is none.
+std::string coefficientsKey(const YamlNode& node) {
+  const std::string of_euroc = "distortion_coefficients";
+  if (!node.has(of_euroc)) return "distortion_coeffs";
+  if (node.has("distortion_coeffs")) {
+    throw node.at(of_euroc).error("'" + of_euroc + "' beside 'distortion_coeffs'", "one of them",
+                                  "remove the other");
+  }
+  return of_euroc;
 }
 
 std::vector<StatedNumber> readList(const YamlNode& list, const LensLayout& lens, std::size_t first,
@@ -85,7 +140,8 @@ std::vector<StatedNumber> readList(const YamlNode& list, const LensLayout& lens,
                                             names.begin() + static_cast<std::ptrdiff_t>(first + count));
     throw list.error(std::to_string(numbers.size()) + " numbers",
                      std::to_string(count) + " for " + std::string(lens.name) +
-                         (count > 0 ? ": " + join(expected, " ") : ""));
+                         (count > 0 ? ": " + join(expected, " ") : ""),
+                     "correct the list, or camera_model and distortion_model");
   }
   return numbers;
 }
@@ -95,10 +151,10 @@ StatedCamera readOne(const YamlNode& node, const std::string& name) {
   const std::size_t num_intrinsics = numIntrinsics(lens);
   const std::size_t num_all = detail::listedNames(lens).size();
   std::vector<StatedNumber> listed = readList(node.at("intrinsics"), lens, 0, num_intrinsics);
-  const auto coefficients = node.find("distortion_coeffs");
+  const std::string key = coefficientsKey(node);
+  const auto coefficients = node.find(key);
   if (num_all > num_intrinsics || (coefficients && !coefficients->isNull())) {
-    detail::append(listed,
-                   readList(node.at("distortion_coeffs"), lens, num_intrinsics, num_all - num_intrinsics));
+    detail::append(listed, readList(node.at(key), lens, num_intrinsics, num_all - num_intrinsics));
   }
   std::optional<ImageSize> size;
   if (node.has("resolution")) size = detail::readSize(node.at("resolution"));

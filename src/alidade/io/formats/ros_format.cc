@@ -2,7 +2,9 @@
 // ROS camera_info as YAML: the file of the package camera_calibration_parsers, and the message itself (D, K,
 // R, P) as `rostopic echo` and `ros2 topic echo` print it. The models are those of sensor_msgs/CameraInfo:
 // plumb_bob (5), rational_polynomial (8), equidistant (4, also called fisheye). Pixel (0, 0) is a pixel's
-// centre.
+// centre. RealSense's driver has names of its own (realsense-ros, and librealsense's
+// rs2_distortion_to_string): None, and Inverse Brown Conrady, whose coefficients take the image's directions
+// to those of the lens.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -13,6 +15,7 @@
 #include "alidade/io/formats/format_text.h"
 #include "alidade/io/formats/formats.h"
 #include "alidade/io/formats/lens_numbers.h"
+#include "alidade/io/formats/ros_messages.h"
 
 namespace alidade::formats {
 namespace {
@@ -65,6 +68,7 @@ const Names* namesOf(const CameraDocument& document) {
 
 bool recognises(const CameraDocument& document) {
   const std::string& text = document.text();
+  if (detail::isCalibratorIni(text)) return true;
   return document.has("distortion_model") && namesOf(document) != nullptr &&
          text.find("opencv-matrix") == std::string::npos && text.find("opencv_storage") == std::string::npos;
 }
@@ -174,7 +178,24 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
                           "the whole image; alidade convert --crop and --bin make that of the part"});
 }
 
+// What to do about a distortion model that is none of ROS' own.
+std::string adviceFor(const std::string& model, std::span<const StatedNumber> coefficients) {
+  if (std::all_of(coefficients.begin(), coefficients.end(),
+                  [](const StatedNumber& n) { return n.value == 0; }))
+    return "all coefficients are 0, which is the same lens as plumb_bob with zeros: write plumb_bob";
+  const auto nearest =
+      nearestName(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"});
+  return nearest ? "did you mean '" + *nearest + "'?"
+                 : "calibrate the camera's images: alidade calibrate, or ROS' camera_calibration";
+}
+
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  if (detail::isCalibratorIni(document.text())) {
+    throw inputError({.where = document.file(),
+                      .found = "found the INI file (ost.txt) of ROS' calibrator",
+                      .expected = "its YAML file, which says the distortion model too",
+                      .next_step = "take ost.yaml, which the calibrator writes beside it"});
+  }
   const YamlNode& root = document.root();
   const Names& names = *namesOf(document);
   refuseMixedNames(root, names);
@@ -188,7 +209,8 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const std::size_t count = coefficients.size();
   const YamlNode place = coefficients_node.value_or(matrix);
   const auto wrongCount = [&](const char* expected) {
-    return place.error(std::to_string(count) + " coefficients", std::string(expected) + " for " + stated);
+    return place.error(std::to_string(count) + " coefficients", std::string(expected) + " for " + stated,
+                       "correct distortion_model, or the list");
   };
   std::string model;
   if (stated == "plumb_bob") {
@@ -201,17 +223,19 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   } else if (stated == "equidistant" || stated == "fisheye") {
     if (count != 4) throw wrongCount("4");
     model = "kannala_brandt";
-  } else if (stated.empty() || stated == "none") {
+  } else if (stated.empty() || stated == "none" || stated == "None") {
     for (const StatedNumber& number : coefficients) {
       if (number.value != 0)
         throw model_node.error("no distortion model",
                                "one, as the coefficients are not zero: plumb_bob, "
-                               "rational_polynomial or equidistant");
+                               "rational_polynomial or equidistant",
+                               "write the one that the driver or the calibration used");
     }
     coefficients.clear();
     model = "pinhole";
   } else {
-    throw model_node.error("'" + stated + "'", "plumb_bob, rational_polynomial or equidistant");
+    throw model_node.error("'" + stated + "'", "plumb_bob, rational_polynomial or equidistant",
+                           adviceFor(stated, coefficients));
   }
   const std::vector<StatedNumber> pinhole = parameters;
   detail::append(parameters, coefficients);
