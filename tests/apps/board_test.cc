@@ -103,7 +103,7 @@ TEST(Board, FilesThatAreWrongAreNamedWithTheirLine) {
       {replaced(good, "rows: 6\n", ""), "", "no key 'rows'"},
       {good + "rows: 7\n", ":5", "the key 'rows' twice"},
       {replaced(good, "checkerboard", "charuco"), ":1: kind", "'charuco'"},
-      {"", "", "0 YAML documents"},
+      {"", "", "an empty file"},
       {"- 1\n", ":1", "a list"},
   };
   const ScratchFolder scratch;

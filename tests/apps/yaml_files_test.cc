@@ -106,7 +106,7 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
       {good + calibration + "  settings: {a: 1, a: 2}\n", ":9: calibration.settings", "the key 'a' twice"},
       {good + calibration + "  settings: {a: {b: 1}}\n", ":9: calibration.settings.a", "a single value"},
       {replaced(good + calibration, "num_views: 3", "num_views: -3"), ":7: calibration.num_views", "a count"},
-      {"", "", "0 YAML documents"},
+      {"", "", "an empty file"},
       {"# nothing but a comment\n", "", "expected"},
       {good + "---\n" + good, "", "2 YAML documents"},
       {std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16), "", "a zero byte at offset 8"},
@@ -195,7 +195,7 @@ TEST(SceneFile, ThatIsWrongIsNamedWithLineAndKey) {
       {replaced(good, "alidade_scene: 1", "alidade_scene: 9"), ":1: alidade_scene", "format version 9"},
       {replaced(good, "board: checkerboard:4x3:30mm\n", ""), "", "no key 'board'"},
       {smallCamera(), ":1", "unknown key 'alidade_camera'"},
-      {"", "", "0 YAML documents"},
+      {"", "", "an empty file"},
       {repeated("[", 100'000), ":1", "nested more than"},
   };
   EXPECT_EQ(numRefused(scratch, bad_files,
@@ -257,7 +257,7 @@ TEST(SettingsFile, ThatIsWrongIsNamedWithLineAndKey) {
       {"model: radtan\nmodel: pinhole\n", ":2", "the key 'model' twice"},
       {"config: other.yaml\n", ":1: config", "is no flag of calibrate"},
       {"- model\n", ":1", "no map"},
-      {"", "", "0 YAML documents"},
+      {"", "", "an empty file"},
       {repeated("[", 100'000), ":1", "nested more than"},
   };
   const ScratchFolder scratch;

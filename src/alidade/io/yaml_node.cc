@@ -58,10 +58,18 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML:
   }
   try {
     const int num_documents = countDocuments(text, inspector);
-    if (num_documents != 1) {
+    if (num_documents == 0) {
+      throw inputError(
+          {.where = file,
+           .found = text.empty() ? "an empty file" : "a file of nothing but blanks and comments",
+           .expected = "YAML or JSON",
+           .next_step = "check the path, and whether the program that wrote the file came to its end"});
+    }
+    if (num_documents > 1) {
       throw inputError({.where = file,
-                        .found = num_documents == 0 ? "0 YAML documents" : "at least 2 YAML documents",
-                        .expected = "one"});
+                        .found = "at least 2 YAML documents",
+                        .expected = "one",
+                        .next_step = "keep one of those that lines --- separate"});
     }
     return {YAML::Load(text), file, ""};
   } catch (const YAML::DeepRecursion& e) {

@@ -6,6 +6,7 @@
 #include "alidade/core/error.h"
 #include "alidade/io/camera_source.h"
 #include "io/formats/examples.h"
+#include "io/formats/reading.h"
 
 namespace alidade {
 namespace {
@@ -42,6 +43,8 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        "",
        {"file:12", "4 distortion coefficients", "--read-as"}},
       {"opencv", "YAML", "image_width: 640", "image_width: 0", {"file:4", "1 to 1000000"}},
+      {"opencv", "YAML", "image_width: 640", "image_width: 640.5", {"file:4", "'640.5'", "a whole number"}},
+      {"colmap", "cameras.txt", "2 PINHOLE 640", "2 PINHOLE 640.5", {"file:5", "'640.5'", "a whole number"}},
       {"ros", "camera_info", "plumb_bob", "blumb_bob", {"file:10", "'blumb_bob'", "plumb_bob"}},
       {"ros", "camera_info", "image_width: 640\n", "", {"no key 'image_width'"}},
       {"kalibr",
@@ -133,6 +136,7 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        {"file:7", "1 numbers", "2"}},
   };
   int num_refused = 0;
+  int num_advised = 0;
   for (const Refusal& refusal : refusals) {
     const std::string text = changed(exampleOf(refusal.format, refusal.name).text, refusal.from, refusal.to);
     try {
@@ -144,10 +148,45 @@ TEST(FormatRefusals, NamePlaceAndReason) {
       EXPECT_EQ(error.code(), ErrorCode::kInput);
       EXPECT_THAT(error.what(), testing::StartsWith("file"));
       for (const std::string& part : refusal.message) EXPECT_THAT(error.what(), testing::HasSubstr(part));
+      num_advised += std::string(error.what()).find("\n  next: ") != std::string::npos ? 1 : 0;
       ++num_refused;
     }
   }
-  EXPECT_EQ(num_refused, 38);
+  EXPECT_EQ(num_refused, 40);
+  // Only where what was expected says all, such as a finite number, or a key once.
+  EXPECT_EQ(num_refused - num_advised, 8);
+}
+
+TEST(FormatRefusals, OfNothingSaySo) {
+  int num_files = 0;
+  for (const auto& [text, found] :
+       {std::pair("", "an empty file"), std::pair(" \n\n", "nothing but blanks and comments"),
+        std::pair("# Camera\n# list\n", "nothing but blanks and comments"),
+        std::pair("%YAML:1.0\n", "nothing but blanks and comments")}) {
+    EXPECT_THAT(complaintAbout(text), testing::AllOf(testing::StartsWith("file: "), testing::HasSubstr(found),
+                                                     testing::HasSubstr("next: check the path")));
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 4);
+  EXPECT_THAT(
+      complaintAbout("# Camera list with one line of data per camera:\n# Number of cameras: 0\n"),
+      testing::AllOf(testing::HasSubstr("file: found comments alone"),
+                     testing::HasSubstr("ID MODEL WIDTH HEIGHT PARAMS"), testing::HasSubstr("next: ")));
+}
+
+TEST(FormatRefusals, AreNoneOfColmapsCutFiles) {
+  const std::string start = "# Camera list with one line of data per camera:\n# Number of cameras: ";
+  const std::string lines = "\n1 PINHOLE 640 480 500 500 320 240\n2 PINHOLE 640 480 501 501 320 240\n";
+  for (const auto& [count, is_told] : {std::pair("3", true), std::pair("2, mean: 1", false),
+                                       std::pair("1", true), std::pair("2", false), std::pair("x", false)}) {
+    const CameraSource source = parseCameras(start + count + lines, "file");
+    ASSERT_EQ(source.cameras.size(), 2u);
+    EXPECT_EQ(remarksOn(source.cameras[0]),
+              is_told ? "assumed: file:2: the file says that it has " + std::string(count) +
+                            " cameras, and has 2; taken as it is, but it may have been cut\n"
+                      : "");
+    EXPECT_EQ(remarksOn(source.cameras[1]), "");
+  }
 }
 
 // What is not refused is said.

@@ -45,7 +45,10 @@ const LensLayout& lensOf(const YamlNode& type) {
   if (const LensLayout* lens = detail::findLayout(kLenses, type.text())) return *lens;
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
-  throw UnsupportedCamera(type.error("'" + type.text() + "'", join(names, ", ")));
+  const auto nearest = nearestName(type.text(), names);
+  throw UnsupportedCamera(type.error("'" + type.text() + "'", join(names, ", "),
+                                     nearest ? "did you mean '" + *nearest + "'?"
+                                             : "calibrate with one of these types, or leave the camera out"));
 }
 
 // The radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Where the lens ends
@@ -101,7 +104,8 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   if (intrinsics.size() != resolutions.size()) {
     throw value.at("resolution")
         .error(std::to_string(resolutions.size()) + " sizes",
-               std::to_string(intrinsics.size()) + ", one for each of the intrinsics");
+               std::to_string(intrinsics.size()) + ", one for each of the intrinsics",
+               "add or remove the others");
   }
   StatedCameras all;
   for (std::size_t i = 0; i < intrinsics.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <optional>
 #include <string>
 
 #include "alidade/core/text.h"
@@ -86,14 +87,18 @@ bool recognises(const CameraDocument& document) {
          parseDouble(words[3]);
 }
 
-[[noreturn]] void complain(const Line& line, const std::string& found, const std::string& expected) {
-  throw inputError({.where = line.place, .found = "found " + found, .expected = expected});
+[[noreturn]] void complain(const Line& line, const std::string& found, const std::string& expected,
+                           const std::string& next_step) {
+  throw inputError(
+      {.where = line.place, .found = "found " + found, .expected = expected, .next_step = next_step});
 }
 
 int sideOf(const Line& line, const std::string& word) {
   constexpr int kMaxSide = 1'000'000;
   const auto side = parseInt(word);
-  if (!side || *side < 1 || *side > kMaxSide) complain(line, "'" + word + "'", "1 to 1000000 pixels");
+  if (!side || *side < 1 || *side > kMaxSide)
+    complain(line, "'" + word + "'", "a whole number of pixels, 1 to 1000000",
+             "take the size of the image files");
   return *side;
 }
 
@@ -111,18 +116,23 @@ const LensLayout& lensOf(const Line& line) {
 StatedCamera readLine(const Line& line) {
   constexpr std::size_t kNumBefore = 4;
   if (line.words.size() <= kNumBefore)
-    complain(line, std::to_string(line.words.size()) + " words", "ID MODEL WIDTH HEIGHT PARAMS");
-  if (!parseInt(line.words[0])) complain(line, "'" + line.words[0] + "'", "a camera's number");
+    complain(line, std::to_string(line.words.size()) + " words", "ID MODEL WIDTH HEIGHT PARAMS",
+             "write the line out, or remove it");
+  if (!parseInt(line.words[0]))
+    complain(line, "'" + line.words[0] + "'", "a camera's number", "start the line with one, or remove it");
   const LensLayout& lens = lensOf(line);
   const std::vector<std::string> names = detail::listedNames(lens);
   if (line.words.size() != kNumBefore + names.size()) {
     complain(line, std::to_string(line.words.size() - kNumBefore) + " parameters",
-             std::to_string(names.size()) + " for " + std::string(lens.name) + ": " + join(names, " "));
+             std::to_string(names.size()) + " for " + std::string(lens.name) + ": " + join(names, " "),
+             "correct the model, or write all of its parameters");
   }
   std::vector<StatedNumber> listed;
   for (std::size_t i = kNumBefore; i < line.words.size(); ++i) {
     const auto number = detail::parseStated(line.words[i]);
-    if (!number) complain(line, "'" + line.words[i] + "'", "a finite number for " + names[i - kNumBefore]);
+    if (!number)
+      complain(line, "'" + line.words[i] + "'", "a finite number for " + names[i - kNumBefore],
+               "correct it, or leave the camera out");
     listed.push_back(*number);
   }
   std::vector<StatedNumber> parameters = detail::storageOrder(lens, listed);
@@ -131,13 +141,48 @@ StatedCamera readLine(const Line& line) {
   return detail::stateCamera(line.place, line.words[0], lens.model, parameters, size);
 }
 
+// What "# Number of cameras: 2" among the comments says, with its place.
+struct StatedCount {
+  std::string place;
+  int count = 0;
+};
+
+std::optional<StatedCount> statedCount(const CameraDocument& document) {
+  constexpr std::string_view kStart = "# Number of cameras:";
+  std::size_t number = 0;
+  for (const std::string_view line : split(document.text(), '\n')) {
+    ++number;
+    if (!line.starts_with(kStart)) continue;
+    const std::string_view rest = trim(line.substr(kStart.size()));
+    const auto count = parseInt(rest.substr(0, rest.find_first_of(", \t")));
+    if (!count) return std::nullopt;
+    return StatedCount{.place = document.file() + ":" + std::to_string(number), .count = *count};
+  }
+  return std::nullopt;
+}
+
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   constexpr std::size_t kMaxCameras = 100'000;
   StatedCameras all;
   const std::vector<Line> lines = linesOf(document, kMaxCameras + 1);
+  if (lines.empty()) {
+    throw inputError({.where = document.file(),
+                      .found = "found comments alone",
+                      .expected = "a line ID MODEL WIDTH HEIGHT PARAMS for each camera",
+                      .next_step = "export the model again: colmap model_converter --output_type TXT"});
+  }
   if (lines.size() > kMaxCameras)
-    complain(lines.back(), "more than " + std::to_string(kMaxCameras) + " cameras", "fewer");
+    complain(lines.back(), "more than " + std::to_string(kMaxCameras) + " cameras", "fewer",
+             "split the file");
   for (const Line& line : lines) all.add(line.words[0], [&line] { return readLine(line); });
+  const auto stated = statedCount(document);
+  if (stated && stated->count != static_cast<int>(lines.size()) && !all.cameras.empty()) {
+    // For the file as a whole, so it is said once.
+    all.cameras.front().remarks.push_back(
+        {"assumed", stated->place + ": the file says that it has " + std::to_string(stated->count) +
+                        " cameras, and has " + std::to_string(lines.size()) +
+                        "; taken as it is, but it may have been cut"});
+  }
   return all;
 }
 

@@ -136,11 +136,13 @@ std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
                      "fx 0 cx, 0 fy cy, 0 0 1, row by row", "transpose it");
   }
   if (!has_zeros || K[8].value != 1) {
-    throw node.error("a matrix that is no camera matrix", "fx 0 cx, 0 fy cy, 0 0 1, row by row");
+    throw node.error("a matrix that is no camera matrix", "fx 0 cx, 0 fy cy, 0 0 1, row by row",
+                     "look whether it is another matrix of the file");
   }
   if (K[1].value != 0) {
-    throw UnsupportedCamera(
-        node.error("skew " + exactText(K[1].value), "0: cameras with skewed pixels are not supported"));
+    throw UnsupportedCamera(node.error("skew " + exactText(K[1].value),
+                                       "0: cameras with skewed pixels are not supported",
+                                       "calibrate without skew"));
   }
   return {K[0], K[4], K[2], K[5]};
 }
@@ -157,7 +159,8 @@ ImageSize readSize(const YamlNode& width, const YamlNode& height) {
     const double pixels = node.number();
     constexpr double kMaxSide = 1e6;
     if (!(pixels >= 1) || pixels > kMaxSide || pixels != std::floor(pixels))
-      throw node.error("'" + node.text() + "'", "1 to 1000000 pixels");
+      throw node.error("'" + node.text() + "'", "a whole number of pixels, 1 to 1000000",
+                       pixels == std::floor(pixels) ? "correct it" : "take the size of the image files");
     return static_cast<int>(pixels);
   };
   return {.width = side(width), .height = side(height)};

@@ -99,7 +99,8 @@ struct Pinhole {
 std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
   const std::vector<StatedNumber> m = detail::statedNumbers(matrix, 9);
   if (m[1].value != 0 || m[2].value != 0 || m[5].value != 0 || m[8].value != 1) {
-    throw matrix.error("a matrix that is no IntrinsicMatrix", "fx 0 0, skew fy 0, cx cy 1, row by row");
+    throw matrix.error("a matrix that is no IntrinsicMatrix", "fx 0 0, skew fy 0, cx cy 1, row by row",
+                       m[6].value == 0 && m[7].value == 0 ? "transpose it, or call it K" : "export it again");
   }
   if (m[3].value != 0) refuseSkew(matrix, exactText(m[3].value));
   return {m[0], m[4], m[6], m[7]};
