@@ -5,6 +5,8 @@
 
 #include <gmock/gmock.h>
 
+#include "alidade/core/error.h"
+
 namespace alidade {
 namespace {
 
@@ -40,6 +42,53 @@ TEST(CameraFile, ReadsBackAGridWithPixelsWithoutARay) {
     ++num_read;
   }
   EXPECT_EQ(num_read, 2);
+}
+
+std::string keysText(std::string_view model) {
+  std::string text;
+  for (const std::string_view name : parameterNames(model))
+    text += (text.empty() ? "" : ", ") + std::string(name) + ": 1";
+  return "{" + text + "}";
+}
+
+std::string complaintAbout(const std::string& text) {
+  try {
+    (void)parseCameraFile(text, "camera.yaml");
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+// As if the model's name alone had been changed by hand.
+TEST(CameraFile, TellsWhoseParametersItHas) {
+  int num_pairs = 0;
+  for (const std::string& model : modelIds()) {
+    for (const std::string& other : modelIds()) {
+      if (model == other) continue;
+      EXPECT_THAT(
+          complaintAbout("alidade_camera: 1\nmodel: " + model + "\nimage_size: {width: 640, height: 480}\n" +
+                         "parameters: " + keysText(other) + "\n"),
+          testing::AllOf(
+              testing::StartsWith("camera.yaml:4: parameters: found the keys of the model " + other),
+              testing::HasSubstr("those of " + model + ": fx"),
+              testing::HasSubstr("write " + other + " again")));
+      ++num_pairs;
+    }
+  }
+  EXPECT_EQ(num_pairs, 90);
+  const std::string start =
+      "alidade_camera: 1\nmodel: kannala_brandt\nimage_size: {width: 640, height: 480}\n"
+      "parameters: {fx: 500, fy: 500, cx: 320, cy: 240, k1: 0, k2: 0, k3: 0, k4: 0}\n";
+  EXPECT_THAT(
+      complaintAbout(start +
+                     "calibration:\n  rms_px: 0.1\n  num_views: 13\n  num_corners: 702\n  parameter_std: " +
+                     keysText("radtan") + "\n"),
+      testing::StartsWith("camera.yaml:9: calibration.parameter_std: found the keys of the model radtan"));
+  // One wrong key is a slip of the hand.
+  EXPECT_THAT(complaintAbout("alidade_camera: 1\nmodel: pinhole\nimage_size: {width: 640, height: 480}\n"
+                             "parameters: {fx: 500, fy: 500, cx: 320, cz: 240}\n"),
+              testing::AllOf(testing::HasSubstr("unknown key 'cz'"), testing::HasSubstr("did you mean")));
 }
 
 }  // namespace

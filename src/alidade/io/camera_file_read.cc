@@ -118,7 +118,7 @@ ProjectionStdRecord readProjectionStd(const YamlNode& std_px, const YamlNode& gr
 }
 
 std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
-  node.allowKeys(strings(names));
+  detail::allowParameters(node, names);
   std::vector<double> values;
   for (const std::string& name : strings(names)) values.push_back(node.at(name).number());
   return values;

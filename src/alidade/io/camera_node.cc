@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/text.h"
@@ -28,6 +30,33 @@ ImageSize readImageSize(const YamlNode& node) {
   return size;
 }
 
+void allowParameters(const YamlNode& map, std::span<const std::string_view> names) {
+  const std::set<std::string> keys = [&map] {
+    if (!map.isMap()) return std::set<std::string>{};
+    const std::vector<std::string> all = map.keys();
+    return std::set<std::string>(all.begin(), all.end());
+  }();
+  std::string own;
+  std::string other;
+  for (const std::string& id : modelIds()) {
+    const auto theirs = parameterNames(id);
+    if (std::equal(theirs.begin(), theirs.end(), names.begin(), names.end())) {
+      own = id;
+    } else if (std::set<std::string>(theirs.begin(), theirs.end()) == keys) {
+      other = id;
+    }
+  }
+  if (!other.empty()) {
+    throw map.error(
+        "the keys of the model " + other + ": " +
+            join(std::vector<std::string>(keys.begin(), keys.end()), ", "),
+        "those of " + own + ": " + join(std::vector<std::string>(names.begin(), names.end()), ", "),
+        "if only the model's name was changed, write " + other +
+            " again; another model is made by: alidade convert --model " + own);
+  }
+  map.allowKeys({names.begin(), names.end()});
+}
+
 AnyCamera readCamera(const YamlNode& root) {
   const YamlNode model = root.at("model");
   const std::string id = model.text();
@@ -37,11 +66,11 @@ AnyCamera readCamera(const YamlNode& root) {
                       nearest ? "did you mean '" + *nearest + "'?" : "");
   }
   const YamlNode parameters = root.at("parameters");
+  allowParameters(parameters, parameterNames(id));
   const std::vector<std::string> names = [&] {
     const auto all = parameterNames(id);
     return std::vector<std::string>(all.begin(), all.end());
   }();
-  parameters.allowKeys(names);
   std::vector<double> values;
   for (const std::string& name : names) values.push_back(parameters.at(name).number());
   for (std::size_t i = 0; i < values.size(); ++i) {

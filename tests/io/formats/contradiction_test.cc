@@ -78,6 +78,25 @@ TEST(FormatContradictions, OfMatlabsTextAreNotWhatItDoesNotPrint) {
   }
 }
 
+TEST(FormatContradictions, OfMatlabAMatrixAloneIsNoCamera) {
+  const std::string rows =
+      "\n  714.1885         0  563.6481\n         0  710.3785  355.7254\n         0         0    1.0000\n";
+  int num_printed = 0;
+  for (const auto& [text, place] :
+       {std::pair(">> K = cameraParams.K\n\nK =\n" + rows, "file:3: "), std::pair("K =\n" + rows, "file:1: "),
+        std::pair("\nans =\n\n   1.0e+03 *\n" + rows, "file:2: ")}) {
+    EXPECT_THAT(complaintAbout(text),
+                AllOf(testing::StartsWith(place), HasSubstr("as the command window prints it"),
+                      HasSubstr("jsonencode(toStruct(params))")));
+    ++num_printed;
+  }
+  EXPECT_EQ(num_printed, 3);
+  // Two rows, or rows of two, are none.
+  for (const char* other :
+       {"K =\n\n 1 2 3\n 4 5 6\n", "K =\n 1 2\n 3 4\n 5 6\n", "K =\n 1 2 3\n 4 5 6\n x\n 7 8 9\n"})
+    EXPECT_THAT(complaintAbout(other), testing::Not(HasSubstr("command window")));
+}
+
 TEST(FormatContradictions, OfRosKeysOfTwoKindsAreRefused) {
   const std::string five = "[-0.281, 0.025, 0.0012, -0.0001, 0.163]\n";
   EXPECT_THAT(complaintAbout(kRosSize + kRosMatrix + "D: " + five),

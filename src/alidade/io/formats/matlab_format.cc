@@ -81,7 +81,8 @@ bool recognisesTree(const YamlNode& root) {
 
 bool recognises(const CameraDocument& document) {
   if (detail::isMatlabText(document.text())) return true;
-  return document.isMap() && recognisesTree(document.root());
+  if (!document.isMap()) return detail::isPrintedMatrix(document.text());
+  return recognisesTree(document.root());
 }
 
 [[noreturn]] void refuseSkew(const YamlNode& node, const std::string& value) {
@@ -209,7 +210,10 @@ StatedCameras readTree(const YamlNode& root) {
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
-  if (!detail::isMatlabText(document.text())) return readTree(document.root());
+  if (!detail::isMatlabText(document.text())) {
+    if (!document.isMap()) detail::refusePrintedMatrix(document.text(), document.file());
+    return readTree(document.root());
+  }
   detail::refuseUnexpanded(document.text(), document.file());
   return readTree(CameraDocument(detail::matlabTextAsYaml(document.text()), document.file()).root());
 }

@@ -93,7 +93,42 @@ bool holdsCamera(const PlacedProperty& placed) {
          isUnexpanded(placed.property.value);
 }
 
+// Three numbers with blanks between them.
+bool isRowOfMatrix(std::string_view line) {
+  std::size_t count = 0;
+  for (const std::string_view word : split(trim(line), ' ')) {
+    if (word.empty()) continue;
+    if (!parseDouble(word) || ++count > 3) return false;
+  }
+  return count == 3;
+}
+
+// "K =", a blank line, perhaps "1.0e+03 *", and three rows: its line from 1; 0 if there is none.
+std::size_t lineOfPrintedMatrix(const std::string& text) {
+  std::size_t number = 0;
+  std::size_t start = 0;
+  std::size_t num_rows = 0;
+  for (const std::string_view whole : split(text, '\n')) {
+    ++number;
+    const std::string_view line = trim(whole);
+    if (line.empty() || (start > 0 && line.ends_with('*'))) continue;
+    if (line.ends_with('=')) {
+      start = number;
+      num_rows = 0;
+    } else if (start > 0 && isRowOfMatrix(line)) {
+      if (++num_rows == 3) return start;
+    } else {
+      start = 0;
+    }
+  }
+  return 0;
+}
+
 }  // namespace
+
+bool isPrintedMatrix(const std::string& text) {
+  return lineOfPrintedMatrix(text) > 0;
+}
 
 bool isUnexpanded(std::string_view value) {
   if (!value.starts_with('[') || !value.ends_with(']')) return false;
@@ -144,6 +179,18 @@ void refuseUnexpanded(const std::string& text, const std::string& file) {
                              ", which the command window printed instead of the numbers",
                     .expected = "FocalLength and PrincipalPoint with their numbers",
                     .next_step = "export the object as JSON, jsonencode(toStruct(params))" + printed});
+}
+
+void refusePrintedMatrix(const std::string& text, const std::string& file) {
+  const std::size_t line = lineOfPrintedMatrix(text);
+  if (line == 0) return;
+  throw inputError({.where = file + ":" + std::to_string(line),
+                    .found =
+                        "found a matrix as the command window prints it, which says neither the distortion "
+                        "nor the size of the image",
+                    .expected = "FocalLength and PrincipalPoint with their numbers",
+                    .next_step = "export the object as JSON, jsonencode(toStruct(params)), or print "
+                                 "params.Intrinsics after format long"});
 }
 
 std::string matlabTextAsYaml(const std::string& text) {

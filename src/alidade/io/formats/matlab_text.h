@@ -20,4 +20,10 @@ namespace alidade::detail {
 /// UnsupportedCamera if that is a fisheye's
 void refuseUnexpanded(const std::string& text, const std::string& file);
 
+/// Is this a matrix of three columns as the command window prints it: "K =" and rows below?
+[[nodiscard]] bool isPrintedMatrix(const std::string& text);
+
+/// @throws Error (kInput) with the line, and what to export, if isPrintedMatrix
+void refusePrintedMatrix(const std::string& text, const std::string& file);
+
 }  // namespace alidade::detail
