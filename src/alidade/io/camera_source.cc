@@ -116,7 +116,7 @@ std::string titles() {
   return join(names, "; ");
 }
 
-void refuseSameNames(const CameraSource& source) {
+void refuseSameNames(const CameraSource& source, const std::vector<std::string>& passed) {
   std::set<std::string> names;
   const auto take = [&](const std::string& name) {
     if (name.empty() || names.insert(name).second) return;
@@ -127,6 +127,7 @@ void refuseSameNames(const CameraSource& source) {
   };
   for (const StatedCamera& camera : source.cameras) take(camera.name);
   for (const RefusedCamera& camera : source.refused) take(camera.name);
+  for (const std::string& name : passed) take(name);
 }
 
 }  // namespace
@@ -142,7 +143,7 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
                         .cameras = std::move(read.cameras),
                         .refused = std::move(read.refused)};
     if (source.cameras.empty() && !source.refused.empty()) throw Error(source.refused.front().reason);
-    if (source.cameras.empty()) {
+    if (source.cameras.empty() && read.passed.empty()) {
       throw inputError({.where = name,
                         .found = "no camera in a file of the format " + std::string(format->title),
                         .expected = "at least one"});
@@ -151,7 +152,7 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
       takeSize(camera, options.image_size, name);
       refuseOtherModel(camera, options.model, name);
     }
-    refuseSameNames(source);
+    refuseSameNames(source, read.passed);
     return source;
   }
   const detail::YamlNode& root = document.root();  // says why, where the text is no tree
@@ -197,7 +198,12 @@ FileKind kindOfFile(const std::string& path) {
 
 CameraSource readCameras(const std::string& path, const ReadOptions& options) {
   const auto [file, name] = splitPath(path);
-  CameraSource source = parseCameras(readTextFile(file, kMaxFileBytes), file, options);
+  const std::string text = readTextFile(file, kMaxFileBytes);
+  ReadOptions one = options;
+  one.only = name;
+  CameraSource source = parseCameras(text, file, one);
+  // A place in the list instead of a name, or neither: all the names tell.
+  if (source.cameras.empty()) source = parseCameras(text, file, options);
   if (!name.empty()) {
     source.cameras = {cameraNamed(source, name)};
     source.refused.clear();

@@ -16,7 +16,7 @@ struct CameraSource {
   std::string path;                   ///< without "#NAME"
   std::string_view format;            ///< id: "ros"
   std::string_view format_name;       ///< for people: "ROS camera_info (YAML)"
-  std::vector<StatedCamera> cameras;  ///< at least one
+  std::vector<StatedCamera> cameras;  ///< at least one, but with ReadOptions::only
   /// Beside them in the file; none where one camera was named.
   std::vector<RefusedCamera> refused = {};
 };

@@ -7,7 +7,9 @@
 #include <cctype>
 #include <optional>
 #include <string>
+#include <utility>
 
+#include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/text.h"
 #include "alidade/io/formats/camera_document.h"
 #include "alidade/io/formats/formats.h"
@@ -113,7 +115,14 @@ const LensLayout& lensOf(const Line& line) {
                   .next_step = "run COLMAP with one of these models, or leave the camera out"}));
 }
 
-StatedCamera readLine(const Line& line) {
+// A camera's line in our conventions, before a camera is made of it.
+struct Statement {
+  const LensLayout* lens = nullptr;
+  std::vector<StatedNumber> parameters;
+  ImageSize size;
+};
+
+Statement parseLine(const Line& line) {
   constexpr std::size_t kNumBefore = 4;
   if (line.words.size() <= kNumBefore)
     complain(line, std::to_string(line.words.size()) + " words", "ID MODEL WIDTH HEIGHT PARAMS",
@@ -138,7 +147,26 @@ StatedCamera readLine(const Line& line) {
   std::vector<StatedNumber> parameters = detail::storageOrder(lens, listed);
   detail::takeOrigin(parameters, kOrigin);
   const ImageSize size = {.width = sideOf(line, line.words[2]), .height = sideOf(line, line.words[3])};
-  return detail::stateCamera(line.place, line.words[0], lens.model, parameters, size);
+  return {.lens = &lens, .parameters = std::move(parameters), .size = size};
+}
+
+StatedCamera readLine(const Line& line) {
+  const Statement stated = parseLine(line);
+  return detail::stateCamera(line.place, line.words[0], stated.lens->model, stated.parameters, stated.size);
+}
+
+// Throws what readLine() does, except for a camera of a model that is not supported; makes no camera.
+void checkLine(const Line& line) {
+  try {
+    const Statement stated = parseLine(line);
+    for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
+      // Whoever made a camera of it would say so with its place.
+      if (parameterComplaint(stated.lens->model, i, stated.parameters[i].value))
+        static_cast<void>(readLine(line));
+    }
+  } catch (const UnsupportedCamera&) {
+    return;  // which is no damage
+  }
 }
 
 // What "# Number of cameras: 2" among the comments says, with its place.
@@ -161,7 +189,7 @@ std::optional<StatedCount> statedCount(const CameraDocument& document) {
   return std::nullopt;
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   constexpr std::size_t kMaxCameras = 100'000;
   StatedCameras all;
   const std::vector<Line> lines = linesOf(document, kMaxCameras + 1);
@@ -174,7 +202,15 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   if (lines.size() > kMaxCameras)
     complain(lines.back(), "more than " + std::to_string(kMaxCameras) + " cameras", "fewer",
              "split the file");
-  for (const Line& line : lines) all.add(line.words[0], [&line] { return readLine(line); });
+  for (const Line& line : lines) {
+    const std::string& name = line.words[0];
+    if (options.only.empty() || name == options.only) {
+      all.add(name, [&line] { return readLine(line); });
+    } else {
+      checkLine(line);
+      all.passed.push_back(name);
+    }
+  }
   const auto stated = statedCount(document);
   if (stated && stated->count != static_cast<int>(lines.size()) && !all.cameras.empty()) {
     // For the file as a whole, so it is said once.

@@ -52,11 +52,13 @@ struct RefusedCamera {
 struct StatedCameras {
   std::vector<StatedCamera> cameras = {};
   std::vector<RefusedCamera> refused = {};
+  /// Names of cameras that ReadOptions::only does not ask for and that were not made.
+  std::vector<std::string> passed = {};
 
   /// Takes the camera that `read` returns, or the reason if it throws UnsupportedCamera.
   template <class Read>
   void add(const std::string& name, const Read& read) {
-    const std::size_t number = cameras.size() + refused.size();
+    const std::size_t number = cameras.size() + refused.size() + passed.size();
     try {
       cameras.push_back(read());
       cameras.back().number = number;
@@ -70,6 +72,9 @@ struct StatedCameras {
 struct ReadOptions {
   std::optional<ImageSize> image_size;  ///< for files that do not state one
   std::string model;                    ///< what coefficients of an unnamed model mean; empty = the file says
+  /// The name of the only camera that is wanted; empty = all are. A format may then look through the others
+  /// for damage alone, since making a camera takes milliseconds, in which it is certified.
+  std::string only = {};
 };
 
 /// A camera to be written.
