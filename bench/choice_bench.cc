@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Which model is chosen for lenses of each model, and is a model that cannot follow the lens noticed?
-//   choice_bench [sets a model, default 20] [seed, default 1] [model]
+// And where the choice decides what no corner says, is that said?
+//   choice_bench [sets a model, default 20] [seed, default 1] [model or all] [views a set, default 12 to 40]
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "alidade/calibrate/calibrator.h"
@@ -25,8 +27,12 @@ struct Tally {
   double largest_z = -std::numeric_limits<double>::infinity();  // of sets calibrated with their true model
   int num_clean = 0;                                            // how many these are, and of them
   int num_false = 0;                                            // those whose errors are called biased
-  int num_lean = 0;   // calibrations with a model that is off by more than half the noise, and of these
-  int num_found = 0;  // those that are called biased
+  int num_lean = 0;         // calibrations with a model that is off by more than half the noise, and of these
+  int num_found = 0;        // those that are called biased
+  int num_astray = 0;       // chosen cameras that are wrong beyond their sigmas in a tenth of the image
+  int num_astray_told = 0;  // of these, those that model_dependent is told of
+  int num_astray_trusted = 0;  // and those that nothing is told of
+  int num_told = 0;            // all that model_dependent is told of
   double seconds = 0;
 
   [[nodiscard]] double share() const {
@@ -40,6 +46,10 @@ struct Tally {
     num_false += o.num_false;
     num_lean += o.num_lean;
     num_found += o.num_found;
+    num_astray += o.num_astray;
+    num_astray_told += o.num_astray_told;
+    num_astray_trusted += o.num_astray_trusted;
+    num_told += o.num_told;
     seconds += o.seconds;
   }
 };
@@ -75,12 +85,31 @@ void addLean(const ChoiceSet& set, const std::string& lean, Tally& tally) {
   }
 }
 
-Tally runSet(const std::string& model, std::uint64_t seed, int number) {
+void addSpread(const ChoiceSet& set, const CalibrationResult& result, Tally& tally) {
+  constexpr double kMuch = 0.1;
+  const bool is_told = hasFinding(result, "model_dependent");
+  tally.num_told += is_told ? 1 : 0;
+  const double share = shareAstray(set, result);
+  if (!(share > kMuch) || !result.isUsable()) return;
+  ++tally.num_astray;
+  tally.num_astray_told += is_told ? 1 : 0;
+  const bool is_trusted = result.verdict() == Verdict::kTrustworthy;
+  tally.num_astray_trusted += is_trusted ? 1 : 0;
+  if (is_told) return;
+  std::printf("  astray in %.0f %% of the image and not told: %s for %s, %.0f degrees, %zu views:",
+              100 * share, std::string(result.camera.modelId()).c_str(),
+              std::string(set.drawn.camera.modelId()).c_str(), set.fov_deg, set.set.views.size());
+  for (const Finding& f : result.findings) std::printf(" %s", f.id.c_str());
+  std::printf("\n");
+}
+
+Tally runSet(const std::string& model, std::uint64_t seed, int number, std::optional<int> num_views) {
   Tally tally{.num_sets = 1};
-  const ChoiceSet set = drawChoiceSet(model, seed, static_cast<std::uint64_t>(number));
+  const ChoiceSet set = drawChoiceSet(model, seed, static_cast<std::uint64_t>(number), num_views);
   const double before = cpuSeconds();
   const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = kAutoModel});
   tally.seconds = cpuSeconds() - before;
+  addSpread(set, result, tally);
   const ChoiceVerdict verdict = judgeChoice(model, result);
   ++tally.verdicts[static_cast<int>(verdict)];
   if (verdict == ChoiceVerdict::kOther) printOther(model, number, set, result);
@@ -94,21 +123,23 @@ Tally runSet(const std::string& model, std::uint64_t seed, int number) {
 }
 
 void printTally(const char* name, const Tally& t) {
-  std::printf("%-16s %5d %6d %7d %6d %6d %8.1f%% %6d/%-5d %6.2f %6d/%-5d %9.1f\n", name, t.num_sets,
-              t.verdicts[0], t.verdicts[1], t.verdicts[2], t.verdicts[3], 100 * t.share(), t.num_false,
-              t.num_clean, t.largest_z, t.num_found, t.num_lean, 1000 * t.seconds / t.num_sets);
+  std::printf("%-16s %5d %6d %7d %6d %6d %8.1f%% %6d/%-5d %6.2f %6d/%-5d %6d %8d %7d/%-4d %9.1f\n", name,
+              t.num_sets, t.verdicts[0], t.verdicts[1], t.verdicts[2], t.verdicts[3], 100 * t.share(),
+              t.num_false, t.num_clean, t.largest_z, t.num_found, t.num_lean, t.num_told,
+              t.num_astray_trusted, t.num_astray_told, t.num_astray, 1000 * t.seconds / t.num_sets);
   std::fflush(stdout);
 }
 
-int run(int num_sets, std::uint64_t seed, const std::string& only) {
-  std::printf("%-16s %5s %6s %7s %6s %6s %9s %12s %6s %12s %9s\n", "true model", "sets", "true", "nested",
-              "equal", "other", "as good", "false alarms", "max z", "lean, seen", "ms a set");
+int run(int num_sets, std::uint64_t seed, const std::string& only, std::optional<int> num_views) {
+  std::printf("%-16s %5s %6s %7s %6s %6s %9s %12s %6s %12s %6s %8s %12s %9s\n", "true model", "sets", "true",
+              "nested", "equal", "other", "as good", "false alarms", "max z", "lean, seen", "spread",
+              "trusted", "astray, told", "ms a set");
   Tally total;
   bool is_good = true;
   for (const std::string& model : modelIds()) {
-    if (!only.empty() && model != only) continue;
+    if (!only.empty() && only != "all" && model != only) continue;
     Tally tally;
-    for (int number = 0; number < num_sets; ++number) tally += runSet(model, seed, number);
+    for (int number = 0; number < num_sets; ++number) tally += runSet(model, seed, number, num_views);
     printTally(model.c_str(), tally);
     is_good = is_good && tally.share() >= kRequiredShare;
     total += tally;
@@ -128,9 +159,12 @@ int run(int num_sets, std::uint64_t seed, const std::string& only) {
 int main(int argc, char** argv) {
   const int num_sets = argc > 1 ? std::atoi(argv[1]) : 20;
   if (num_sets < 1) {
-    std::fprintf(stderr, "usage: choice_bench [sets a model, at least 1] [seed] [model]\n");
+    std::fprintf(stderr,
+                 "usage: choice_bench [sets a model, at least 1] [seed] [model or all] [views a set]\n");
     return 2;
   }
   const auto seed = static_cast<std::uint64_t>(argc > 2 ? std::atoll(argv[2]) : 1);
-  return alidade::run(num_sets, seed, argc > 3 ? argv[3] : "");
+  const int num_views = argc > 4 ? std::atoi(argv[4]) : 0;
+  return alidade::run(num_sets, seed, argc > 3 ? argv[3] : "",
+                      num_views > 0 ? std::optional(num_views) : std::nullopt);
 }

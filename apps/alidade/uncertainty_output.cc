@@ -76,12 +76,26 @@ std::string parameterTable(const CalibrationResult& result) {
   return text;
 }
 
+// What no sigma says.
+std::string spreadText(const CalibrationResult& result) {
+  if (!result.model_spread) return "";
+  const ModelSpread& spread = *result.model_spread;
+  std::string text = fmt::format(
+      "  {:<14} {}, which predicts corners as well, differs by up to {:.2g} px, at pixel ({:.0f}, {:.0f})",
+      "by the model", spread.id, spread.worst_px, spread.worst_pixel.x(), spread.worst_pixel.y());
+  if (spread.share_apart > 0) {
+    text +=
+        fmt::format("; by more than {:.0f} px in {:.2g} % of the image", kApartPx, 100 * spread.share_apart);
+  }
+  return text + "\n";
+}
+
 std::string projectionText(const CalibrationResult& result) {
   if (!result.projection_far) return "";
   std::string text = "Projection, one sigma: how far a point's pixel may be off for the parameters' sake\n";
   text += fmt::format("  {:<14} {}\n", "far away", gridText(*result.projection_far));
   text += fmt::format("  {:<14} {}\n", "pose fitted", gridText(*result.projection_near));
-  return text;
+  return text + spreadText(result);
 }
 
 void addUncertainty(const CalibrationResult& result, nlohmann::json& document) {
@@ -122,6 +136,15 @@ void addUncertainty(const CalibrationResult& result, nlohmann::json& document) {
                   {"board_distance_m", result.board_distance_m}};
   }
   document["projection_std"] = std::move(projection);
+  json spread = nullptr;
+  if (result.model_spread) {
+    spread = {{"model", result.model_spread->id},
+              {"share_apart", result.model_spread->share_apart},
+              {"apart_px", kApartPx},
+              {"worst_px", result.model_spread->worst_px},
+              {"worst_pixel", {result.model_spread->worst_pixel.x(), result.model_spread->worst_pixel.y()}}};
+  }
+  document["model_spread"] = std::move(spread);
 }
 
 void recordUncertainty(const CalibrationResult& result, CalibrationRecord& record) {

@@ -60,6 +60,27 @@ TEST(HeldOutExcess, IsSignificantFromStudentsLimitOn) {
   EXPECT_EQ(num_checked, 10);
 }
 
+// Every view is four times as far off, and one of them by far the most: its sum says more about it than about
+// the model, the factor does not.
+TEST(HeldOutExcess, IsSignificantByTheFactorWhereOneViewHidesTheRest) {
+  const HeldOutScore rich = scoreWith({10, 9, 12, 2000});
+  const HeldOutScore lean = scoreWith({170, 140, 200, 33000});
+  const HeldOutExcess excess = excessOf(lean, rich);
+  EXPECT_GT(excess.share, 3);
+  EXPECT_LT(excess.share, 1.7 * excess.std) << "the sums alone prove nothing";
+  EXPECT_TRUE(excess.is_significant);
+  EXPECT_FALSE(excessOf(rich, lean).is_significant);
+  EXPECT_FALSE(excessOf(scoreWith({170, 5, 6, 33000}), rich).is_significant) << "only some are worse";
+}
+
+TEST(HeldOutExcess, TakesNoViewWithoutErrorsForAnEqualOne) {
+  const HeldOutExcess all = excessOf(scoreWith({110, 130, 120}), scoreWith({100, 110, 95}));
+  const HeldOutExcess with_gap = excessOf(scoreWith({110, 0, 130, 120}), scoreWith({100, 0, 110, 95}));
+  EXPECT_EQ(all.share, with_gap.share);
+  EXPECT_EQ(all.std, with_gap.std);
+  EXPECT_EQ(all.is_significant, with_gap.is_significant);
+}
+
 TEST(HeldOutScore, CountsCornersThatAreNotSeenAsFarOff) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const HuberLoss loss{.threshold_px = 0.3};

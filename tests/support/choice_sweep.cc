@@ -2,8 +2,11 @@
 #include "support/choice_sweep.h"
 
 #include <algorithm>
+#include <limits>
+#include <span>
 
 #include "alidade/calibrate/model_soundness.h"
+#include "alidade/calibrate/model_spread.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 
@@ -22,7 +25,8 @@ bool isPerspective(std::string_view model_id) {
 
 }  // namespace
 
-ChoiceSet drawChoiceSet(std::string_view model_id, std::uint64_t seed, std::uint64_t number) {
+ChoiceSet drawChoiceSet(std::string_view model_id, std::uint64_t seed, std::uint64_t number,
+                        std::optional<int> num_views) {
   constexpr int kMaxDraws = 1000;
   constexpr std::uint64_t kFewestViews = 12;
   constexpr std::uint64_t kMostViews = 40;
@@ -35,8 +39,10 @@ ChoiceSet drawChoiceSet(std::string_view model_id, std::uint64_t seed, std::uint
     const double fov_deg = random.uniform(least, most);
     const DrawnCamera drawn = drawCamera(model_id, fov_deg, random);
     if (foldsInsideImage(certifyDomain(drawn.camera, drawn.size))) continue;
-    const auto num_views = static_cast<int>(kFewestViews + random.index(kMostViews - kFewestViews + 1));
-    return {.drawn = drawn, .fov_deg = fov_deg, .set = drawUserViews(drawn, num_views, kNoisePx, random)};
+    const auto drawn_views = static_cast<int>(kFewestViews + random.index(kMostViews - kFewestViews + 1));
+    return {.drawn = drawn,
+            .fov_deg = fov_deg,
+            .set = drawUserViews(drawn, num_views.value_or(drawn_views), kNoisePx, random)};
   }
   expect(false, "a lens that does not fold");
   throw std::logic_error("unreachable");
@@ -56,6 +62,24 @@ std::vector<std::string> modelsTooLeanFor(std::string_view model_id) {
   if (model_id == "fov") return {"ucm"};
   if (model_id == "ucm") return {"fov"};
   return {"fov", "ucm"};
+}
+
+double shareAstray(const ChoiceSet& set, const CalibrationResult& result) {
+  if (!result.projection_far) return std::numeric_limits<double>::quiet_NaN();
+  std::vector<Eigen::Vector2d> pixels;
+  for (const View& view : set.set.views) {
+    for (const Corner& corner : view.corners) pixels.push_back(corner.pixel);
+  }
+  const auto params = set.drawn.camera.parameters();
+  const RivalCamera truth{.id = std::string(set.drawn.camera.modelId()),
+                          .params = {params.begin(), params.end()}};
+  const auto spread = modelSpread(result.camera, std::span(&truth, 1), pixels, *result.projection_far);
+  return spread ? spread->share_apart : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool hasFinding(const CalibrationResult& result, std::string_view id) {
+  return std::any_of(result.findings.begin(), result.findings.end(),
+                     [&](const Finding& f) { return f.id == id; });
 }
 
 ChoiceVerdict judgeChoice(std::string_view true_model, const CalibrationResult& result) {

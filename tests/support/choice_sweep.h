@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,7 +21,9 @@ struct ChoiceSet {
   UserSet set;
 };
 
-[[nodiscard]] ChoiceSet drawChoiceSet(std::string_view model_id, std::uint64_t seed, std::uint64_t number);
+/// @param num_views  instead of those drawn
+[[nodiscard]] ChoiceSet drawChoiceSet(std::string_view model_id, std::uint64_t seed, std::uint64_t number,
+                                      std::optional<int> num_views = std::nullopt);
 
 /// Is `small` the same lens as `large` with parameters of `large` at zero (or where they do nothing)?
 [[nodiscard]] bool isNested(std::string_view small, std::string_view large);
@@ -37,5 +40,12 @@ enum class ChoiceVerdict {
 };
 
 [[nodiscard]] ChoiceVerdict judgeChoice(std::string_view true_model, const CalibrationResult& result);
+
+/// Of the image, the part where a calibration is wrong beyond what it states: far points more than kApartPx
+/// and 3 stated sigmas from where the true camera has them, the rotation taken out that fits where corners
+/// were. NaN where it states no uncertainty.
+[[nodiscard]] double shareAstray(const ChoiceSet& set, const CalibrationResult& result);
+
+[[nodiscard]] bool hasFinding(const CalibrationResult& result, std::string_view id);
 
 }  // namespace alidade

@@ -18,9 +18,28 @@ std::string cameraText(const CalibrationResult& result, std::span<const double> 
   return text + " (RMS " + numberText("%.5g", rms_px) + " px)";
 }
 
+// As much of the image as may be uncertain before `poor_coverage` says so.
+constexpr double kMuch = 0.1;
+
+void judgeSpread(const ModelSpread& spread, const std::string& model_id, std::vector<Finding>& findings) {
+  if (spread.share_apart <= kMuch) return;
+  findings.push_back(
+      {.severity = Finding::Severity::kWarning,
+       .id = "model_dependent",
+       .cause = "in parts of the image it is the choice of the model and no corner that says where points "
+                "appear, and the stated sigmas know of one model alone",
+       .evidence = spread.id + " predicts corners as well as " + model_id + " and differs by more than " +
+                   numberText("%.0f", kApartPx) + " px in " + numberText("%.0f", 100 * spread.share_apart) +
+                   " % of the image, by up to " + numberText("%.2g", spread.worst_px) + " px at pixel (" +
+                   numberText("%.0f", spread.worst_pixel.x()) + ", " +
+                   numberText("%.0f", spread.worst_pixel.y()) + ")",
+       .next_step = "add views with the board in the image's borders and corners, or do not use these"});
+}
+
 }  // namespace
 
 void judgeAmbiguity(const CalibrationResult& result, std::vector<Finding>& findings) {
+  if (result.model_spread) judgeSpread(*result.model_spread, std::string(result.camera.modelId()), findings);
   if (result.other_optima.empty()) return;
   const OtherOptimum& other = result.other_optima.front();
   const std::string apart =

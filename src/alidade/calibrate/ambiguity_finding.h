@@ -7,7 +7,8 @@
 
 namespace alidade {
 
-/// Adds `ambiguous_optimum` where another camera explains the corners as well (OtherOptimum).
+/// Adds `ambiguous_optimum` where another camera of the model explains the corners as well (OtherOptimum),
+/// and `model_dependent` where one of another model does and differs over much of the image (ModelSpread).
 void judgeAmbiguity(const CalibrationResult& result, std::vector<Finding>& findings);
 
 }  // namespace alidade

@@ -16,6 +16,7 @@
 #include "alidade/calibrate/finding.h"
 #include "alidade/calibrate/image_bias.h"
 #include "alidade/calibrate/model_candidate.h"
+#include "alidade/calibrate/model_spread.h"
 #include "alidade/calibrate/other_optimum.h"
 #include "alidade/calibrate/start.h"
 #include "alidade/calibrate/view_covariance.h"
@@ -148,6 +149,7 @@ struct CalibrationResult {
   WeakPrior weak_prior;                     ///< what holds a lens together that the views do not determine
   std::optional<BetterModel> better_model;  ///< where the model was named
   std::optional<ModelChoice> model_choice;  ///< where it was not
+  std::optional<ModelSpread> model_spread;  ///< where other models predict corners as well
   HoldoutReport holdout;
   ImageBias image_bias;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.

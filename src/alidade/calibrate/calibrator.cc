@@ -23,6 +23,28 @@ CalibrationResult withReasons(Estimation& estimation) {
   return resultOf(estimation);
 }
 
+// Enough to bring two cameras together.
+std::vector<Eigen::Vector2d> someCorners(const Estimation& estimation) {
+  constexpr std::size_t kEnough = 2000;
+  std::size_t num_corners = 0;
+  for (const auto& view : estimation.observations) num_corners += view.size();
+  const std::size_t step = num_corners / kEnough + 1;
+  std::vector<Eigen::Vector2d> pixels;
+  std::size_t i = 0;
+  for (const auto& view : estimation.observations) {
+    for (const Observation& observation : view) {
+      if (i++ % step == 0) pixels.push_back(observation.pixel);
+    }
+  }
+  return pixels;
+}
+
+std::optional<ModelSpread> spreadOf(const ChosenModel& chosen, const CalibrationResult& result) {
+  if (chosen.rivals.empty() || !result.projection_far) return std::nullopt;
+  return modelSpread(AnyCamera::make(result.camera.modelId(), chosen.params), chosen.rivals,
+                     someCorners(chosen.fit->estimation), *result.projection_far);
+}
+
 }  // namespace
 
 CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
@@ -36,6 +58,7 @@ CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
   if (named.model == kAutoModel) {
     ChosenModel chosen = chooseModel(board, views, named);
     CalibrationResult result = withReasons(chosen.fit->estimation);
+    result.model_spread = spreadOf(chosen, result);
     result.model_choice = std::move(chosen.choice);
     result.findings = judge(result);
     return result;

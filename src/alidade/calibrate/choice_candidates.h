@@ -30,6 +30,7 @@ struct Candidate {
   std::string not_better_than;  ///< a smaller model that fits the corners as well at a glance
 
   // On the corners in common.
+  std::vector<double> params;
   std::optional<HeldOutScore> score;
   double rms_px = std::numeric_limits<double>::quiet_NaN();
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();

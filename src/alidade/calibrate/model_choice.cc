@@ -9,6 +9,7 @@
 #include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/estimation_steps.h"
 #include "alidade/calibrate/view_fit.h"
+#include "alidade/camera/model_list.h"
 #include "alidade/core/parallel.h"
 #include "alidade/init/lens_shapes.h"
 
@@ -56,6 +57,7 @@ void evaluate(Candidate& candidate, const Estimation& reference) {
   BundleState state = startOn(reference, candidate);
   const BundleSummary summary =
       is_reference ? reference.summary : solveBundle(candidate.id, reference.observations, state, options);
+  candidate.params = state.params;
   candidate.rms_px = weightedRms(candidate.id, reference.observations, state);
   candidate.unsoundness = unsoundnessOf(candidate.id, reference.views.front().size, reference.observations,
                                         state, summary, reference.constraint);
@@ -111,6 +113,25 @@ const Candidate& smallestAsGoodAs(const Candidate& best, const Candidates& candi
   return *smallest;
 }
 
+bool isPerspective(std::string_view id) {
+  return id == Pinhole::kId || id == Radtan::kId || id == Rational::kId || id == ThinPrism::kId;
+}
+
+// Sound models that predict corners no worse than the best one beyond chance, or no worse than the chosen
+// one. In a wide field those of the plane z = 1 have nothing to say: their coefficients are set by the
+// corners far out, where that plane is stretched without bounds, and beyond them they go anywhere.
+std::vector<RivalCamera> rivalsOf(const Candidate& chosen, const Candidate& best,
+                                  const Candidates& candidates, bool is_wide) {
+  std::vector<RivalCamera> rivals;
+  for (const Candidate& c : candidates) {
+    if (&c == &chosen || !c.score || c.unsoundness) continue;
+    if (is_wide && isPerspective(c.id)) continue;
+    if (c.score->sum > chosen.score->sum && excessOf(*c.score, *best.score).is_significant) continue;
+    rivals.push_back({.id = c.id, .params = c.params});
+  }
+  return rivals;
+}
+
 ModelCandidate report(const Candidate& c, const Candidates& candidates, const Candidate* best,
                       const Candidate& chosen) {
   ModelCandidate entry{.id = c.id, .num_params = static_cast<int>(c.num_params), .verdict = {}, .reason = {}};
@@ -156,7 +177,11 @@ ChosenModel chooseModel(const Checkerboard& board, const std::vector<View>& view
   const Candidate* best = bestOf(candidates);
   // Where no model is sound, the findings on the one that fits say why.
   const Candidate& chosen = best != nullptr ? smallestAsGoodAs(*best, candidates) : reference;
-  if (best != nullptr) choice.best = best->id;
+  std::vector<RivalCamera> rivals;
+  if (best != nullptr) {
+    choice.best = best->id;
+    rivals = rivalsOf(chosen, *best, candidates, choice.is_wide);
+  }
   for (const Candidate& c : candidates) choice.candidates.push_back(report(c, candidates, best, chosen));
   Candidate& winner = candidates[static_cast<std::size_t>(&chosen - candidates.data())];
   if (!winner.fit) {
@@ -166,7 +191,10 @@ ChosenModel chooseModel(const Checkerboard& board, const std::vector<View>& view
     fitPlainly(winner.fit->estimation);
   }
   if (&winner != &reference) settleData(winner.fit->estimation);
-  return {.fit = std::move(winner.fit), .choice = std::move(choice)};
+  return {.fit = std::move(winner.fit),
+          .choice = std::move(choice),
+          .params = std::move(winner.params),
+          .rivals = std::move(rivals)};
 }
 
 }  // namespace alidade

@@ -7,6 +7,7 @@
 
 #include "alidade/calibrate/estimation.h"
 #include "alidade/calibrate/model_candidate.h"
+#include "alidade/calibrate/model_spread.h"
 
 namespace alidade {
 
@@ -24,6 +25,8 @@ struct ModelFit {
 struct ChosenModel {
   std::unique_ptr<ModelFit> fit;  ///< with what settleData() leaves
   ModelChoice choice;
+  std::vector<double> params;  ///< of the chosen model on the corners in common; empty if it was not solved
+  std::vector<RivalCamera> rivals;  ///< the models on the same corners that predict them as well
 };
 
 /// Chooses the smallest model beside which none with further parameters has significantly smaller held-out

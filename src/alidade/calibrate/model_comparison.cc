@@ -18,6 +18,24 @@ double oneSidedLimit(double freedom) {
   return kZ + (kZ3 + kZ) / (4 * freedom) + (5 * kZ5 + 16 * kZ3 + 3 * kZ) / (96 * freedom * freedom);
 }
 
+// The mean of one number a view, and its standard error by how the views differ.
+struct ViewMean {
+  double value = 0;
+  double std = 0;
+  double freedom = 0;
+
+  [[nodiscard]] bool isPositive() const { return freedom > 0 && value > oneSidedLimit(freedom) * std; }
+};
+
+ViewMean meanOver(std::span<const double> of_view) {
+  const auto n = static_cast<double>(of_view.size());
+  double sum = 0;
+  for (const double x : of_view) sum += x;
+  double scatter = 0;
+  for (const double x : of_view) scatter += (x - sum / n) * (x - sum / n);
+  return {.value = sum / n, .std = std::sqrt(scatter / (n * (n - 1))), .freedom = n - 1};
+}
+
 }  // namespace
 
 double farOff(HuberLoss loss) {
@@ -51,18 +69,19 @@ bool HeldOutExcess::isWorth(std::size_t num_further_params) const {
 
 HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b) {
   expect(a.of_view.size() == b.of_view.size(), "two models' errors on the same views");
-  const auto num_views = static_cast<double>(a.of_view.size());
-  const double difference = a.sum - b.sum;
-  double scatter = 0;
+  std::vector<double> differences;
+  std::vector<double> log_ratios;
   for (std::size_t v = 0; v < a.of_view.size(); ++v) {
-    const double d = a.of_view[v] - b.of_view[v] - difference / num_views;
-    scatter += d * d;
+    if (!(a.of_view[v] > 0 && b.of_view[v] > 0)) continue;  // a view without held-out errors
+    differences.push_back(a.of_view[v] - b.of_view[v]);
+    log_ratios.push_back(std::log(a.of_view[v] / b.of_view[v]));
   }
-  const double std = std::sqrt(num_views / (num_views - 1) * scatter);
+  const ViewMean difference = meanOver(differences);
+  const auto num_views = static_cast<double>(differences.size());
   const double ratio = std::sqrt(a.sum / b.sum);  // of the RMS
   return {.share = ratio - 1,
-          .std = std / (2 * b.sum * ratio),
-          .is_significant = difference > oneSidedLimit(num_views - 1) * std};
+          .std = num_views * difference.std / (2 * b.sum * ratio),
+          .is_significant = difference.isPositive() || meanOver(log_ratios).isPositive()};
 }
 
 }  // namespace alidade

@@ -37,7 +37,10 @@ struct HeldOutExcess {
 };
 
 /// The paired comparison of two models view by view: corners of one view have its pose and its mistakes in
-/// common, so that views are what varies independently.
+/// common, so that views are what varies independently. Significant is a difference of the views' sums of
+/// squares, or a factor between them: where a model misses the lens by pixels, one view's sum may be larger
+/// than all others', and a few views then differ too much for their mean to be told from zero, although
+/// every one of them says the same.
 /// @param a,b  of the same views and corners
 [[nodiscard]] HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b);
 

@@ -8,9 +8,7 @@
 #include <span>
 #include <utility>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
-
+#include "alidade/calibrate/far_difference.h"
 #include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/shape_information.h"
 #include "alidade/calibrate/start_poses.h"
@@ -57,30 +55,10 @@ double largestSigmas(const CalibrationResult& result, std::span<const double> pa
   return largest;
 }
 
-// The rotation is that which fits the rays best, Kabsch 1976, Acta Crystallographica A32.
 double projectionDifference(const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels) {
-  struct Seen {
-    Eigen::Vector2d pixel;
-    Eigen::Vector3d ray;
-  };
-  std::vector<Seen> seen;
-  Eigen::Matrix3d product = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector2d& pixel : pixels) {
-    const auto ray_a = a.unproject(pixel);
-    const auto ray_b = b.unproject(pixel);
-    if (!ray_a || !ray_b) continue;
-    seen.push_back({pixel, *ray_a});
-    product += ray_b->normalized() * ray_a->normalized().transpose();
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(product, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
-  const Eigen::Matrix3d b_from_a = U * svd.matrixV().transpose();
   double largest = std::numeric_limits<double>::quiet_NaN();
-  for (const Seen& s : seen) {
-    const Projection projection = b.project(Eigen::Vector3d(b_from_a * s.ray));
-    if (projection.ok()) largest = std::fmax(largest, (projection.pixel - s.pixel).norm());
-  }
+  for (const double difference : farDifferences(a, b, pixels, pixels))
+    largest = std::fmax(largest, difference);
   return largest;
 }
 

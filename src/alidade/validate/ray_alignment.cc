@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <utility>
 
-#include <Eigen/LU>
 #include <Eigen/QR>
-#include <Eigen/SVD>
+
+#include "alidade/geometry/best_rotation.h"
 
 namespace alidade {
 namespace {
@@ -151,11 +151,7 @@ SE3 kabschRotation(std::span<const PixelPair> pairs, std::span<const double> wei
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < pairs.size(); ++i)
     sum += weights[i] * pairs[i].ray_b * pairs[i].ray_a.transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) = -U.col(2);
-  const Eigen::Matrix3d R = U * svd.matrixV().transpose();
-  return {SO3::fromQuaternion(Eigen::Quaterniond(R)), Eigen::Vector3d::Zero()};
+  return {bestRotation(sum), Eigen::Vector3d::Zero()};
 }
 
 RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pairs,
