@@ -69,12 +69,12 @@ class ValidateCommand final : public Command {
     const ReadOptions options = camera_.readOptions();
     if (file.is_from_folder && !options.model.empty()) {
       try {
-        return readCameras(file.path, {.image_size = options.image_size, .model = {}});
+        return readCamerasToJudge(file.path, {.image_size = options.image_size, .model = {}});
       } catch (const Error& e) {
         if (e.code() != ErrorCode::kInput) throw;
       }
     }
-    return readCameras(file.path, options);
+    return readCamerasToJudge(file.path, options);
   }
 
   void judgeFile(const ListedFile& file, bool is_only_file, std::vector<FileJudgement>& judgements) const {
