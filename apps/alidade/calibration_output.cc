@@ -220,6 +220,17 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
                         {"message", finding.message()},
                         {"next_step", finding.next_step}});
   }
+  json other_optima = json::array();
+  for (const OtherOptimum& other : result.other_optima) {
+    json parameters = json::object();
+    for (std::size_t i = 0; i < other.params.size(); ++i)
+      parameters[std::string(result.camera.parameterNames()[i])] = other.params[i];
+    other_optima.push_back({{"parameters", std::move(parameters)},
+                            {"rms_px", other.rms_px},
+                            {"excess_chi2", other.excess_chi2},
+                            {"sigmas", orNull(other.sigmas)},
+                            {"projection_px", orNull(other.projection_px)}});
+  }
   json outliers = json::array();
   for (const Outlier& o : result.outliers) {
     outliers.push_back(
@@ -258,6 +269,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
         {"num_solved", result.start.num_solved},
         {"num_agreed", result.start.num_agreed},
         {"num_optima", result.start.num_optima}}},
+      {"other_optima", std::move(other_optima)},
       {"solver",
        {{"termination", terminationName(result.solver.termination)},
         {"reason", result.solver.reason},

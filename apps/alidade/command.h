@@ -32,6 +32,8 @@ class Command {
   virtual void setUp(CLI::App& app) = 0;
   /// Does the work. @returns the exit code
   virtual int run(const CLI::App& app) = 0;
+  /// Whether standard output is still to get its JSON document, so that an error has to be one.
+  [[nodiscard]] virtual bool owesJson() const { return common_.json; }
 
  protected:
   CommonOptions common_;

@@ -105,7 +105,7 @@ Conversion convertCamera(const CameraFile& source, const std::string& path,
     take("rotate", std::to_string(*request.rotate_deg),
          rotateCamera(now.camera, now.size, *request.rotate_deg / 90));
   if (!request.model.empty()) {
-    conversion.fit = fitModel(now.camera, now.size, request.model);
+    conversion.fit = fitModel(now.camera, now.size, request.model, request.absent);
     conversion.steps.push_back({"model", request.model, now.size});
   }
   conversion.reasons = reasonsAgainst(source, path, conversion, request.max_error_px);
@@ -128,7 +128,7 @@ CameraFile convertedFile(const CameraFile& source, const std::string& path, cons
       conversion.fit && std::isfinite(conversion.fit->rms_px) ? conversion.fit->rms_px : 0.0;
   if (source.calibration) {
     file.calibration = editedRecord(*source.calibration, source.camera, conversion.edit);
-    if (conversion.fit && camera.modelId() != source.camera.modelId())
+    if (conversion.fit && (!conversion.fit->is_exact || camera.modelId() != source.camera.modelId()))
       file.calibration = refittedRecord(*std::move(file.calibration), fit_rms_px);
   }
   if (!conversion.reasons.empty()) {

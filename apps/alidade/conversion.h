@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "alidade/camera/camera_edit.h"
@@ -15,9 +16,10 @@ namespace alidade {
 struct ConversionRequest {
   std::string crop;  ///< "X,Y,WIDTH,HEIGHT"
   std::optional<int> bin;
-  std::string resize;             ///< "WIDTHxHEIGHT"
-  std::optional<int> rotate_deg;  ///< clockwise, a multiple of 90
-  std::string model;              ///< id
+  std::string resize;                         ///< "WIDTHxHEIGHT"
+  std::optional<int> rotate_deg;              ///< clockwise, a multiple of 90
+  std::string model;                          ///< id
+  std::vector<std::string_view> absent = {};  ///< parameters of the model that have to be 0
   double max_error_px = 0.1;
 };
 

@@ -131,12 +131,17 @@ class ConvertCommand final : public Command {
                         .next_step = "name one: " + source.path + "#" + cameraLabel(source.cameras.front())});
     }
     requireAll(source);
+    ConversionRequest request = request_;
+    // What the format cannot say of the model is fitted around.
+    for (const AbsentParameter& absent : format.absent) {
+      if (absent.model == request.model) request.absent.push_back(absent.parameter);
+    }
     std::vector<Converted> all;
     for (std::size_t i = 0; i < source.cameras.size(); ++i) {
       const StatedCamera& stated = source.cameras[i];
       const std::string where = source.cameras.size() > 1 ? source.path + "#" + cameraLabel(stated) : path_;
       CameraFile file = cameraFileOf(stated, where);
-      Conversion conversion = convertCamera(file, where, request_);
+      Conversion conversion = convertCamera(file, where, request);
       CameraFile converted = convertedFile(file, where, conversion);
       all.push_back({.where = where,
                      .name = stated.name,

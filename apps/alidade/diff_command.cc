@@ -19,6 +19,7 @@
 #include "alidade/validate/crop_suspicion.h"
 #include "alidade/validate/difference_significance.h"
 #include "alidade/validate/projection_difference.h"
+#include "alidade/validate/ray_alignment.h"
 #include "camera_options.h"
 #include "command.h"
 #include "difference_output.h"
@@ -151,7 +152,18 @@ class DiffCommand final : public Command {
       options.distance_m = *distance_m_;
     }
     if (rotate_) options.quarter_turns = *rotate_ / 90;
-    if (!grid_.empty()) std::tie(options.columns, options.rows) = *parseGrid(grid_);
+    if (grid_.empty()) return options;
+    std::tie(options.columns, options.rows) = *parseGrid(grid_);
+    const int num_pixels = options.columns * options.rows;
+    if (options.freed && num_pixels < fewestPairs(*options.freed)) {
+      throw usageError(
+          {.where = "--grid " + grid_,
+           .found = fmt::format("{} pixels", num_pixels),
+           .expected = fmt::format("at least {} pixels to find the {} that suits best",
+                                   fewestPairs(*options.freed), distance_m_ ? "pose" : "rotation"),
+           .next_step =
+               "ask for a finer grid, or with --same-frame for a difference that takes nothing out"});
+    }
     return options;
   }
 

@@ -21,6 +21,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr double kRoundingPx = 1e-9;  // projecting one camera twice differs by less
 
 json orNull(double value) {
   return std::isfinite(value) ? json(value) : json(nullptr);
@@ -72,6 +73,8 @@ std::string differenceText(const ProjectionDifference& difference) {
     text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
   text += "\n";
   if (difference.num_compared == 0) return text;
+  if (difference.max_px < kRoundingPx)
+    return text + "Apart    nowhere: the cameras agree to the last digits that are computed with\n";
   text += fmt::format(
       "Apart    mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
       "{:.0f}) of A; in pixels of {}\n",
@@ -116,6 +119,10 @@ std::string differenceTable(const ProjectionDifference& difference) {
     text += fmt::format("    {:>8.0f}", difference.pixels[at(row, 0)].y());
     for (const int column : columns) {
       const double length = difference.lengthAt(at(row, column));
+      if (length < kRoundingPx) {
+        text += fmt::format(" {:>8}", 0);
+        continue;
+      }
       text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length) : fmt::format(" {:>8}", "-");
     }
     text += "\n";
@@ -145,7 +152,8 @@ std::string significanceText(const ProjectionDifference& difference,
            "of "
            "the two";
   }
-  std::string text = fmt::format("the difference of {:.2g} px (RMS) is {}: {}", difference.rms_px,
+  std::string text = fmt::format("the difference of {:.2g} px (RMS) is {}: {}",
+                                 difference.rms_px < kRoundingPx ? 0.0 : difference.rms_px,
                                  significance->sigmas > 0 ? fmt::format("{:.1f} sigma", significance->sigmas)
                                                           : std::string("no more than chance makes"),
                                  significance->isSignificant() ? "significant" : "not significant");

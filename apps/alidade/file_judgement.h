@@ -16,7 +16,7 @@ struct FileJudgement {
   std::string model;
   std::string size;  ///< "640x480"; empty = not stated
   std::vector<Check> checks;
-  bool can_show_slips = false;  ///< the file itself holds points to check its numbers by
+  bool can_show_slips = false;  ///< the file itself, or what it was compared with, can show a wrong number
 
   [[nodiscard]] std::size_t count(CheckStatus status) const;
   [[nodiscard]] bool isReadable() const { return !format.empty(); }

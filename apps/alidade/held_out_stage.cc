@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "held_out_stage.h"
 
-#include "camera_options.h"
+#include <filesystem>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "camera_options.h"
 #include "interrupt.h"
 #include "number_check.h"
 #include "uncertainty_record.h"
@@ -58,6 +63,30 @@ void HeldOutStage::prepare(const CommonOptions& options) {
   for (const std::string& note : given_->input.notes) printMessage("note: " + note);
 }
 
+std::optional<Check> HeldOutStage::ownImagesCheck(const CameraFile& file) const {
+  if (!file.calibration || file.calibration->views.empty()) return std::nullopt;
+  const auto nameOf = [](const std::string& image) {
+    return std::filesystem::path(image).filename().string();
+  };
+  std::set<std::string> own;
+  for (const ViewRecord& view : file.calibration->views) own.insert(nameOf(view.image));
+  std::vector<std::string> shared;
+  for (const View& view : given_->views) {
+    if (own.contains(nameOf(view.image))) shared.push_back(view.image);
+  }
+  const bool is_clean = shared.empty();
+  return Check{
+      .id = "held_out_names",
+      .status = is_clean ? CheckStatus::kPass : CheckStatus::kWarn,
+      .value = fmt::format("{} of {} images", shared.size(), given_->views.size()),
+      .limit = "none named like the images of the file's own calibration",
+      .message =
+          is_clean ? "the images have other names than those that the camera was calibrated from"
+                   : "images have the names of the file's own views, such as " + shared.front() +
+                         ": if they are the same, they were fitted and cannot show that the camera is wrong; "
+                         "take others"};
+}
+
 void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgement) const {
   std::vector<Check>& checks = judgement.checks;
   if (given_) {
@@ -68,6 +97,8 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
                         {.is_covariance_by_views = isStatedByViews(file), .jobs = jobs_, .cancel = cancel_}),
           tolerance_px_);
       checks.insert(checks.end(), held_out.begin(), held_out.end());
+      if (auto check = ownImagesCheck(file)) checks.push_back(*std::move(check));
+      judgement.can_show_slips = true;
     } catch (const Error& error) {
       checks.push_back(failedCheck("held_out_error", error));
     }
@@ -76,6 +107,7 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
     try {
       const CameraFile file = cameraFileOf(camera, judgement.file);
       checks.push_back(againstCheck(compared(file), compared(*other_), tolerance_px_));
+      judgement.can_show_slips = true;
     } catch (const Error& error) {
       checks.push_back(failedCheck("against", error));
     }

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
@@ -84,6 +85,16 @@ void refuseNotANumber(const CLI::App& command) {
   }
 }
 
+// For who reads standard output alone. What cannot be written there is said on standard error in any case.
+void printErrorJson(const Error& error) {
+  try {
+    printResult(
+        jsonText({{"error", {{"exit_code", static_cast<int>(error.code())}, {"message", error.what()}}}}));
+  } catch (const Error&) {
+    return;
+  }
+}
+
 int runProgram(int argc, char** argv) {
   std::vector<CommandEntry> commands = makeCommands();
   CLI::App app(
@@ -116,13 +127,18 @@ int runProgram(int argc, char** argv) {
   CLI::App* chosen = app.get_subcommands().front();
   const auto entry = std::find_if(commands.begin(), commands.end(),
                                   [&](const CommandEntry& c) { return c.name == chosen->get_name(); });
-  refuseNotANumber(*chosen);
-  const CLI::Option* config = chosen->get_option_no_throw("--config");
-  if (config != nullptr && config->count() > 0) {
-    applySettingsFile(*chosen, config->as<std::string>());
+  try {
     refuseNotANumber(*chosen);
+    const CLI::Option* config = chosen->get_option_no_throw("--config");
+    if (config != nullptr && config->count() > 0) {
+      applySettingsFile(*chosen, config->as<std::string>());
+      refuseNotANumber(*chosen);
+    }
+    return entry->command->run(*chosen);
+  } catch (const Error& error) {
+    if (entry->command->owesJson()) printErrorJson(error);
+    throw;
   }
-  return entry->command->run(*chosen);
 }
 
 }  // namespace

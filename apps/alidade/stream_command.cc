@@ -29,6 +29,7 @@ int StreamCommand::run(const CLI::App& app) {
   PointReader reader(points_path_, inputColumns(), [&] {
     if (out.hasRows()) out.flush();
   });
+  has_begun_ = true;
   out.begin();
   std::vector<Eigen::Vector3d> rows;
   while (reader.next(rows)) take(file, rows, out);

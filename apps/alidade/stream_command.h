@@ -21,6 +21,7 @@ namespace alidade {
 class StreamCommand : public Command {
  public:
   int run(const CLI::App& app) final;
+  [[nodiscard]] bool owesJson() const final { return common_.json && !has_begun_; }
 
  protected:
   /// What becomes of a row, in alphabetical order.
@@ -50,6 +51,7 @@ class StreamCommand : public Command {
   static constexpr std::size_t kNumStatuses = 4;
   [[nodiscard]] std::string countsText() const;
 
+  bool has_begun_ = false;  // answers may have gone out, and no other document can follow
   std::string camera_path_;
   CameraOptions camera_;
   std::string points_path_;

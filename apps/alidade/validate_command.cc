@@ -50,7 +50,11 @@ class ValidateCommand final : public Command {
         std::count_if(judgements.begin(), judgements.end(), [](const auto& j) { return !j.isReadable(); });
     const bool is_valid =
         std::all_of(judgements.begin(), judgements.end(), [](const auto& j) { return j.isValid(); });
-    print(judgements, list.skipped);
+    print(judgements, list);
+    if (!list.folders.empty() && !common_.quiet) {
+      printMessage(fmt::format("note: {} sub-folders were not looked into; name those that are meant: {}",
+                               list.folders.size(), join(list.folders, ", ")));
+    }
     if (!list.skipped.empty() && !common_.quiet) {
       printMessage(fmt::format("note: {} files of the folder are of no known format and were passed over: {}",
                                list.skipped.size(), join(list.skipped, ", ")));
@@ -69,12 +73,12 @@ class ValidateCommand final : public Command {
     const ReadOptions options = camera_.readOptions();
     if (file.is_from_folder && !options.model.empty()) {
       try {
-        return readCameras(file.path, {.image_size = options.image_size, .model = {}});
+        return readCamerasToJudge(file.path, {.image_size = options.image_size, .model = {}});
       } catch (const Error& e) {
         if (e.code() != ErrorCode::kInput) throw;
       }
     }
-    return readCameras(file.path, options);
+    return readCamerasToJudge(file.path, options);
   }
 
   void judgeFile(const ListedFile& file, bool is_only_file, std::vector<FileJudgement>& judgements) const {
@@ -98,11 +102,12 @@ class ValidateCommand final : public Command {
     }
   }
 
-  void print(const std::vector<FileJudgement>& judgements, const std::vector<std::string>& skipped) const {
+  void print(const std::vector<FileJudgement>& judgements, const CameraList& list) const {
     if (common_.json) {
       nlohmann::json documents = nlohmann::json::array();
       for (const FileJudgement& judgement : judgements) documents.push_back(judgementJson(judgement));
-      printResult(jsonText({{"files", std::move(documents)}, {"skipped", skipped}}));
+      printResult(
+          jsonText({{"files", std::move(documents)}, {"skipped", list.skipped}, {"folders", list.folders}}));
       return;
     }
     printResult(judgements.size() == 1 ? judgementText(judgements.front()) : judgementTable(judgements));

@@ -7,6 +7,7 @@
 
 #include "alidade/io/camera_file.h"
 #include "apps/command_line.h"
+#include "support/corners_text.h"
 
 namespace alidade {
 namespace {
@@ -277,6 +278,43 @@ TEST(Calibrate, SaysNoWhereTheFocalLengthCannotBeSeen) {
     EXPECT_THAT(readFile(output), HasSubstr("findings: [fronto_parallel"));
   }
   EXPECT_EQ(num_refused, 4);
+}
+
+// The finding says it in words.
+TEST(Calibrate, ListsOtherCamerasThatExplainTheCorners) {
+  const ScratchFolder scratch;
+  const AnyCamera camera =
+      AnyCamera::make("double_sphere", std::vector<double>{180, 181, 322, 238, -0.2, 0.6});
+  int num_ambiguous = 0;
+  int num_clear = 0;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const SimulatedSet set =
+        simulateSet(camera, {.width = 640, .height = 480}, 5, 0.1, seed,
+                    {.max_tilt_deg = 50, .max_roll_deg = 30, .min_fill = 0.3, .max_fill = 0.8});
+    const RunResult result = runAlidade({"calibrate", scratch.write("corners.csv", cornersText(set, 5)),
+                                         "--model", "double_sphere", "--json"});
+    const auto document = nlohmann::json::parse(result.out);
+    bool is_found = false;
+    for (const auto& finding : document.at("findings")) is_found |= finding.at("id") == "ambiguous_optimum";
+    const auto& others = document.at("other_optima");
+    ASSERT_EQ(!others.empty(), is_found) << seed;
+    if (!is_found) {
+      ++num_clear;
+      continue;
+    }
+    const auto& other = others.at(0);
+    EXPECT_EQ(other.size(), 5u);
+    EXPECT_EQ(other.at("parameters").size(), 6u);
+    EXPECT_GT(other.at("parameters").at("fx").get<double>(), 50);
+    EXPECT_NEAR(other.at("rms_px").get<double>(), document.at("weighted_rms_px").get<double>(), 0.02);
+    EXPECT_LT(other.at("excess_chi2").get<double>(), 9);
+    EXPECT_GT(other.at("sigmas").get<double>(), 3);
+    EXPECT_GT(other.at("projection_px").get<double>(), 0);
+    ++num_ambiguous;
+  }
+  EXPECT_EQ(num_ambiguous + num_clear, 6);
+  EXPECT_GE(num_ambiguous, 1);
+  EXPECT_GE(num_clear, 1);
 }
 
 }  // namespace

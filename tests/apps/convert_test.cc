@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
@@ -337,6 +338,50 @@ TEST(Convert, RefusesToOverwriteItsInput) {
               FailsWith(2, AllOf(HasSubstr("name of an input"), HasSubstr("would be overwritten"))));
   EXPECT_THAT(convert(scratch.path("./camera.yaml"), camera, {}), FailsWith(2, HasSubstr("overwritten")));
   EXPECT_EQ(scratch.read("camera.yaml"), smallCamera());
+}
+
+// Kalibr's radtan has no k3: the nearest lens without it is what --model asks for there.
+TEST(Convert, FitsAroundACoefficientThatTheFormatDoesNotHave) {
+  const ScratchFolder scratch;
+  const std::string text =
+      "alidade_camera: 1\nmodel: radtan\nimage_size: {width: 640, height: 480}\n"
+      "parameters: {fx: 535, fy: 534, cx: 322, cy: 238, k1: -0.28, k2: 0.08, p1: 8e-4, p2: -4e-4, k3: "
+      "-0.02}\n";
+  const std::string given = scratch.write("radtan.yaml", text);
+  const std::string rational = scratch.write(
+      "rational.yaml",
+      replaced(replaced(text, "radtan", "rational"), "k3: -0.02}", "k3: -0.02, k4: 0.01, k5: 0, k6: 0}"));
+  const std::string chain = scratch.path("chain.yaml");
+  EXPECT_THAT(convert(given, chain, {"--to", "kalibr"}),
+              FailsWith(1, AllOf(HasSubstr("k3 = -0.02"), HasSubstr("add --model"))));
+  int num_fitted = 0;
+  for (const std::string& file : {given, rational}) {
+    for (const char* format : {"kalibr", "camodocal"}) {
+      const std::vector<std::string> args = {"--to", format, "--model", "radtan"};
+      std::vector<std::string> strict = args;
+      strict.insert(strict.end(), {"--max-error", "1e-6"});
+      EXPECT_THAT(convert(file, chain, strict), EndsWith(3)) << format;
+      EXPECT_FALSE(scratch.has("chain.yaml"));
+      std::vector<std::string> lenient = args;
+      lenient.insert(lenient.end(), {"--max-error", "1", "--json"});
+      const RunResult result = convert(file, chain, lenient);
+      ASSERT_THAT(result, EndsWith(0)) << format;
+      const double rms_px = nlohmann::json::parse(result.out).at("fit").at("rms_px").get<double>();
+      EXPECT_GT(rms_px, 1e-6);
+      EXPECT_LT(rms_px, 0.1);
+      // Over another grid, which reaches the image's border, where the error is largest.
+      const RunResult diff = runAlidade({"diff", file, chain, "--same-frame", "--json"});
+      const double apart_px = nlohmann::json::parse(diff.out).at("rms_px").get<double>();
+      EXPECT_GT(apart_px, rms_px);
+      EXPECT_LT(apart_px, 2 * rms_px);
+      std::filesystem::remove(chain);
+      ++num_fitted;
+    }
+  }
+  EXPECT_EQ(num_fitted, 4);
+  // Where k3 has a place it is kept.
+  ASSERT_THAT(convert(given, chain, {"--to", "ros", "--model", "radtan"}), EndsWith(0));
+  EXPECT_THAT(scratch.read("chain.yaml"), HasSubstr("-0.02"));
 }
 
 TEST(Convert, RefusesWhatItDoesNotUnderstand) {

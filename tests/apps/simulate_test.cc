@@ -99,10 +99,12 @@ TEST(Simulate, SaysWhenTheBoardIsOutOfSight) {
     const std::string scene = scratch.write("scene.yaml", smallScene("{poses: [" + poses + "]}"));
     return runAlidade({"simulate", scene, "--corners-only", "--json", "-o", scratch.path(output)});
   };
-  EXPECT_THAT(simulate(behind + ", " + turned, "none"),
-              FailsWith(1, AllOf(HasSubstr(scratch.path("scene.yaml")),
-                                 HasSubstr("no corner of the board is visible"),
-                                 HasSubstr("next: check the poses"))));
+  const RunResult none = simulate(behind + ", " + turned, "none");
+  EXPECT_THAT(none, EndsWith(1));
+  EXPECT_THAT(none.err,
+              AllOf(testing::StartsWith("error: "), HasSubstr(scratch.path("scene.yaml")),
+                    HasSubstr("no corner of the board is visible"), HasSubstr("next: check the poses")));
+  EXPECT_EQ(nlohmann::json::parse(none.out).at("error").at("exit_code"), 1);
   EXPECT_THAT(scratch.list(), ElementsAre("scene.yaml"));
 
   const RunResult some = simulate(seen + ", " + behind + ", " + seen, "some");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <sstream>
 
+#include <nlohmann/json.hpp>
+
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -126,10 +128,53 @@ TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
   };
   int num_refused = 0;
   for (const auto& args : lines) {
-    EXPECT_THAT(runAlidade(args), FailsWith(2, AllOf(HasSubstr("--json"), HasSubstr("--output -"))));
+    const RunResult result = runAlidade(args);
+    EXPECT_THAT(result, EndsWith(2));
+    EXPECT_THAT(result.err, AllOf(HasSubstr("error: "), HasSubstr("--json"), HasSubstr("--output -")));
+    EXPECT_EQ(nlohmann::json::parse(result.out).at("error").at("exit_code"), 2);
     ++num_refused;
   }
   EXPECT_EQ(num_refused, 4);
+}
+
+// Who reads standard output alone is told of errors there too.
+TEST(Usage, AnswersInJsonWhereItFails) {
+  const ScratchFolder scratch;
+  const std::string none = scratch.path("none.yaml");
+  const std::string good = dataPath("camera.yaml");
+  const std::string empty = scratch.makeFolder("empty");
+  scratch.write("photos/a.png", "not looked at");
+  struct Case {
+    std::vector<std::string> args;
+    int exit_code;
+    const char* message;
+  };
+  const std::vector<Case> cases = {
+      {{"validate"}, 2, "no file"},
+      {{"validate", empty}, 1, "no file with an extension of camera files"},
+      {{"validate", scratch.path("photos")}, 1, "no file with an extension of camera files"},
+      {{"validate", good, "--against", none}, 1, "no such file"},
+      {{"convert", none, "-o", scratch.path("out.yaml")}, 1, "no such file"},
+      {{"diff", good, none}, 1, "no such file"},
+      {{"diff", good}, 2, "1 files"},
+      {{"calibrate", none, "--board", kBoard}, 1, "none.yaml"},
+      {{"project", none, none}, 1, "no such file"},
+      {{"project", good, none}, 1, "no such file"},
+      {{"undistort", none, empty, "-o", scratch.path("out")}, 1, "no such file"},
+  };
+  int num_answered = 0;
+  for (Case c : cases) {
+    c.args.emplace_back("--json");
+    const RunResult result = runAlidade(c.args);
+    EXPECT_THAT(result, EndsWith(c.exit_code)) << testing::PrintToString(c.args);
+    const auto error = nlohmann::json::parse(result.out, nullptr, false);
+    ASSERT_TRUE(error.is_object()) << testing::PrintToString(c.args) << result.out;
+    EXPECT_EQ(error.at("error").at("exit_code"), c.exit_code);
+    EXPECT_THAT(error.at("error").at("message").get<std::string>(), HasSubstr(c.message));
+    EXPECT_THAT(result.err, HasSubstr(c.message));
+    ++num_answered;
+  }
+  EXPECT_EQ(num_answered, 11);
 }
 
 // The words of a command line as a shell without variables reads it.

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/core/error.h"
+#include "alidade/io/camera_source.h"
 
 namespace alidade {
 namespace {
@@ -89,6 +90,45 @@ TEST(CameraFile, TellsWhoseParametersItHas) {
   EXPECT_THAT(complaintAbout("alidade_camera: 1\nmodel: pinhole\nimage_size: {width: 640, height: 480}\n"
                              "parameters: {fx: 500, fy: 500, cx: 320, cz: 240}\n"),
               testing::AllOf(testing::HasSubstr("unknown key 'cz'"), testing::HasSubstr("did you mean")));
+}
+
+// A coefficient's sign makes a pixel in the corner move by many pixels; the eighth digit of fx by none that
+// would matter, yet it is not the number that was written.
+TEST(CameraFile, IsNotReadWhereItsSelfCheckFails) {
+  const AnyCamera camera =
+      AnyCamera::make("radtan", std::vector<double>{500, 501, 320, 240, -0.25, 0.1, 1e-3, 2e-3, 0});
+  const CameraFile good = bareCameraFile(camera, {.width = 640, .height = 480}, "");
+  ASSERT_EQ(good.self_check.size(), 9u);
+  EXPECT_EQ(parseCameraFile(cameraFileText(good), "good.yaml").self_check.size(), 9u);
+  struct Slip {
+    std::size_t parameter;
+    double value;
+    const char* complaint;
+  };
+  const std::vector<Slip> slips = {{0, 500.00001, "e-06 px from its pixel ("},
+                                   {4, 0.25, "px from its pixel ("},
+                                   {4, -25, "do not project this point at all"}};
+  int num_refused = 0;
+  for (const Slip& slip : slips) {
+    std::vector<double> values(camera.parameters().begin(), camera.parameters().end());
+    values[slip.parameter] = slip.value;
+    CameraFile wrong = good;
+    wrong.camera = AnyCamera::make("radtan", values);
+    for (const auto& read : {parseCameraFile, +[](const std::string&text, const std::string&name) {
+                               return onlyCamera(parseCameras(text, name));
+                             }}) {
+      try {
+        (void)read(cameraFileText(wrong), "wrong.yaml");
+        ADD_FAILURE() << slip.complaint;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::kInput);
+        EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("wrong.yaml: self_check["),
+                                                 testing::HasSubstr(slip.complaint)));
+        ++num_refused;
+      }
+    }
+  }
+  EXPECT_EQ(num_refused, 6);
 }
 
 }  // namespace

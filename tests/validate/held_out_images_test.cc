@@ -182,6 +182,113 @@ TEST(HeldOutImages, RejectGrosslyWrongCamerasWithoutAWrongName) {
   EXPECT_EQ(num_checked, 6);
 }
 
+// The first step of an estimate falls far short of what is wrong by much.
+TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
+  const DrawnCamera drawn = ordinaryCamera();
+  const UserSet set = viewsOf(drawn, 12, 9);
+  struct Case {
+    CameraChange change;
+    double amount;
+    const char* complaint;
+  };
+  const std::vector<Case> cases = {{CameraChange::kCenterX, 60, "its cx is 60 +- "},
+                                   {CameraChange::kCenterX, 200, "its cx is 200 +- "},
+                                   {CameraChange::kCenterY, -100, "its cy is 100 +- "},
+                                   {CameraChange::kFocalLength, 0.3, "its focal length is 30 +- "},
+                                   {CameraChange::kFocalLength, -0.5, "its focal length is 50 +- "},
+                                   {CameraChange::kDistortion, -0.8, "its distortion is 80 +- "},
+                                   {CameraChange::kDistortion, 1, "its distortion is 100 +- "}};
+  int num_named = 0;
+  for (const Case& c : cases) {
+    const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
+    const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
+    const Check check = heldOutChecks(judgement, kDefaultTolerancePx)[1];
+    EXPECT_EQ(check.status, CheckStatus::kFail) << c.complaint;
+    for (const NeededChange& change : judgement.changes) {
+      if (change.change != c.change) continue;
+      ASSERT_TRUE(change.refined) << c.complaint;
+      const double truth = c.change == CameraChange::kCenterX || c.change == CameraChange::kCenterY
+                               ? -c.amount
+                               : -c.amount / (1 + c.amount);
+      EXPECT_NEAR(change.refined->amount, truth, 4 * change.refined->effectiveStd()) << c.complaint;
+      // Two digits are what a message has.
+      EXPECT_THAT(check.message, HasSubstr(std::string(c.complaint).substr(0, 10)));
+      EXPECT_NEAR(change.refined_rms_px, judgement.freed_rms_px, 0.2 * judgement.freed_rms_px);
+      ++num_named;
+    }
+  }
+  EXPECT_EQ(num_named, 7);
+}
+
+// Errors far beyond what the images have with the parameters free are another camera, whatever the scores say
+// of parameters that are nowhere near; and no single change is the name of several.
+TEST(HeldOutImages, SayThatACameraIsFarOffWhereNoChangeExplainsIt) {
+  const DrawnCamera drawn = ordinaryCamera();
+  const UserSet set = viewsOf(drawn, 12, 9);
+  const std::vector<double> good(drawn.camera.parameters().begin(), drawn.camera.parameters().end());
+  std::vector<std::vector<double>> wrongs(4, good);
+  wrongs[0][0] = wrongs[0][1] = 1500;  // with the principal point elsewhere too
+  wrongs[0][2] = 100;
+  wrongs[0][3] = 400;
+  wrongs[1][4] = -good[4];  // a sign
+  wrongs[2][0] *= 1.3;      // one of the two
+  wrongs[3][2] += 80;       // two numbers
+  wrongs[3][4] *= 0.5;
+  int num_checked = 0;
+  for (const std::vector<double>& wrong : wrongs) {
+    const AnyCamera tested = AnyCamera::make("radtan", wrong);
+    const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
+    const auto checks = heldOutChecks(judgement, kDefaultTolerancePx);
+    EXPECT_EQ(checks[1].status, CheckStatus::kFail) << checks[1].message;
+    EXPECT_THAT(checks[1].message,
+                AllOf(HasSubstr("far off"), HasSubstr("no single change was found"),
+                      testing::Not(HasSubstr("if nothing else")), testing::Not(HasSubstr("cannot tell"))));
+    // Noise is that of the images and none of the camera's.
+    EXPECT_NEAR(judgement.noise_sigma_px, 0.1, 0.02);
+    EXPECT_GT(judgement.misfit_sigmas, 3.1);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 4);
+}
+
+TEST(HeldOutImages, SayThatACameraDoesNotSeeTheBoards) {
+  const DrawnCamera drawn = ordinaryCamera();
+  const UserSet set = viewsOf(drawn, 12, 9);
+  const AnyCamera tested =
+      AnyCamera::make("radtan", std::vector<double>{30, 30, 100, 400, -0.28, 0.08, 8e-4, -4e-4, -0.01});
+  const auto checks =
+      heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
+  EXPECT_EQ(checks[0].status, CheckStatus::kFail) << checks[0].message;
+  EXPECT_EQ(checks[1].status, CheckStatus::kFail) << checks[1].message;
+  EXPECT_THAT(checks[1].message, HasSubstr("does not see their boards from any pose; RMS 0.1"));
+}
+
+// Views may share errors of their own by as much as they like: that makes no camera far off.
+TEST(HeldOutImages, DoNotCallARightCameraFarOff) {
+  const DrawnCamera drawn = ordinaryCamera();
+  int num_judged = 0;
+  for (const int count : {4, 6, 8, 12}) {
+    for (const double moved_px : {0.0, 3.0, 10.0}) {
+      for (std::uint64_t seed = 0; seed < 8; ++seed) {
+        Random random(seed);
+        UserSet set = drawUserViews(drawn, count, 0.1, random);
+        for (View& view : set.views) {
+          Eigen::Matrix2d move;
+          for (double& x : move.reshaped()) x = moved_px / view.size.width * random.normal();
+          for (Corner& corner : view.corners)
+            corner.pixel += move * (corner.pixel - Eigen::Vector2d(320, 240));
+        }
+        const HeldOutJudgement judgement = judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views);
+        EXPECT_THAT(heldOutChecks(judgement, kDefaultTolerancePx)[1].message,
+                    testing::Not(HasSubstr("far off")))
+            << count << " views, seed " << seed;
+        ++num_judged;
+      }
+    }
+  }
+  EXPECT_EQ(num_judged, 96);
+}
+
 // Corners of one colour alone cannot be predicted from the other's.
 TEST(HeldOutImages, SayWhenNoCornerCanBeHeldOut) {
   const DrawnCamera drawn = ordinaryCamera();
@@ -207,6 +314,13 @@ TEST(HeldOutImages, MustBeOfTheCamerasSize) {
         (void)judgeOnImages({&drawn.camera, {.width = 320, .height = 240}}, set.board, set.views);
       },
       ThrowsMessage<Error>(AllOf(HasSubstr("640x480"), HasSubstr("320x240"), HasSubstr("--resize"))));
+  EXPECT_THAT(
+      [&] {
+        (void)judgeOnImages({&drawn.camera, {.width = 480, .height = 640}}, set.board, set.views);
+      },
+      ThrowsMessage<Error>(AllOf(HasSubstr("640x480"), HasSubstr("480x640"), HasSubstr("--rotate"),
+                                 HasSubstr("swapped in the camera file"),
+                                 testing::Not(HasSubstr("--resize")))));
   EXPECT_THAT(
       [&] {
         (void)judgeOnImages({&drawn.camera, drawn.size}, set.board, {});

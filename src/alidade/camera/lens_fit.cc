@@ -8,6 +8,7 @@
 
 #include <Eigen/QR>
 
+#include "alidade/camera/any_camera.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
@@ -58,8 +59,15 @@ struct Linearisation {
 
 class Problem {
  public:
-  Problem(std::string_view model_id, const std::vector<RaySample>& samples)
-      : formula_(formulaOf(model_id)), samples_(samples) {}
+  Problem(std::string_view model_id, const std::vector<RaySample>& samples,
+          std::span<const std::string_view> absent = {})
+      : formula_(formulaOf(model_id)), samples_(samples) {
+    const auto names = parameterNames(model_id).subspan(4);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (std::find(absent.begin(), absent.end(), names[i]) != absent.end())
+        formula_.lens_ranges[i] = {.min = 0, .max = 0};
+    }
+  }
 
   [[nodiscard]] double cost(const std::vector<double>& params) const {
     double sum = 0;
@@ -163,14 +171,19 @@ double lensCost(std::string_view model_id, const std::vector<RaySample>& samples
   return Problem(model_id, samples).cost(params);
 }
 
-LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples, std::vector<double> start) {
+LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples, std::vector<double> start,
+                std::span<const std::string_view> absent) {
   constexpr int kMaxIterations = 200;
   constexpr double kMaxLambda = 1e12;
   constexpr double kStillPx = 1e-11;   // RMS by which a step moves the pixels when it has arrived
   constexpr double kSmallGain = 1e-9;  // of the cost,
   constexpr int kMaxSmallGains = 6;    // this often in a row
-  const Problem problem(model_id, samples);
+  const Problem problem(model_id, samples, absent);
   LensFit fit{.params = std::move(start)};
+  for (std::size_t i = 0; i < fit.params.size(); ++i) {
+    const Range range = problem.range(i);
+    fit.params[i] = std::clamp(fit.params[i], range.min, range.max);
+  }
   fit.cost = problem.cost(fit.params);
   const std::size_t n = fit.params.size();
   Eigen::VectorXd scale = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -31,9 +32,9 @@ struct LensFit {
 
 /// Least squares of projected minus given pixels, from one start, by Levenberg and Marquardt's method with
 /// the model's own Jacobians. A ray for which the formula has no value counts as far off; parameters stay in
-/// the model's ranges.
+/// the model's ranges, and those that are named in `absent` at 0.
 [[nodiscard]] LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples,
-                              std::vector<double> start);
+                              std::vector<double> start, std::span<const std::string_view> absent = {});
 
 /// The cost of parameters as they are.
 [[nodiscard]] double lensCost(std::string_view model_id, const std::vector<RaySample>& samples,

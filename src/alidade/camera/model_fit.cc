@@ -133,21 +133,32 @@ std::vector<double> lensByName(const AnyCamera& source, std::string_view model_i
   return lens;
 }
 
-std::vector<double> bestParameters(const AnyCamera& source, ImageSize size, std::string_view model_id) {
+std::vector<double> bestParameters(const AnyCamera& source, ImageSize size, std::string_view model_id,
+                                   std::span<const std::string_view> absent) {
   const std::vector<RaySample> samples = sampleRays(source, size, kFitCells).inside;
   const auto [focal_px, axis_px] = axisOf(source);
   std::optional<LensFit> best;
   for (std::vector<double>& start : lensStarts(model_id, focal_px, axis_px, lensByName(source, model_id))) {
-    LensFit fit = fitLens(model_id, samples, std::move(start));
+    LensFit fit = fitLens(model_id, samples, std::move(start), absent);
     if (!best || fit.cost < best->cost) best = std::move(fit);
   }
   expect(best.has_value(), "every model can be started");
   return best->params;
 }
 
+bool areZero(std::string_view model_id, const std::vector<double>& params,
+             std::span<const std::string_view> absent) {
+  const auto names = parameterNames(model_id);
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    if (params[i] != 0 && std::find(absent.begin(), absent.end(), names[i]) != absent.end()) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
-ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id) {
+ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id,
+                  std::span<const std::string_view> absent) {
   const auto num_params = parameterNames(model_id).size();
   const Samples samples = sampleRays(source, size, kCheckCells);
   if (samples.inside.size() <= num_params) {
@@ -159,12 +170,14 @@ ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view mode
          .expected = "a camera that sees its image",
          .next_step = "alidade validate tells what is wrong with it"});
   }
-  if (const auto params = sameLensParameters(source, model_id)) {
+  const auto params = sameLensParameters(source, model_id);
+  if (params && areZero(model_id, *params, absent)) {
     ModelFit fit = judge(source, AnyCamera::make(model_id, *params), size, samples);
     fit.is_exact = !(fit.max_error_px > kExactPx);
     if (fit.is_exact) return fit;
   }
-  return judge(source, AnyCamera::make(model_id, bestParameters(source, size, model_id)), size, samples);
+  return judge(source, AnyCamera::make(model_id, bestParameters(source, size, model_id, absent)), size,
+               samples);
 }
 
 }  // namespace alidade

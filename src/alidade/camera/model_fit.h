@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -37,7 +38,9 @@ struct ModelFit {
 /// The camera of model `model_id` that comes closest to `source` over the whole image: the same lens where
 /// algebra knows it, otherwise the least squares fit over a uniform grid of pixels, from several starts. The
 /// result depends on nothing but the arguments.
+/// @param absent  names of parameters that are 0 in the result, for who has no place for them
 /// @throws Error (kUsage) for an unknown id; Error (kInput) if hardly a pixel of the image has a ray
-[[nodiscard]] ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id);
+[[nodiscard]] ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id,
+                                std::span<const std::string_view> absent = {});
 
 }  // namespace alidade

@@ -2,6 +2,7 @@
 #include "alidade/camera/self_check.h"
 
 #include <cmath>
+#include <limits>
 
 namespace alidade {
 
@@ -20,6 +21,25 @@ std::vector<SelfCheckPoint> makeSelfCheck(const AnyCamera& camera, ImageSize siz
     }
   }
   return points;
+}
+
+SelfCheckOutcome runSelfCheck(const AnyCamera& camera, ImageSize size,
+                              std::span<const SelfCheckPoint> points) {
+  SelfCheckOutcome outcome;
+  const Eigen::Array2d side(size.width, size.height);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const SelfCheckPoint& point = points[i];
+    const bool is_inside = (point.pixel.array() > -0.5 - kSelfCheckPx).all() &&
+                           (point.pixel.array() < side - 0.5 + kSelfCheckPx).all();
+    if (!is_inside && !outcome.outside_image) outcome.outside_image = i;
+    const Projection projection = camera.project(point.point);
+    const double off =
+        projection.ok() ? (projection.pixel - point.pixel).norm() : std::numeric_limits<double>::infinity();
+    if (off <= outcome.worst_px) continue;
+    outcome.worst = i;
+    outcome.worst_px = off;
+  }
+  return outcome;
 }
 
 }  // namespace alidade

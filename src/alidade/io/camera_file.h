@@ -90,12 +90,17 @@ struct CameraFile {
 
 /// Reads a camera file strictly: unknown, missing, doubled and misspelt keys, wrong types, numbers that are
 /// not finite and unknown models are errors that name line, key, found and expected. Only the first four keys
-/// are needed.
+/// are needed. The file has to pass its own self-check, see requireSelfCheck().
 /// @throws Error (kInput)
 [[nodiscard]] CameraFile readCameraFile(const std::string& path);
 
 /// The same from text; `name` stands for the file in messages.
 [[nodiscard]] CameraFile parseCameraFile(const std::string& text, const std::string& name);
+
+/// Passes if the camera projects the file's self-check points to their pixels (none: nothing to compare), so
+/// that a number that was changed by hand is not used without a word.
+/// @throws Error (kInput) with the worst point and by how much it is off
+void requireSelfCheck(const CameraFile& file, const std::string& where);
 
 /// The file of a camera of which nothing else is known: with its domain and points to check itself by.
 [[nodiscard]] CameraFile bareCameraFile(const AnyCamera& camera, ImageSize size, std::string created_by);

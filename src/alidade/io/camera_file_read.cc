@@ -2,8 +2,12 @@
 #include "alidade/io/camera_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
+#include "alidade/core/error.h"
 #include "alidade/io/camera_node.h"
 #include "alidade/io/pose_node.h"
 #include "alidade/io/yaml_node.h"
@@ -224,12 +228,40 @@ CameraFile detail::readCameraRoot(const YamlNode& root) {
   return file;
 }
 
+void requireSelfCheck(const CameraFile& file, const std::string& where) {
+  const SelfCheckOutcome outcome = runSelfCheck(file.camera, file.image_size, file.self_check);
+  if (outcome.isPassed()) return;
+  const std::size_t idx = outcome.outside_image.value_or(outcome.worst);
+  const SelfCheckPoint& point = file.self_check[idx];
+  const std::string pixel = fmt::format("({:.6g}, {:.6g})", point.pixel.x(), point.pixel.y());
+  std::string found;
+  if (outcome.outside_image) {
+    found = fmt::format("found the pixel {} outside of the image of {}x{} px", pixel, file.image_size.width,
+                        file.image_size.height);
+  } else if (std::isfinite(outcome.worst_px)) {
+    found = fmt::format("found that the parameters put this point {:.3g} px from its pixel {}",
+                        outcome.worst_px, pixel);
+  } else {
+    found = "found that the parameters do not project this point at all; its pixel is " + pixel;
+  }
+  throw inputError({.where = fmt::format("{}: self_check[{}]", where, idx),
+                    .found = found + ": a number in the file was changed",
+                    .expected = fmt::format("at most {} px, in the image", kSelfCheckPx),
+                    .next_step = "alidade validate " + where +
+                                 "; restore the file, or delete self_check if the numbers were changed on "
+                                 "purpose"});
+}
+
 CameraFile readCameraFile(const std::string& path) {
-  return detail::readCameraRoot(YamlNode::readFile(path));
+  CameraFile file = detail::readCameraRoot(YamlNode::readFile(path));
+  requireSelfCheck(file, path);
+  return file;
 }
 
 CameraFile parseCameraFile(const std::string& text, const std::string& name) {
-  return detail::readCameraRoot(YamlNode::parse(text, name));
+  CameraFile file = detail::readCameraRoot(YamlNode::parse(text, name));
+  requireSelfCheck(file, name);
+  return file;
 }
 
 }  // namespace alidade

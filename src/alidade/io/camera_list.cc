@@ -29,11 +29,18 @@ bool hasCameraExtension(const fs::path& path) {
 void listFolder(const std::string& folder, CameraList& list) {
   std::error_code error;
   std::vector<std::string> names;
+  std::vector<std::string> folders;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     std::error_code ignored;
     const std::string name = entry->path().filename().string();
-    if (!name.starts_with('.') && entry->is_regular_file(ignored) && hasCameraExtension(entry->path()))
-      names.push_back(name);
+    if (name.starts_with('.')) continue;
+    if (entry->is_directory(ignored)) {
+      folders.push_back(name);
+      continue;
+    }
+    // A link to nothing stands for a camera file that is missed.
+    const bool is_file = entry->is_regular_file(ignored) || !entry->exists(ignored);
+    if (is_file && hasCameraExtension(entry->path())) names.push_back(name);
   }
   if (error) {
     throw inputError({.where = folder,
@@ -41,6 +48,8 @@ void listFolder(const std::string& folder, CameraList& list) {
                       .expected = "a folder of camera files"});
   }
   std::sort(names.begin(), names.end(), naturalLess);
+  std::sort(folders.begin(), folders.end(), naturalLess);
+  for (const std::string& name : folders) list.folders.push_back((fs::path(folder) / name).string());
   std::size_t num_found = 0;
   for (const std::string& name : names) {
     const std::string path = (fs::path(folder) / name).string();
@@ -56,7 +65,10 @@ void listFolder(const std::string& folder, CameraList& list) {
                       .found = names.empty()
                                    ? "no file with an extension of camera files"
                                    : std::to_string(names.size()) + " files, none of a known format",
-                      .expected = "camera files (yaml, yml, json, xml, txt, cameramodel)"});
+                      .expected = "camera files (yaml, yml, json, xml, txt, cameramodel)",
+                      .next_step = folders.empty() ? ""
+                                                   : "sub-folders are not looked into; name them: " +
+                                                         (fs::path(folder) / folders.front()).string()});
   }
 }
 

@@ -130,9 +130,8 @@ void refuseSameNames(const CameraSource& source, const std::vector<std::string>&
   for (const std::string& name : passed) take(name);
 }
 
-}  // namespace
-
-CameraSource parseCameras(const std::string& text, const std::string& name, const ReadOptions& options) {
+// Nothing is recomputed here.
+CameraSource parsedAsStated(const std::string& text, const std::string& name, const ReadOptions& options) {
   detail::checkUtf8(text, name);
   const detail::CameraDocument document(text, name);
   if (const CameraFormat* format = formatOf(document)) {
@@ -158,6 +157,34 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
   const detail::YamlNode& root = document.root();  // says why, where the text is no tree
   throw root.error("nothing that tells the format", "a camera file: " + titles(),
                    "a file of this program starts with: alidade_camera: 1");
+}
+
+CameraSource readAsStated(const std::string& path, const ReadOptions& options) {
+  const auto [file, name] = splitPath(path);
+  const std::string text = readTextFile(file, kMaxFileBytes);
+  ReadOptions one = options;
+  one.only = name;
+  CameraSource source = parsedAsStated(text, file, one);
+  // A place in the list instead of a name, or neither: all the names tell.
+  if (source.cameras.empty()) source = parsedAsStated(text, file, options);
+  if (!name.empty()) {
+    source.cameras = {cameraNamed(source, name)};
+    source.refused.clear();
+  }
+  return source;
+}
+
+CameraSource selfChecked(CameraSource source) {
+  for (const StatedCamera& camera : source.cameras) {
+    if (camera.own) requireSelfCheck(*camera.own, source.path);
+  }
+  return source;
+}
+
+}  // namespace
+
+CameraSource parseCameras(const std::string& text, const std::string& name, const ReadOptions& options) {
+  return selfChecked(parsedAsStated(text, name, options));
 }
 
 std::string cameraLabel(const StatedCamera& camera) {
@@ -197,18 +224,11 @@ FileKind kindOfFile(const std::string& path) {
 }
 
 CameraSource readCameras(const std::string& path, const ReadOptions& options) {
-  const auto [file, name] = splitPath(path);
-  const std::string text = readTextFile(file, kMaxFileBytes);
-  ReadOptions one = options;
-  one.only = name;
-  CameraSource source = parseCameras(text, file, one);
-  // A place in the list instead of a name, or neither: all the names tell.
-  if (source.cameras.empty()) source = parseCameras(text, file, options);
-  if (!name.empty()) {
-    source.cameras = {cameraNamed(source, name)};
-    source.refused.clear();
-  }
-  return source;
+  return selfChecked(readAsStated(path, options));
+}
+
+CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options) {
+  return readAsStated(path, options);
 }
 
 CameraFile cameraFileOf(const StatedCamera& camera, const std::string& where) {

@@ -27,8 +27,13 @@ struct CameraSource {
 /// Reads a camera file of any format (cameraFormats), which its content tells. `path` may end in "#NAME" to
 /// mean one camera of several, by its name or its number from 0.
 /// @throws Error (kInput) for a file that cannot be read, of no known format, with contents that are no
-/// camera, or without the camera that is asked for, naming what there is
+/// camera, or without the camera that is asked for, naming what there is; for a file of this program that
+/// fails its own self-check, see requireSelfCheck()
 [[nodiscard]] CameraSource readCameras(const std::string& path, const ReadOptions& options = {});
+
+/// The same without the self-check: for who reports on files as they are, and for nobody who computes with
+/// their cameras.
+[[nodiscard]] CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options = {});
 
 /// What the content of a file says that it is.
 enum class FileKind {

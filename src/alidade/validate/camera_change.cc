@@ -68,21 +68,32 @@ std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChange change, d
 std::string complaintOf(CameraChange change, double amount, double std) {
   const double size = std::abs(amount);
   const bool is_too_large = amount < 0;  // something would have to be taken off
+  // What has to be multiplied is off by a share of the right value, which is that of the file by this factor.
+  constexpr double kLeastFactor = 0.1;  // less has no such share, or the other sign
+  const double factor = 1 + amount;
+  const auto ofRight = [&](double share) { return share / factor; };
+  const double std_of_right = std / (factor * factor);
   const auto pixels = [&](const char* what) {
     return fmt::format("{} {} +- {} px too {}", what, figure(size), figure(std),
                        is_too_large ? "large" : "small");
   };
   switch (change) {
     case CameraChange::kFocalLength:
-      return fmt::format("its focal length is {} +- {} % too {}", figure(100 * size), figure(100 * std),
-                         is_too_large ? "long" : "short");
+      if (factor < kLeastFactor)
+        return fmt::format("its focal length would have to be {} +- {} times as long", figure(factor),
+                           figure(std));
+      return fmt::format("its focal length is {} +- {} % too {}", figure(100 * ofRight(size)),
+                         figure(100 * std_of_right), is_too_large ? "long" : "short");
     case CameraChange::kCenterX:
       return pixels("its cx is");
     case CameraChange::kCenterY:
       return pixels("its cy is");
     case CameraChange::kDistortion:
-      return fmt::format("its distortion is {} +- {} % too {}", figure(100 * size), figure(100 * std),
-                         is_too_large ? "strong" : "weak");
+      if (factor < kLeastFactor)
+        return fmt::format("its distortion would have to be {} +- {} times as strong", figure(factor),
+                           figure(std));
+      return fmt::format("its distortion is {} +- {} % too {}", figure(100 * ofRight(size)),
+                         figure(100 * std_of_right), is_too_large ? "strong" : "weak");
     case CameraChange::kPixelOrigin:
       return pixels("its cx and cy are both");
   }

@@ -25,8 +25,6 @@ constexpr double kAspectFail = 1.25;
 // Share of the image's side by which the principal point may miss its middle before it is odd.
 constexpr double kCentreWarn = 0.15;
 constexpr double kSwappedShare = 0.05;  // of a swapped one, to be noticed as such
-// Numbers in a file are exact, so recomputing may only differ by rounding.
-constexpr double kSelfCheckPx = 1e-6;
 constexpr double kDomainRad = 1e-6;
 constexpr double kStdShare = 1e-6;
 
@@ -144,21 +142,11 @@ Check checkSelfCheck(const CameraClaims& claims) {
     check.message = "the file has no self-check points, so a slip in its numbers cannot be seen";
     return check;
   }
-  double worst = 0;
-  bool is_inside = true;
-  for (const SelfCheckPoint& point : claims.self_check) {
-    const Eigen::Array2d side(claims.image_size.width, claims.image_size.height);
-    is_inside = is_inside && (point.pixel.array() > -0.5 - kSelfCheckPx).all() &&
-                (point.pixel.array() < side - 0.5 + kSelfCheckPx).all();
-    const Projection projection = claims.camera->project(point.point);
-    const double off =
-        projection.ok() ? (projection.pixel - point.pixel).norm() : std::numeric_limits<double>::infinity();
-    worst = std::max(worst, off);
-  }
-  const bool is_same = worst <= kSelfCheckPx;
+  const SelfCheckOutcome outcome = runSelfCheck(*claims.camera, claims.image_size, claims.self_check);
+  const bool is_same = outcome.worst_px <= kSelfCheckPx;
   check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = fmt::format("{:.3g} px at worst of {} points", worst, claims.self_check.size());
-  if (!is_inside) {
+  check.value = fmt::format("{:.3g} px at worst of {} points", outcome.worst_px, claims.self_check.size());
+  if (outcome.outside_image) {
     check.status = CheckStatus::kFail;
     check.value += ", some outside the image";
     check.message =

@@ -112,9 +112,9 @@ std::string differenceValue(const HeldOutJudgement& judgement) {
 }
 
 std::string textOf(const NeededChange& change) {
+  const StepEstimate& estimate = change.refined ? *change.refined : change.estimate;
   return fmt::format("{} ({:.1f} sigma)",
-                     complaintOf(change.change, change.estimate.amount, change.estimate.effectiveStd()),
-                     change.estimate.sigmas);
+                     complaintOf(change.change, estimate.amount, estimate.effectiveStd()), estimate.sigmas);
 }
 
 bool isNeeded(const NeededChange& change, double tolerance_px) {
@@ -127,14 +127,36 @@ bool isAnyNeeded(const HeldOutJudgement& judgement, double tolerance_px) {
                      [&](const NeededChange& change) { return isNeeded(change, tolerance_px); });
 }
 
+// Whether the errors that a change leaves are about those that are left with all parameters free. Where what
+// remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
+// the camera is not the images' one after the change either, and whoever made it would have been misled.
+bool isCloseToFreed(const NeededChange& change, const HeldOutJudgement& judgement) {
+  const double freed_px = judgement.freed_rms_px;
+  return beyond(change.refined_rms_px, freed_px) <= freed_px;
+}
+
+// Of what the images have against the camera (the mean square of its errors less that of the freed one's),
+// the share that the change by itself takes away, poses refitted. Where errors are small all through, being
+// close to the freed camera says nothing, and this tells the change that is needed from one that merely
+// helps.
+double explainedShare(const NeededChange& change, const HeldOutJudgement& judgement) {
+  const auto square = [](double x) { return x * x; };
+  const double excess = square(judgement.fixed_rms_px) - square(judgement.freed_rms_px);
+  return excess > 0 ? (square(judgement.fixed_rms_px) - square(change.refined_rms_px)) / excess : 0.0;
+}
+
 // The needed change that by itself explains most of what the images have against the camera. Where none does,
 // something else is wrong, and a single change would be the wrong name for it.
 const NeededChange* explanation(const HeldOutJudgement& judgement, double tolerance_px) {
   constexpr double kMost = 0.7;
   const NeededChange* best = nullptr;
+  double best_share = kMost;
   for (const NeededChange& change : judgement.changes) {
-    if (!isNeeded(change, tolerance_px) || !(change.explained_share >= kMost)) continue;
-    if (best == nullptr || change.explained_share > best->explained_share) best = &change;
+    if (!isNeeded(change, tolerance_px) || !change.refined || !isCloseToFreed(change, judgement)) continue;
+    const double share = explainedShare(change, judgement);
+    if (!(share >= best_share)) continue;
+    best_share = share;
+    best = &change;
   }
   return best;
 }
@@ -170,6 +192,7 @@ const NeededChange* otherPixelOrigin(const HeldOutJudgement& judgement) {
 std::string hintText(const HeldOutJudgement& judgement, double tolerance_px) {
   for (const NeededChange& change : judgement.changes) {
     if (!change.isHint() || change.change == CameraChange::kPixelOrigin) continue;
+    if (!change.refined || (judgement.freed && !isCloseToFreed(change, judgement))) continue;
     if (!change.estimate.isSignificant()) return "; a hint, but no proof: " + textOf(change);
     if (change.p95_px <= tolerance_px)
       return fmt::format("; off, but by less than the tolerance ({:.2g} px): {}", change.p95_px,
@@ -178,9 +201,21 @@ std::string hintText(const HeldOutJudgement& judgement, double tolerance_px) {
   return "";
 }
 
-std::string evidenceText(const HeldOutJudgement& judgement) {
+// Whether the errors as the camera is exceed those with its parameters free by far: three times as long, by
+// more than the tolerance, and more than what views share by chance explains (once in 1000). The covariance
+// and the difference between both cameras, which may be lost where one is nonsense, are not needed for that.
+bool isFarOff(const HeldOutJudgement& judgement, double tolerance_px) {
+  constexpr double kByFar = 3;
+  constexpr double kOneInThousand = 3.0902323061678132;
+  return judgement.misfit_sigmas > kOneInThousand &&
+         judgement.fixed_rms_px > kByFar * judgement.freed_rms_px &&
+         beyond(judgement.fixed_rms_px, judgement.freed_rms_px) > tolerance_px;
+}
+
+std::string evidenceText(const HeldOutJudgement& judgement, double tolerance_px) {
   std::string text;
-  if (judgement.overall)
+  // Far off, where projection is no longer nearly linear, the test of all parameters says less and less.
+  if (judgement.overall && !isFarOff(judgement, tolerance_px))
     text = fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement.overall->sigmas));
   text += fmt::format("RMS {:.3g} px as it is", judgement.fixed_rms_px);
   if (std::isfinite(judgement.freed_rms_px))
@@ -196,8 +231,14 @@ void reject(const HeldOutJudgement& judgement, double tolerance_px, const std::s
                             : "the images seem to show another camera, but the calibration by them alone is "
                               "not to be trusted";
   const NeededChange* const reason = explanation(judgement, tolerance_px);
-  if (reason != nullptr) check.message += ": if nothing else is wrong, " + textOf(*reason);
-  check.message += "; " + evidenceText(judgement);
+  if (reason != nullptr) {
+    check.message += ": if nothing else is wrong, " + textOf(*reason);
+  } else {
+    check.message += isFarOff(judgement, tolerance_px) ? ": the file's is far off, and no" : ": no";
+    check.message +=
+        " single change was found to explain it; more than one number may be wrong, or the lens be another";
+  }
+  check.message += "; " + evidenceText(judgement, tolerance_px);
   if (!is_usable) check.message += "; " + more;
 }
 
@@ -207,19 +248,20 @@ void judgeDifference(const HeldOutJudgement& judgement, double tolerance_px, con
   const double p95_px = judgement.difference->p95_px;
   const double expected_px = judgement.significance->expected_rms_px;
   const bool is_other = judgement.overall && judgement.overall->isSignificant() && p95_px > tolerance_px;
-  if (is_other || isAnyNeeded(judgement, tolerance_px)) {
+  if (is_other || isAnyNeeded(judgement, tolerance_px) || isFarOff(judgement, tolerance_px)) {
     reject(judgement, tolerance_px, more, check);
     return;
   }
   const bool is_within = p95_px <= tolerance_px;
   if (is_within && expected_px <= tolerance_px) {
     check.status = CheckStatus::kPass;
-    check.message = "the images show the same camera; " + evidenceText(judgement);
+    check.message = "the images show the same camera; " + evidenceText(judgement, tolerance_px);
     return;
   }
   check.message =
       is_within ? fmt::format("these images agree, but would not notice an error of {:.2g} px", expected_px)
-                : "these images cannot tell whether it is the same camera; " + evidenceText(judgement);
+                : "these images cannot tell whether it is the same camera; " +
+                      evidenceText(judgement, tolerance_px);
   check.message += hintText(judgement, tolerance_px) + "; " + more;
 }
 
@@ -236,7 +278,19 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
                     hintText(judgement, tolerance_px);
     return check;
   }
+  if (judgement.num_corners == 0 && judgement.num_unseen > 0) {
+    check.status = isFreedWrong(*judgement.freed) ? CheckStatus::kWarn : CheckStatus::kFail;
+    check.message = fmt::format(
+        "the images show another camera: the file's does not see their boards from any pose; RMS {:.3g} px "
+        "with its parameters free",
+        judgement.freed_rms_px);
+    return check;
+  }
   if (!judgement.difference || !judgement.significance) {
+    if (isFarOff(judgement, tolerance_px)) {
+      reject(judgement, tolerance_px, more, check);
+      return check;
+    }
     check.message = "the images do not determine a camera to compare with" +
                     hintText(judgement, tolerance_px) + "; " + more;
     return check;
@@ -244,11 +298,12 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
   if (!isComparable(*judgement.difference)) {
     check.value = fmt::format("{} of {} pixels are seen by one of both cameras only",
                               judgement.difference->num_seen_by_one, judgement.difference->pixels.size());
-    if ((judgement.overall && judgement.overall->isSignificant()) || isAnyNeeded(judgement, tolerance_px)) {
+    if ((judgement.overall && judgement.overall->isSignificant()) || isAnyNeeded(judgement, tolerance_px) ||
+        isFarOff(judgement, tolerance_px)) {
       reject(judgement, tolerance_px, more, check);
     } else {
-      check.message =
-          "the camera by the images alone cannot be compared; " + evidenceText(judgement) + "; " + more;
+      check.message = "the camera by the images alone cannot be compared; " +
+                      evidenceText(judgement, tolerance_px) + "; " + more;
     }
     return check;
   }

@@ -22,9 +22,11 @@
 #include "alidade/target/board_shape.h"
 #include "alidade/validate/agreement.h"
 #include "alidade/validate/camera_change.h"
+#include "alidade/validate/change_refit.h"
 #include "alidade/validate/covered_pixels.h"
 #include "alidade/validate/held_scores.h"
 #include "alidade/validate/held_views.h"
+#include "alidade/validate/misfit.h"
 
 namespace alidade {
 namespace {
@@ -147,6 +149,12 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
   if (fixed_count == 0) return held_views;
   judgement.fixed_rms_px = std::sqrt(fixed_sum / static_cast<double>(fixed_count));
   judgement.noise_sigma_px = localSigma(board, fit.views, errors);
+  if (judgement.freed) {
+    const PosedViews freed = posedByFreed(held_views, *judgement.freed);
+    judgement.noise_sigma_px =
+        std::min(judgement.noise_sigma_px, localSigma(board, fit.views, errorsOf(model, freed)));
+    judgement.misfit_sigmas = misfitSigmas(model, fit, freed);
+  }
   judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit.views);
   return held_views;
 }
@@ -172,21 +180,19 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
 
 // What a change would do, where it is worth mentioning.
 NeededChange measured(CameraChange change, const StepEstimate& estimate, const ComparedCamera& tested,
-                      const HeldViews& held, const std::vector<Eigen::Vector2d>& covered,
-                      const HeldOutJudgement& judgement) {
+                      const ChangeEvidence& evidence, const std::vector<Eigen::Vector2d>& covered) {
   NeededChange needed{.change = change, .estimate = estimate};
   if (!needed.isHint()) return needed;
   needed.p95_px = std::numeric_limits<double>::infinity();
+  if (const auto refit = refitChange(*tested.camera, change, evidence)) {
+    needed.refined = refit->estimate;
+    needed.refined_rms_px = refit->rms_px;
+  }
   const auto other = changed(*tested.camera, change, estimate.amount);
   if (!other) return needed;
   const ProjectionDifference difference =
       projectionDifference({tested.camera, tested.size}, {&*other, tested.size}, {.pixels = covered});
   if (isComparable(difference)) needed.p95_px = difference.p95_px;
-  const auto square = [](double x) { return x * x; };
-  const double excess = square(judgement.fixed_rms_px) - square(judgement.freed_rms_px);
-  const auto rms_px = refittedRms(*other, held);
-  if (rms_px && excess > 0)
-    needed.explained_share = (square(judgement.fixed_rms_px) - square(*rms_px)) / excess;
   return needed;
 }
 
@@ -201,10 +207,14 @@ void testAsItIs(const ComparedCamera& tested, const HeldViews& held,
                                        sigma_px * sigma_px, tested.covariance);
   if (!scores) return;
   judgement.overall = scores->overall();
+  const ChangeEvidence evidence{.held = &held.posed,
+                                .freed = freed ? &*freed : nullptr,
+                                .noise_variance = sigma_px * sigma_px,
+                                .covariance = tested.covariance};
   for (const CameraChange change : kAllCameraChanges) {
     const Eigen::VectorXd direction = directionOf(change, *tested.camera);
     const auto estimate = direction.size() > 0 ? scores->along(direction) : std::nullopt;
-    if (estimate) judgement.changes.push_back(measured(change, *estimate, tested, held, covered, judgement));
+    if (estimate) judgement.changes.push_back(measured(change, *estimate, tested, evidence, covered));
   }
   std::stable_sort(
       judgement.changes.begin(), judgement.changes.end(),
@@ -222,11 +232,16 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   }
   for (const View& view : views) {
     if (view.size == camera.size) continue;
-    throw inputError({.where = view.image,
-                      .found = "an image of " + sizeText(view.size) + " px",
-                      .expected = sizeText(camera.size) + " px, the camera's image size",
-                      .next_step = "images of this camera as it is, or alidade convert --resize or --crop to "
-                                   "theirs"});
+    const bool is_swapped = view.size.width == camera.size.height && view.size.height == camera.size.width;
+    throw inputError(
+        {.where = view.image,
+         .found = "an image of " + sizeText(view.size) + " px",
+         .expected = sizeText(camera.size) + " px, the camera's image size",
+         .next_step = is_swapped ? "one is the other lying on its side: width and height may be swapped "
+                                   "in the camera file; if the images were turned, alidade convert "
+                                   "--rotate 90 or 270"
+                                 : "images of this camera as it is, or alidade convert --resize or "
+                                   "--crop to theirs"});
   }
   std::sort(views.begin(), views.end(),
             [](const View& a, const View& b) { return naturalLess(a.image, b.image); });

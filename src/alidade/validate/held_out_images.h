@@ -40,9 +40,11 @@ struct NeededChange {
   /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %;
   /// infinity where it makes a camera that cannot be, or cannot be compared. NaN if it is not even a hint.
   double p95_px = std::numeric_limits<double>::quiet_NaN();
-  /// Of what the images have against the camera (the mean square of its errors less that of the freed
-  /// one's), the share that the change by itself takes away, poses refitted; 0 where that is not known.
-  double explained_share = 0;
+  /// The change in all, brought to rest with the poses refitted, where it is a hint: `estimate` is only its
+  /// first step. Nothing where that does not succeed.
+  std::optional<StepEstimate> refined = std::nullopt;
+  /// RMS of all corners once it is made, px; NaN without `refined`.
+  double refined_rms_px = std::numeric_limits<double>::quiet_NaN();
 
   /// Whether it is worth mentioning: beyond two standard deviations.
   [[nodiscard]] bool isHint() const { return estimate.sigmas > 2; }
@@ -57,8 +59,9 @@ struct HeldOutJudgement {
   int num_unseen = 0;
   /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
   double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// One standard deviation an axis of the noise by which neighbouring corners differ; NaN without
-  /// neighbours.
+  /// One standard deviation an axis of the noise by which neighbouring corners differ, of the camera as it is
+  /// or of the freed one, whose errors differ less: a camera that is far off is no measure of noise. NaN
+  /// without neighbours.
   double noise_sigma_px = std::numeric_limits<double>::quiet_NaN();
   /// What held_out_rms_px would be for that noise alone.
   double noise_rms_px = std::numeric_limits<double>::quiet_NaN();
@@ -71,6 +74,9 @@ struct HeldOutJudgement {
   /// From the camera to the freed one, the rotation taken out, where the boards were: nothing without a freed
   /// one, or without a covariance of it.
   std::optional<ProjectionDifference> difference;
+  /// How far beyond what the views share by chance the camera's errors exceed the freed one's, see
+  /// misfitSigmas(); NaN without a freed one.
+  double misfit_sigmas = std::numeric_limits<double>::quiet_NaN();
   std::optional<DifferenceSignificance> significance;  ///< for what the images would notice
   double covered_share = 0;                            ///< of the image
   /// Whether the images ask for another camera at all; nothing where they are too few to tell.

@@ -84,22 +84,29 @@ PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed) {
   return posed;
 }
 
-std::optional<double> refittedRms(const AnyCamera& camera, const HeldViews& held) {
+std::optional<PosedViews> reposed(const AnyCamera& camera, const PosedViews& near, const PosedViews* freed) {
   const auto params = camera.parameters();
-  const CornerGroups groups(held.posed.views);
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < held.posed.views.size(); ++v) {
-    const auto pose = refitPose(viewKernel(camera.modelId()), params, groups.view(v), kNoLoss,
-                                held.posed.state.camera_from_board[v]);
-    if (!pose) return std::nullopt;
-    for (const Eigen::Vector2d& error :
-         reprojectionErrors(camera.modelId(), params, *pose, held.posed.views[v]))
-      sum += error.squaredNorm();
-    count += held.posed.views[v].size();
+  const std::string_view model = camera.modelId();
+  const CornerGroups groups(near.views);
+  PosedViews posed = near;
+  posed.state.params.assign(params.begin(), params.end());
+  for (std::size_t v = 0; v < near.views.size(); ++v) {
+    std::optional<SE3> best;
+    double best_cost = std::numeric_limits<double>::infinity();
+    const auto tryFrom = [&](const SE3& start) {
+      const auto pose = refitPose(viewKernel(model), params, groups.view(v), kNoLoss, start);
+      if (!pose) return;
+      const double cost = viewCost(model, params, *pose, near.views[v], kNoLoss);
+      if (!(cost < best_cost)) return;
+      best_cost = cost;
+      best = pose;
+    };
+    tryFrom(near.state.camera_from_board[v]);
+    if (freed != nullptr) tryFrom(freed->state.camera_from_board[v]);
+    if (!best) return std::nullopt;
+    posed.state.camera_from_board[v] = *best;
   }
-  if (count == 0) return std::nullopt;
-  return std::sqrt(sum / static_cast<double>(count));
+  return posed;
 }
 
 }  // namespace alidade

@@ -39,8 +39,10 @@ struct HeldViews {
 /// @pre `freed` has used them all
 [[nodiscard]] PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed);
 
-/// sqrt(mean of dx^2 + dy^2) over all corners for another camera of the model, the poses refitted from where
-/// they are, px; nothing where one does not project.
-[[nodiscard]] std::optional<double> refittedRms(const AnyCamera& camera, const HeldViews& held);
+/// The views posed for another camera of the model: refitted from where they are and, where they are given,
+/// from the freed camera's poses, of which the better counts, for far from the truth a pose may rest in a
+/// tilt that is not the board's. Nothing where a view is not seen from either.
+[[nodiscard]] std::optional<PosedViews> reposed(const AnyCamera& camera, const PosedViews& near,
+                                                const PosedViews* freed);
 
 }  // namespace alidade
