@@ -47,7 +47,10 @@ class DetectCommand final : public Command {
     checkOutput(output_, sources, common_);
     const DetectionStage stage = runDetection(
         {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, catchInterrupts());
-    if (stage.views.empty() && common_.json) printResult(jsonText(json(stage)));
+    if (stage.views.empty() && common_.json) {
+      printResult(jsonText(json(stage)));
+      has_answered_ = true;
+    }
     requireBoards(stage, common_, true);
 
     CornersFile file;
@@ -70,6 +73,8 @@ class DetectCommand final : public Command {
     if (!common_.quiet) report(stage, to_stdout);
     return 0;
   }
+
+  [[nodiscard]] bool owesJson() const override { return common_.json && !has_answered_; }
 
  private:
   static nlohmann::json json(const DetectionStage& stage) {
@@ -118,6 +123,7 @@ class DetectCommand final : public Command {
 
   std::vector<std::string> inputs_;
   std::string board_;
+  bool has_answered_ = false;  // the error that follows has its reasons on standard output already
   std::string camera_ = "camera";
   std::string debug_;
   std::string output_;
