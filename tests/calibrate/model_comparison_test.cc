@@ -69,8 +69,29 @@ TEST(HeldOutExcess, IsSignificantByTheFactorWhereOneViewHidesTheRest) {
   EXPECT_GT(excess.share, 3);
   EXPECT_LT(excess.share, 1.7 * excess.std) << "the sums alone prove nothing";
   EXPECT_TRUE(excess.is_significant);
+  EXPECT_TRUE(excess.isWorth(10));
   EXPECT_FALSE(excessOf(rich, lean).is_significant);
   EXPECT_FALSE(excessOf(scoreWith({170, 5, 6, 33000}), rich).is_significant) << "only some are worse";
+}
+
+// All views are better by 1 % but one, which is better by 20 % and by far the largest: what is proven is 0.5
+// % of the RMS and not its 9 %.
+TEST(HeldOutExcess, IsWorthNoMoreThanTheFactorsProve) {
+  std::vector<double> rich(12, 100.0);
+  std::vector<double> lean(12, 101.0);
+  for (std::size_t i = 0; i < lean.size(); ++i) lean[i] += i % 2 == 0 ? 0.1 : -0.1;
+  rich[0] = 1e5;
+  lean[0] = 1.2e5;
+  const HeldOutExcess excess = excessOf(scoreWith(lean), scoreWith(rich));
+  EXPECT_GT(excess.share, 0.08);
+  EXPECT_LT(excess.share, 1.7 * excess.std) << "the sums alone prove nothing";
+  EXPECT_LT(excess.proven_share, 0.02);
+  EXPECT_FALSE(excess.isWorth(4));
+}
+
+TEST(HeldOutExcess, NeedsMuchOfTwoViews) {
+  EXPECT_FALSE(excessOf(scoreWith({110, 150}), scoreWith({100, 100})).is_significant);
+  EXPECT_TRUE(excessOf(scoreWith({148, 150}), scoreWith({100, 100})).is_significant);
 }
 
 TEST(HeldOutExcess, TakesNoViewWithoutErrorsForAnEqualOne) {

@@ -111,5 +111,42 @@ TEST(SelfCheck, PointsProjectToTheirPixelsAllOverTheImage) {
   EXPECT_LT((points.back().pixel - Eigen::Vector2d(640, 480)).norm(), 30);
 }
 
+// A tenth of a millimetre, to which the points are rounded, is many pixels of a long lens.
+TEST(SelfCheck, HoldsForAnyFocalLength) {
+  int num_checked = 0;
+  for (const double f_over_width : {0.1, 0.3, 1.0, 10.0, 100.0, 300.0, 1e3, 1e4}) {
+    for (const double shift : {0.0, 0.1376, 0.4121}) {
+      const ImageSize size{.width = 200, .height = 150};
+      const double f = f_over_width * size.width;
+      const AnyCamera camera =
+          AnyCamera::make("pinhole", std::vector<double>{f, f, 99.5 + shift, 74.5 - 2 * shift});
+      const std::vector<SelfCheckPoint> points = makeSelfCheck(camera, size);
+      EXPECT_EQ(points.size(), 9U);
+      EXPECT_TRUE(runSelfCheck(camera, size, points).isPassed()) << f_over_width << " " << shift;
+      for (const SelfCheckPoint& point : points) {
+        EXPECT_GT(point.pixel.minCoeff(), 0) << f_over_width;
+        EXPECT_LT(point.pixel.x(), size.width - 1) << f_over_width;
+        EXPECT_LT(point.pixel.y(), size.height - 1) << f_over_width;
+      }
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 24);
+}
+
+// What earlier versions wrote: f = 58011 px, rounded to a tenth of a millimetre.
+TEST(SelfCheck, LetsPassWhatRoundingOnceMovedOutOfTheImage) {
+  const ImageSize size{.width = 200, .height = 150};
+  const AnyCamera camera =
+      AnyCamera::make("pinhole", std::vector<double>{58011, 58011, 101.31366278095172, 76.48743672414555});
+  const Eigen::Vector3d point(-0.0013, -0.0010, 0.75);
+  const Eigen::Vector2d pixel = camera.project(point).pixel;
+  ASSERT_LT(pixel.y(), -0.5);
+  const std::vector<SelfCheckPoint> points = {{point, pixel}};
+  EXPECT_TRUE(runSelfCheck(camera, size, points).isPassed());
+  const std::vector<SelfCheckPoint> other_size = {{{0.002, 0, 0.75}, camera.project({0.002, 0, 0.75}).pixel}};
+  EXPECT_FALSE(runSelfCheck(camera, size, other_size).isPassed());
+}
+
 }  // namespace
 }  // namespace alidade

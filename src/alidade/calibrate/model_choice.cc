@@ -117,14 +117,15 @@ bool isPerspective(std::string_view id) {
   return id == Pinhole::kId || id == Radtan::kId || id == Rational::kId || id == ThinPrism::kId;
 }
 
-// Sound models that predict corners no worse than the best one beyond chance, or no worse than the chosen
-// one. In a wide field those of the plane z = 1 have nothing to say: their coefficients are set by the
-// corners far out, where that plane is stretched without bounds, and beyond them they go anywhere.
+// Models that predict corners no worse than the best one beyond chance, or no worse than the chosen one. One
+// that folds in the image is not the lens there, and up to the fold it shows what else the corners allow. In
+// a wide field models of the plane z = 1 have nothing to say: their coefficients are set by the corners far
+// out, where that plane is stretched without bounds, and beyond them they go anywhere.
 std::vector<RivalCamera> rivalsOf(const Candidate& chosen, const Candidate& best,
                                   const Candidates& candidates, bool is_wide) {
   std::vector<RivalCamera> rivals;
   for (const Candidate& c : candidates) {
-    if (&c == &chosen || !c.score || c.unsoundness) continue;
+    if (&c == &chosen || !c.score || (c.unsoundness && !c.unsoundness->folds)) continue;
     if (is_wide && isPerspective(c.id)) continue;
     if (c.score->sum > chosen.score->sum && excessOf(*c.score, *best.score).is_significant) continue;
     rivals.push_back({.id = c.id, .params = c.params});

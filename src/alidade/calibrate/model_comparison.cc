@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/model_comparison.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "alidade/calibrate/corner_noise.h"
@@ -12,6 +13,7 @@ namespace {
 // The value that Student's t exceeds once in 20 times (Abramowitz and Stegun 1964, Handbook of mathematical
 // functions, 26.7.5, two terms).
 double oneSidedLimit(double freedom) {
+  if (freedom == 1) return 6.313752;  // too few for the series
   constexpr double kZ = 1.6448536;
   constexpr double kZ3 = kZ * kZ * kZ;
   constexpr double kZ5 = kZ3 * kZ * kZ;
@@ -64,7 +66,7 @@ HeldOutScore scoreOf(const HeldOutErrors& errors, std::span<const std::vector<Ob
 }
 
 bool HeldOutExcess::isWorth(std::size_t num_further_params) const {
-  return is_significant && share > kShareOfParameter * static_cast<double>(num_further_params);
+  return is_significant && proven_share > kShareOfParameter * static_cast<double>(num_further_params);
 }
 
 HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b) {
@@ -79,9 +81,13 @@ HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b) {
   const ViewMean difference = meanOver(differences);
   const auto num_views = static_cast<double>(differences.size());
   const double ratio = std::sqrt(a.sum / b.sum);  // of the RMS
-  return {.share = ratio - 1,
+  const ViewMean factor = meanOver(log_ratios);   // of the squares
+  const double share = ratio - 1;
+  const double by_factor = factor.isPositive() ? std::min(share, std::expm1(0.5 * factor.value)) : 0.0;
+  return {.share = share,
           .std = num_views * difference.std / (2 * b.sum * ratio),
-          .is_significant = difference.isPositive() || meanOver(log_ratios).isPositive()};
+          .is_significant = difference.isPositive() || factor.isPositive(),
+          .proven_share = difference.isPositive() ? share : by_factor};
 }
 
 }  // namespace alidade

@@ -30,7 +30,8 @@ struct HeldOutScore {
 struct HeldOutExcess {
   double share = 0;             ///< of the other's held-out RMS; negative: they are smaller
   double std = 0;               ///< its standard error, by how much the views differ in it
-  bool is_significant = false;  ///< larger than by chance in 19 of 20 cases (one-sided)
+  bool is_significant = false;  ///< see excessOf()
+  double proven_share = 0;      ///< the share as far as it is significant, for isWorth()
 
   /// Significantly larger, and by enough to be worth so many further parameters.
   [[nodiscard]] bool isWorth(std::size_t num_further_params) const;
@@ -38,9 +39,10 @@ struct HeldOutExcess {
 
 /// The paired comparison of two models view by view: corners of one view have its pose and its mistakes in
 /// common, so that views are what varies independently. Significant is a difference of the views' sums of
-/// squares, or a factor between them: where a model misses the lens by pixels, one view's sum may be larger
-/// than all others', and a few views then differ too much for their mean to be told from zero, although
-/// every one of them says the same.
+/// squares, or else a factor between them, each larger than by chance in 19 of 20 cases (one-sided; one of
+/// the two by chance in about 1 of 15). Where a model misses the lens by pixels, one view's sum may be larger
+/// than all others', and a few views then differ too much for their mean to be told from zero, although every
+/// one of them says the same. What the factors prove is no more than their mean.
 /// @param a,b  of the same views and corners
 [[nodiscard]] HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b);
 

@@ -17,10 +17,13 @@ std::optional<ModelSpread> spreadTo(const RivalCamera& rival, const AnyCamera& c
   const std::vector<double> differences =
       farDifferences(camera, AnyCamera::make(rival.id, rival.params), grid.pixels, corners);
   ModelSpread spread{.id = rival.id};
+  int num_seen = 0;
   int num_compared = 0;
   int num_apart = 0;
   for (std::size_t i = 0; i < differences.size(); ++i) {
-    if (!std::isfinite(differences[i]) || !std::isfinite(grid.std_px[i])) continue;
+    if (!std::isfinite(grid.std_px[i])) continue;
+    ++num_seen;
+    if (!std::isfinite(differences[i])) continue;
     ++num_compared;
     if (differences[i] > kApartPx && differences[i] > kBeyondSigmas * grid.std_px[i]) ++num_apart;
     if (differences[i] >= spread.worst_px) {
@@ -29,7 +32,7 @@ std::optional<ModelSpread> spreadTo(const RivalCamera& rival, const AnyCamera& c
     }
   }
   if (num_compared == 0) return std::nullopt;
-  spread.share_apart = static_cast<double>(num_apart) / num_compared;
+  spread.share_apart = static_cast<double>(num_apart) / num_seen;
   return spread;
 }
 

@@ -23,8 +23,10 @@ struct RivalCamera {
 /// put far points at different pixels. A covariance comes from one model and cannot know of this; where no
 /// board was, a stiff model's sigmas are small and may be wrong many times over.
 struct ModelSpread {
-  std::string id;          ///< of the rival that differs over the largest part of the image
-  double share_apart = 0;  ///< of the pixels with a ray: beyond kApartPx and beyond 3 stated sigmas
+  std::string id;  ///< of the rival that differs over the largest part of the image
+  /// Of the pixels at which the chosen camera has a ray, those that are more than kApartPx and more than 3
+  /// stated sigmas apart. Where the rival sees nothing, it says nothing.
+  double share_apart = 0;
   double worst_px =
       0;  ///< the largest difference; the rotation that fits best where corners were is taken out
   Eigen::Vector2d worst_pixel{0, 0};

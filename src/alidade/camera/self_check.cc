@@ -1,23 +1,44 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/self_check.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace alidade {
+
+namespace {
+
+// Rounded in metres where nothing speaks against it, so that a file stays readable; the pixel is computed
+// from exactly what is written. With a long focal length a tenth of a millimetre may be many pixels.
+std::optional<SelfCheckPoint> checkPointNear(const AnyCamera& camera, ImageSize size,
+                                             const Eigen::Vector3d& exact, const Eigen::Vector2d& pixel) {
+  constexpr double kShareOfSide = 0.01;  // the outermost points are two of these from the border
+  for (const double steps_per_m : {1e4, 1e6, 1e8}) {
+    const Eigen::Vector3d point = (exact * steps_per_m).array().round() / steps_per_m;
+    const Projection projection = camera.project(point);
+    const bool is_near =
+        ((projection.pixel - pixel).array().abs() <= kShareOfSide * Eigen::Array2d(size.width, size.height))
+            .all();
+    if (projection.ok() && is_near) return SelfCheckPoint{point, projection.pixel};
+  }
+  const Projection projection = camera.project(exact);
+  if (!projection.ok()) return std::nullopt;
+  return SelfCheckPoint{exact, projection.pixel};
+}
+
+}  // namespace
 
 std::vector<SelfCheckPoint> makeSelfCheck(const AnyCamera& camera, ImageSize size) {
   std::vector<SelfCheckPoint> points;
   double depth = 0.5;
   for (const double y : {0.02, 0.5, 0.98}) {
     for (const double x : {0.02, 0.5, 0.98}) {
-      const auto ray = camera.unproject({x * (size.width - 1), y * (size.height - 1)});
+      const Eigen::Vector2d pixel(x * (size.width - 1), y * (size.height - 1));
+      const auto ray = camera.unproject(pixel);
       depth += 0.25;
       if (!ray) continue;
-      // Rounded, so that the file stays readable; the pixel is computed from exactly what is written.
-      const Eigen::Vector3d point = (depth * *ray * 1e4).array().round() / 1e4;
-      const Projection projection = camera.project(point);
-      if (projection.ok()) points.push_back({point, projection.pixel});
+      if (const auto point = checkPointNear(camera, size, depth * *ray, pixel)) points.push_back(*point);
     }
   }
   return points;
@@ -29,8 +50,12 @@ SelfCheckOutcome runSelfCheck(const AnyCamera& camera, ImageSize size,
   const Eigen::Array2d side(size.width, size.height);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const SelfCheckPoint& point = points[i];
-    const bool is_inside = (point.pixel.array() > -0.5 - kSelfCheckPx).all() &&
-                           (point.pixel.array() < side - 0.5 + kSelfCheckPx).all();
+    // Earlier versions rounded every point to a tenth of a millimetre, whatever that was in pixels.
+    constexpr double kRounding = 1e-4;
+    const double slack = kSelfCheckPx + kRounding * std::max(camera.parameters()[0], camera.parameters()[1]) /
+                                            point.point.norm();
+    const bool is_inside =
+        (point.pixel.array() > -0.5 - slack).all() && (point.pixel.array() < side - 0.5 + slack).all();
     if (!is_inside && !outcome.outside_image) outcome.outside_image = i;
     const Projection projection = camera.project(point.point);
     const double off =
