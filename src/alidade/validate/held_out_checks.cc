@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "alidade/validate/agreement.h"
+#include "alidade/validate/misfit.h"
 
 namespace alidade {
 namespace {
@@ -131,7 +133,7 @@ bool isAnyNeeded(const HeldOutJudgement& judgement, double tolerance_px) {
 // remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
 // the camera is not the images' one after the change either, and whoever made it would have been misled.
 bool isCloseToFreed(const NeededChange& change, const HeldOutJudgement& judgement) {
-  const double freed_px = judgement.freed_rms_px;
+  const double freed_px = std::max(judgement.freed_rms_px, std::numbers::sqrt2 * kFinestPx);
   return beyond(change.refined_rms_px, freed_px) <= freed_px;
 }
 

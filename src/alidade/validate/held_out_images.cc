@@ -199,7 +199,6 @@ NeededChange measured(CameraChange change, const StepEstimate& estimate, const C
 void testAsItIs(const ComparedCamera& tested, const HeldViews& held,
                 const std::vector<Eigen::Vector2d>& covered, HeldOutJudgement& judgement) {
   if (covered.size() < kFewestPixels || !std::isfinite(judgement.noise_sigma_px)) return;
-  constexpr double kFinestPx = 1e-3;  // what is left of corners without noise is not chance
   std::optional<PosedViews> freed;
   if (judgement.freed) freed = posedByFreed(held, *judgement.freed);
   const double sigma_px = std::max(judgement.noise_sigma_px, kFinestPx);
