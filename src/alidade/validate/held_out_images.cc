@@ -106,6 +106,7 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
       if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;
     }
+    view.camera_from_board = *pose;
     fit.state.camera_from_board.push_back(*pose);
     fit.views.push_back(std::move(observations[v]));
     fit.weights.push_back(weightOf(views[v].image, judgement.freed));
