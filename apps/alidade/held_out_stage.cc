@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "held_out_stage.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,10 @@ Check failedCheck(const char* id, const Error& error) {
           .value = "not possible",
           .limit = "a camera of the same image",
           .message = error.what()};
+}
+
+bool isAnyUndecided(const std::vector<Check>& checks) {
+  return std::any_of(checks.begin(), checks.end(), [](const Check& check) { return check.is_undecided; });
 }
 
 }  // namespace
@@ -75,7 +80,7 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
         checks.push_back(
             ownImagesCheck(file.calibration->views, board, on_images.views, on_images.num_views_given));
       }
-      judgement.can_show_slips = true;
+      if (!isAnyUndecided(held_out)) judgement.can_show_slips = true;
     } catch (const Error& error) {
       checks.push_back(failedCheck("held_out_error", error));
     }
@@ -84,7 +89,7 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
     try {
       const CameraFile file = cameraFileOf(camera, judgement.file);
       checks.push_back(againstCheck(compared(file), compared(*other_), tolerance_px_));
-      judgement.can_show_slips = true;
+      if (!checks.back().is_undecided) judgement.can_show_slips = true;
     } catch (const Error& error) {
       checks.push_back(failedCheck("against", error));
     }

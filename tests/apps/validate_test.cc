@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -178,6 +179,17 @@ TEST(Validate, DoesNotAskForTheImagesThatItHad) {
     EXPECT_THAT(result, EndsWith(0));
     EXPECT_THAT(result.out, Not(HasSubstr(advice))) << flag;
   }
+  // Two views cannot tell which camera it is.
+  std::string few;
+  std::istringstream lines(readFile(dataPath("corners.csv")));
+  for (std::string line; std::getline(lines, line);) {
+    const bool is_other_view = line.starts_with("camera,view_") && !line.starts_with("camera,view_001") &&
+                               !line.starts_with("camera,view_002");
+    if (!is_other_view) few += line + "\n";
+  }
+  const RunResult undecided = runAlidade({"validate", bare, "--images", scratch.write("few.csv", few)});
+  EXPECT_THAT(undecided, EndsWith(0));
+  EXPECT_THAT(undecided.out, AllOf(HasSubstr("WARN  images_agree"), HasSubstr(advice)));
 }
 
 // Images that a camera was made from cannot show what its calibration got wrong.

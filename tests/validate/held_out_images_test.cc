@@ -95,6 +95,7 @@ TEST(HeldOutImages, SayWhenTheyAreTooFew) {
         heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
     EXPECT_EQ(checks[0].status, CheckStatus::kPass) << checks[0].message;
     EXPECT_EQ(checks[1].status, CheckStatus::kWarn) << checks[1].message;
+    EXPECT_TRUE(checks[1].is_undecided);
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 3);
@@ -182,6 +183,7 @@ TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   const auto checks =
       heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(checks[1].status, CheckStatus::kWarn);
+  EXPECT_FALSE(checks[1].is_undecided);
   EXPECT_THAT(checks[1].message, HasSubstr("half a pixel"));
   const auto right =
       heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -272,7 +273,8 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
               .status = CheckStatus::kWarn,
               .value = "not known",
               .limit = fmt::format("{} px", tolerance_px),
-              .message = {}};
+              .message = {},
+              .is_undecided = true};  // whatever warns here does so for want of evidence, with one exception
   const std::string more =
       "take more images, tilted and all over the image (see the advice of alidade calibrate)";
   if (!judgement.freed) {
@@ -314,6 +316,7 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
   const NeededChange* const origin = otherPixelOrigin(judgement);
   if (origin != nullptr && check.status != CheckStatus::kFail) {
     check.status = CheckStatus::kWarn;
+    check.is_undecided = false;
     check.message = textOf(*origin) +
                     ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
                     check.message;
@@ -324,7 +327,9 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
 }  // namespace
 
 std::vector<Check> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
-  return {heldOutErrorCheck(judgement, tolerance_px), imagesAgreeCheck(judgement, tolerance_px)};
+  Check agree = imagesAgreeCheck(judgement, tolerance_px);
+  agree.is_undecided = agree.is_undecided && agree.status == CheckStatus::kWarn;
+  return {heldOutErrorCheck(judgement, tolerance_px), std::move(agree)};
 }
 
 Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
@@ -350,6 +355,7 @@ Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other, do
       break;
     case Agreement::kUncertain:
       check.status = CheckStatus::kWarn;
+      check.is_undecided = true;
       check.message = "the cameras are known too badly to tell whether they differ (" + chance + ")";
       break;
     case Agreement::kNotComparable:
