@@ -107,6 +107,7 @@ void AnswerWriter::end() {
 }
 
 void AnswerWriter::flush() {
+  has_sent_ = has_sent_ || used_ > 0;  // even if not all of it arrives
   printResult({buffer_.data(), used_});
   used_ = 0;
 }

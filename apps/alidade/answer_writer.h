@@ -30,6 +30,8 @@ class AnswerWriter {
   void flush();
 
   [[nodiscard]] bool hasRows() const { return has_rows_; }
+  /// Whether anything has left for standard output, so that what follows there must go on with it.
+  [[nodiscard]] bool hasSent() const { return has_sent_; }
 
  private:
   char* room(std::size_t size);
@@ -47,6 +49,7 @@ class AnswerWriter {
   std::vector<char> buffer_;
   std::size_t used_ = 0;
   bool has_rows_ = false;
+  bool has_sent_ = false;
 };
 
 }  // namespace alidade

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "held_out_stage.h"
 
-#include <filesystem>
-#include <set>
+#include <algorithm>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "camera_options.h"
 #include "interrupt.h"
 #include "number_check.h"
+#include "own_images.h"
 #include "uncertainty_record.h"
 
 namespace alidade {
@@ -29,6 +27,10 @@ Check failedCheck(const char* id, const Error& error) {
           .value = "not possible",
           .limit = "a camera of the same image",
           .message = error.what()};
+}
+
+bool isAnyUndecided(const std::vector<Check>& checks) {
+  return std::any_of(checks.begin(), checks.end(), [](const Check& check) { return check.is_undecided; });
 }
 
 }  // namespace
@@ -63,42 +65,22 @@ void HeldOutStage::prepare(const CommonOptions& options) {
   for (const std::string& note : given_->input.notes) printMessage("note: " + note);
 }
 
-std::optional<Check> HeldOutStage::ownImagesCheck(const CameraFile& file) const {
-  if (!file.calibration || file.calibration->views.empty()) return std::nullopt;
-  const auto nameOf = [](const std::string& image) {
-    return std::filesystem::path(image).filename().string();
-  };
-  std::set<std::string> own;
-  for (const ViewRecord& view : file.calibration->views) own.insert(nameOf(view.image));
-  std::vector<std::string> shared;
-  for (const View& view : given_->views) {
-    if (own.contains(nameOf(view.image))) shared.push_back(view.image);
-  }
-  const bool is_clean = shared.empty();
-  return Check{
-      .id = "held_out_names",
-      .status = is_clean ? CheckStatus::kPass : CheckStatus::kWarn,
-      .value = fmt::format("{} of {} images", shared.size(), given_->views.size()),
-      .limit = "none named like the images of the file's own calibration",
-      .message =
-          is_clean ? "the images have other names than those that the camera was calibrated from"
-                   : "images have the names of the file's own views, such as " + shared.front() +
-                         ": if they are the same, they were fitted and cannot show that the camera is wrong; "
-                         "take others"};
-}
-
 void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgement) const {
   std::vector<Check>& checks = judgement.checks;
   if (given_) {
     try {
       const CameraFile file = cameraFileOf(camera, judgement.file);
-      const std::vector<Check> held_out = heldOutChecks(
-          judgeOnImages(compared(file), given_->input.board, given_->views,
-                        {.is_covariance_by_views = isStatedByViews(file), .jobs = jobs_, .cancel = cancel_}),
-          tolerance_px_);
+      const Checkerboard& board = given_->input.board;
+      const HeldOutJudgement on_images =
+          judgeOnImages(compared(file), board, given_->views,
+                        {.is_covariance_by_views = isStatedByViews(file), .jobs = jobs_, .cancel = cancel_});
+      const std::vector<Check> held_out = heldOutChecks(on_images, tolerance_px_);
       checks.insert(checks.end(), held_out.begin(), held_out.end());
-      if (auto check = ownImagesCheck(file)) checks.push_back(*std::move(check));
-      judgement.can_show_slips = true;
+      if (file.calibration && !file.calibration->views.empty()) {
+        checks.push_back(
+            ownImagesCheck(file.calibration->views, board, on_images.views, on_images.num_views_given));
+      }
+      if (!isAnyUndecided(held_out)) judgement.can_show_slips = true;
     } catch (const Error& error) {
       checks.push_back(failedCheck("held_out_error", error));
     }
@@ -107,7 +89,7 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
     try {
       const CameraFile file = cameraFileOf(camera, judgement.file);
       checks.push_back(againstCheck(compared(file), compared(*other_), tolerance_px_));
-      judgement.can_show_slips = true;
+      if (!checks.back().is_undecided) judgement.can_show_slips = true;
     } catch (const Error& error) {
       checks.push_back(failedCheck("against", error));
     }

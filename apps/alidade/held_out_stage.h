@@ -30,10 +30,6 @@ class HeldOutStage {
   void addChecks(const StatedCamera& camera, FileJudgement& judgement) const;
 
  private:
-  // Whether the images may be those that the file was made from, by their names without folders; nothing
-  // where the file does not list its own.
-  [[nodiscard]] std::optional<Check> ownImagesCheck(const CameraFile& file) const;
-
   std::vector<std::string> images_;
   std::string board_;
   std::string against_;

@@ -85,12 +85,24 @@ void refuseNotANumber(const CLI::App& command) {
   }
 }
 
+int exitCodeOf(const std::exception& error) {
+  const auto* known = dynamic_cast<const Error*>(&error);
+  return known != nullptr ? static_cast<int>(known->code()) : kInputExit;
+}
+
+std::string messageOf(const std::exception& error) {
+  if (dynamic_cast<const Error*>(&error) != nullptr) return error.what();
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
+    return "out of memory\n  next: use smaller or fewer images, or fewer --jobs";
+  return std::string("internal: ") + error.what() +
+         "\n  next: this is a defect of the program; please report it with the command line";
+}
+
 // For who reads standard output alone. What cannot be written there is said on standard error in any case.
-void printErrorJson(const Error& error) {
+void printErrorJson(const std::exception& error) {
   try {
-    printResult(
-        jsonText({{"error", {{"exit_code", static_cast<int>(error.code())}, {"message", error.what()}}}}));
-  } catch (const Error&) {
+    printResult(jsonText({{"error", {{"exit_code", exitCodeOf(error)}, {"message", messageOf(error)}}}}));
+  } catch (const std::exception&) {
     return;
   }
 }
@@ -135,7 +147,9 @@ int runProgram(int argc, char** argv) {
       refuseNotANumber(*chosen);
     }
     return entry->command->run(*chosen);
-  } catch (const Error& error) {
+  } catch (const Cancelled&) {
+    throw;  // ends by the signal, which no exit code and no document stands for
+  } catch (const std::exception& error) {
     if (entry->command->owesJson()) printErrorJson(error);
     throw;
   }
@@ -152,13 +166,7 @@ int main(int argc, char** argv) {
   } catch (const Cancelled&) {
     printMessage("interrupted; no result was written");
     endByCaughtSignal();
-  } catch (const Error& e) {
-    return fail(static_cast<int>(e.code()), e.what());
-  } catch (const std::bad_alloc&) {
-    return fail(kInputExit, "out of memory\n  next: use smaller or fewer images, or fewer --jobs");
   } catch (const std::exception& e) {
-    return fail(kInputExit,
-                std::string("internal: ") + e.what() +
-                    "\n  next: this is a defect of the program; please report it with the command line");
+    return fail(exitCodeOf(e), messageOf(e));
   }
 }

@@ -24,12 +24,11 @@ int StreamCommand::run(const CLI::App& app) {
                       .next_step = "alidade " + app.get_name() + " --help"});
   const CameraFile file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
   prepare(file);
-  AnswerWriter out(format(file));
+  AnswerWriter& out = out_.emplace(format(file));
   // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.
   PointReader reader(points_path_, inputColumns(), [&] {
     if (out.hasRows()) out.flush();
   });
-  has_begun_ = true;
   out.begin();
   std::vector<Eigen::Vector3d> rows;
   while (reader.next(rows)) take(file, rows, out);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,7 +22,8 @@ namespace alidade {
 class StreamCommand : public Command {
  public:
   int run(const CLI::App& app) final;
-  [[nodiscard]] bool owesJson() const final { return common_.json && !has_begun_; }
+  /// What was written but has not gone out is dropped by an error, which is the document then.
+  [[nodiscard]] bool owesJson() const final { return common_.json && !(out_ && out_->hasSent()); }
 
  protected:
   /// What becomes of a row, in alphabetical order.
@@ -51,7 +53,7 @@ class StreamCommand : public Command {
   static constexpr std::size_t kNumStatuses = 4;
   [[nodiscard]] std::string countsText() const;
 
-  bool has_begun_ = false;  // answers may have gone out, and no other document can follow
+  std::optional<AnswerWriter> out_;
   std::string camera_path_;
   CameraOptions camera_;
   std::string points_path_;

@@ -10,6 +10,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 const std::vector<std::string> kCommands = {"calibrate", "detect", "project", "unproject", "undistort",
@@ -175,6 +176,41 @@ TEST(Usage, AnswersInJsonWhereItFails) {
     ++num_answered;
   }
   EXPECT_EQ(num_answered, 11);
+}
+
+// Answers that were buffered are not begun on standard output: what is there is the error, whole.
+TEST(Usage, AnswersInJsonWhereNoPointHasGoneOut) {
+  const ScratchFolder scratch;
+  struct Case {
+    const char* command;
+    const char* points;
+    const char* message;
+  };
+  const std::vector<Case> cases = {{"project", "0,0,one\n", ":1"},
+                                   {"project", "0,0\n", ":1"},
+                                   {"project", "0,0,1\n0,zero,1\n", ":2"},
+                                   {"unproject", "0,one\n", ":1"},
+                                   {"unproject", "320,240\n0,one\n", ":2"}};
+  std::size_t num_answered = 0;
+  for (const Case& c : cases) {
+    const std::string points = scratch.write("points.csv", c.points);
+    const RunResult result = runAlidade({c.command, dataPath("camera.yaml"), points, "--json"});
+    EXPECT_THAT(result, EndsWith(1)) << c.points;
+    const auto error = nlohmann::json::parse(result.out, nullptr, false);
+    ASSERT_TRUE(error.is_object()) << c.points << result.out;
+    EXPECT_EQ(error.at("error").at("exit_code"), 1);
+    EXPECT_THAT(error.at("error").at("message").get<std::string>(), HasSubstr(points + c.message));
+    ++num_answered;
+  }
+  EXPECT_EQ(num_answered, cases.size());
+
+  // Once answers have gone out, no other document follows them.
+  std::string many;
+  for (int i = 0; i < 20'000; ++i) many += "0,0,1\n";
+  const std::string points = scratch.write("points.csv", many + "0,zero,1\n");
+  const RunResult begun = runAlidade({"project", dataPath("camera.yaml"), points, "--json"});
+  EXPECT_THAT(begun, EndsWith(1));
+  EXPECT_THAT(begun.out, AllOf(StartsWith("{\"points\""), Not(HasSubstr("error"))));
 }
 
 // The words of a command line as a shell without variables reads it.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -178,6 +179,17 @@ TEST(Validate, DoesNotAskForTheImagesThatItHad) {
     EXPECT_THAT(result, EndsWith(0));
     EXPECT_THAT(result.out, Not(HasSubstr(advice))) << flag;
   }
+  // Two views cannot tell which camera it is.
+  std::string few;
+  std::istringstream lines(readFile(dataPath("corners.csv")));
+  for (std::string line; std::getline(lines, line);) {
+    const bool is_other_view = line.starts_with("camera,view_") && !line.starts_with("camera,view_001") &&
+                               !line.starts_with("camera,view_002");
+    if (!is_other_view) few += line + "\n";
+  }
+  const RunResult undecided = runAlidade({"validate", bare, "--images", scratch.write("few.csv", few)});
+  EXPECT_THAT(undecided, EndsWith(0));
+  EXPECT_THAT(undecided.out, AllOf(HasSubstr("WARN  images_agree"), HasSubstr(advice)));
 }
 
 // Images that a camera was made from cannot show what its calibration got wrong.
@@ -202,6 +214,65 @@ TEST(Validate, SaysThatImagesHaveTheNamesOfTheFilesOwnViews) {
   const RunResult bare =
       runAlidade({"validate", dataPath("camera.yaml"), "--images", dataPath("corners.csv"), "--json"});
   EXPECT_EQ(statusOf(nlohmann::json::parse(bare.out).at("files").at(0), "held_out_names"), "");
+}
+
+// Cameras and scripts count from 1 each time: it is the poses that tell photographs apart.
+TEST(Validate, TakesOthersImagesOfTheSameNamesForOthers) {
+  const ScratchFolder scratch;
+  const AnyCamera camera =
+      AnyCamera::make("radtan", std::vector<double>{535, 534, 322.5, 238.1, -0.28, 0.08, 8e-4, -4e-4, -0.01});
+  constexpr int kViews = 12;
+  const auto setOf = [&](std::uint64_t seed) {
+    return simulateSet(camera, {.width = 640, .height = 480}, kViews, 0.1, seed);
+  };
+  const auto renumbered = [](SimulatedSet set, bool is_turned) {
+    for (View& view : set.views) {
+      for (Corner& corner : view.corners) {
+        const int column = corner.id % set.board.columns;
+        const int row = corner.id / set.board.columns;
+        corner.id =
+            (is_turned ? set.board.rows - 1 - row : row) * set.board.columns + set.board.columns - 1 - column;
+      }
+      std::sort(view.corners.begin(), view.corners.end(),
+                [](const Corner& a, const Corner& b) { return a.id < b.id; });
+    }
+    return set;
+  };
+  const std::string file = scratch.path("camera.yaml");
+  const std::string own = scratch.write("own.csv", cornersText(setOf(1), kViews));
+  ASSERT_THAT(runAlidade({"calibrate", own, "--model", "radtan", "-o", file}), EndsWith(0));
+  struct Case {
+    SimulatedSet set;
+    const char* status;
+    const char* value;
+  };
+  const std::vector<Case> cases = {{setOf(1), "WARN", "12 of 12 images"},
+                                   {renumbered(setOf(1), true), "WARN", "12 of 12 images"},   // turned
+                                   {renumbered(setOf(1), false), "WARN", "12 of 12 images"},  // mirrored
+                                   {setOf(2), "PASS", "0 of 12 images"}};
+  int num_checked = 0;
+  for (const Case& c : cases) {
+    const std::string corners = scratch.write("given.csv", cornersText(c.set, kViews));
+    const RunResult result = runAlidade({"validate", file, "--images", corners, "--json"});
+    EXPECT_EQ(checkOf(result, "held_out_names").at("status"), c.status) << num_checked;
+    EXPECT_EQ(checkOf(result, "held_out_names").at("value"), c.value) << num_checked;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 4);
+
+  // A number that was edited makes the poses others, but not by so much.
+  const std::string text = readFile(file);
+  const std::string focal =
+      fmt::format("fx: {}, fy: {},", 1.01 * parametersOf(text)[0], 1.01 * parametersOf(text)[1]);
+  const std::size_t start = text.find("fx: ");
+  const std::size_t end = text.find(" cx: ");
+  ASSERT_LT(start, end);
+  std::string edited = text;
+  edited.replace(start, end - start, focal);
+  const RunResult result =
+      runAlidade({"validate", scratch.write("edited.yaml", edited), "--images", own, "--json"});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_EQ(checkOf(result, "held_out_names").at("value"), "12 of 12 images");
 }
 
 TEST(Validate, NamesFoldersAndLinksToNothing) {

@@ -95,6 +95,7 @@ TEST(HeldOutImages, SayWhenTheyAreTooFew) {
         heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
     EXPECT_EQ(checks[0].status, CheckStatus::kPass) << checks[0].message;
     EXPECT_EQ(checks[1].status, CheckStatus::kWarn) << checks[1].message;
+    EXPECT_TRUE(checks[1].is_undecided);
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 3);
@@ -131,15 +132,48 @@ TEST(HeldOutImages, DoNotDependOnTheOrderOfViewsOrTheNumberOfThreads) {
 
 TEST(HeldOutImages, NameWhatIsWrong) {
   const DrawnCamera drawn = ordinaryCamera();
-  const UserSet set = viewsOf(drawn, 20, 9);
-  const auto messageOn = [&](Wrong wrong) {
-    const AnyCamera tested = spoiled(drawn.camera, wrong);
-    return heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx)[1]
-        .message;
+  int num_named = 0;
+  for (const double noise_px : {0.1, 0.0}) {
+    Random random(9);
+    const UserSet set = drawUserViews(drawn, 20, noise_px, random);
+    const auto messageOn = [&](Wrong wrong) {
+      const AnyCamera tested = spoiled(drawn.camera, wrong);
+      ++num_named;
+      return heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx)[1]
+          .message;
+    };
+    EXPECT_THAT(messageOn(Wrong::kFocal), AllOf(HasSubstr("its focal length is "), HasSubstr("too long")));
+    EXPECT_THAT(messageOn(Wrong::kCenter), AllOf(HasSubstr("its cx is "), HasSubstr("too large")));
+    EXPECT_THAT(messageOn(Wrong::kDistortion), HasSubstr("too weak"));
+  }
+  EXPECT_EQ(num_named, 6);
+}
+
+// Without noise nothing is left with all parameters free, and any change would be far from that.
+TEST(HeldOutImages, NameLargeChangesOnCornersWithoutNoise) {
+  const DrawnCamera drawn = ordinaryCamera();
+  Random random(9);
+  const UserSet set = drawUserViews(drawn, 20, 0, random);
+  struct Case {
+    CameraChange change;
+    double amount;
+    const char* complaint;
   };
-  EXPECT_THAT(messageOn(Wrong::kFocal), AllOf(HasSubstr("its focal length is "), HasSubstr("too long")));
-  EXPECT_THAT(messageOn(Wrong::kCenter), AllOf(HasSubstr("its cx is "), HasSubstr("too large")));
-  EXPECT_THAT(messageOn(Wrong::kDistortion), HasSubstr("too weak"));
+  const std::vector<Case> cases = {{CameraChange::kFocalLength, 0.019, "its focal length is 1.9"},
+                                   {CameraChange::kFocalLength, 9, "its focal length would have to be 0.1"},
+                                   {CameraChange::kCenterX, 7.5, "its cx is 7.5"},
+                                   {CameraChange::kDistortion, -0.5, "its distortion is 50"}};
+  int num_named = 0;
+  for (const Case& c : cases) {
+    const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
+    const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
+    const Check check = heldOutChecks(judgement, kDefaultTolerancePx)[1];
+    EXPECT_LT(judgement.freed_rms_px, 1e-6);
+    EXPECT_EQ(check.status, CheckStatus::kFail) << c.complaint;
+    EXPECT_THAT(check.message, HasSubstr(c.complaint));
+    ++num_named;
+  }
+  EXPECT_EQ(num_named, 4);
 }
 
 TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
@@ -149,6 +183,7 @@ TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   const auto checks =
       heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(checks[1].status, CheckStatus::kWarn);
+  EXPECT_FALSE(checks[1].is_undecided);
   EXPECT_THAT(checks[1].message, HasSubstr("half a pixel"));
   const auto right =
       heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);

@@ -22,9 +22,10 @@ enum class CheckStatus { kPass, kWarn, kFail };
 struct Check {
   std::string id;  ///< stable, for scripts
   CheckStatus status = CheckStatus::kPass;
-  std::string value;    ///< what was found
-  std::string limit;    ///< what is accepted
-  std::string message;  ///< one sentence
+  std::string value;          ///< what was found
+  std::string limit;          ///< what is accepted
+  std::string message;        ///< one sentence
+  bool is_undecided = false;  ///< a warning, as what there is to judge by cannot tell
 };
 
 /// What a file claims about one standard deviation of pixels, px: see UncertaintyGrid.

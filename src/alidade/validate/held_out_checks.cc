@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "alidade/validate/agreement.h"
+#include "alidade/validate/misfit.h"
 
 namespace alidade {
 namespace {
@@ -131,7 +134,7 @@ bool isAnyNeeded(const HeldOutJudgement& judgement, double tolerance_px) {
 // remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
 // the camera is not the images' one after the change either, and whoever made it would have been misled.
 bool isCloseToFreed(const NeededChange& change, const HeldOutJudgement& judgement) {
-  const double freed_px = judgement.freed_rms_px;
+  const double freed_px = std::max(judgement.freed_rms_px, std::numbers::sqrt2 * kFinestPx);
   return beyond(change.refined_rms_px, freed_px) <= freed_px;
 }
 
@@ -270,7 +273,8 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
               .status = CheckStatus::kWarn,
               .value = "not known",
               .limit = fmt::format("{} px", tolerance_px),
-              .message = {}};
+              .message = {},
+              .is_undecided = true};  // whatever warns here does so for want of evidence, with one exception
   const std::string more =
       "take more images, tilted and all over the image (see the advice of alidade calibrate)";
   if (!judgement.freed) {
@@ -312,6 +316,7 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
   const NeededChange* const origin = otherPixelOrigin(judgement);
   if (origin != nullptr && check.status != CheckStatus::kFail) {
     check.status = CheckStatus::kWarn;
+    check.is_undecided = false;
     check.message = textOf(*origin) +
                     ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
                     check.message;
@@ -322,7 +327,9 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
 }  // namespace
 
 std::vector<Check> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
-  return {heldOutErrorCheck(judgement, tolerance_px), imagesAgreeCheck(judgement, tolerance_px)};
+  Check agree = imagesAgreeCheck(judgement, tolerance_px);
+  agree.is_undecided = agree.is_undecided && agree.status == CheckStatus::kWarn;
+  return {heldOutErrorCheck(judgement, tolerance_px), std::move(agree)};
 }
 
 Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
@@ -348,6 +355,7 @@ Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other, do
       break;
     case Agreement::kUncertain:
       check.status = CheckStatus::kWarn;
+      check.is_undecided = true;
       check.message = "the cameras are known too badly to tell whether they differ (" + chance + ")";
       break;
     case Agreement::kNotComparable:

@@ -106,6 +106,7 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
       if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;
     }
+    view.camera_from_board = *pose;
     fit.state.camera_from_board.push_back(*pose);
     fit.views.push_back(std::move(observations[v]));
     fit.weights.push_back(weightOf(views[v].image, judgement.freed));
@@ -199,7 +200,6 @@ NeededChange measured(CameraChange change, const StepEstimate& estimate, const C
 void testAsItIs(const ComparedCamera& tested, const HeldViews& held,
                 const std::vector<Eigen::Vector2d>& covered, HeldOutJudgement& judgement) {
   if (covered.size() < kFewestPixels || !std::isfinite(judgement.noise_sigma_px)) return;
-  constexpr double kFinestPx = 1e-3;  // what is left of corners without noise is not chance
   std::optional<PosedViews> freed;
   if (judgement.freed) freed = posedByFreed(held, *judgement.freed);
   const double sigma_px = std::max(judgement.noise_sigma_px, kFinestPx);

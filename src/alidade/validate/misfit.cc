@@ -35,7 +35,6 @@ Misfit misfitOf(std::string_view model_id, const PosedViews& posed) {
 double misfitSigmas(std::string_view model_id, const PosedViews& held, const PosedViews& freed) {
   constexpr double kNumbersPerView = 2;
   constexpr double kNumbersOfAPose = 6;
-  constexpr double kFinestPx = 1e-3;  // what is left of corners without noise is not chance
   double freedom = 0;
   double squares_of_finest = 0;
   for (const auto& view : held.views) {

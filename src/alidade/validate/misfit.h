@@ -10,6 +10,10 @@
 
 namespace alidade {
 
+/// Errors of this size an axis, px, count as chance even where corners are without noise: what is left of
+/// those is rounding, and how a change compares with it says nothing.
+inline constexpr double kFinestPx = 1e-3;
+
 /// How far views are from what a camera predicts at their poses.
 struct Misfit {
   double rms_px = 0;            ///< sqrt(mean of dx^2 + dy^2) over all corners

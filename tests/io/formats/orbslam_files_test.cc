@@ -11,6 +11,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 const std::string kSize = "Camera.width: 640\nCamera.height: 480\n";
 
@@ -94,6 +95,13 @@ TEST(OrbslamFiles, OfAFisheyeWithoutATypeAskForIt) {
     EXPECT_THAT(complaintAbout(pinhole(prefix) + coefficients(prefix, {"k1", "k2", "k3", "k4"}) + kSize),
                 AllOf(HasSubstr("file:8: " + prefix + ".k4"), HasSubstr("no Camera.type"),
                       HasSubstr("write Camera.type: KannalaBrandt8")));
+    // A k4 of 0 is none.
+    const CameraSource plain =
+        parseCameras(pinhole(prefix) + coefficients(prefix, {"k4"}, "0.0") + kSize, "file");
+    EXPECT_EQ(plain.cameras.at(0).camera.modelId(), "pinhole");
+    EXPECT_THAT(complaintAbout(pinhole(prefix) + coefficients(prefix, {"k1", "k2", "k3"}) +
+                               coefficients(prefix, {"k4"}, "0.0") + kSize),
+                AllOf(HasSubstr(prefix + ".p1"), Not(HasSubstr("KannalaBrandt8"))));
   }
 }
 

@@ -133,12 +133,14 @@ std::string adviceForFisheye(const Keys& common) {
                                                     : "write " + common.of("type") + ": KannalaBrandt8";
 }
 
-// Without a type a file is one of ORB-SLAM2, which has no fisheye; but k1 to k4 alone are those of one.
+// Without a type a file is one of ORB-SLAM2, which has no fisheye; but k1 to k4 alone are those of one. A k4
+// of 0 is as if it were not there.
 void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
-  if (!keys.has("k4") || keys.has("p1") || keys.has("p2")) return;
-  throw keys.find("k4")->error("coefficients k1 to k4 and no " + common.of("type"),
-                               "the type of a fisheye, or k1 k2 p1 p2 of an ordinary lens",
-                               "if it is a fisheye, " + adviceForFisheye(common));
+  const auto k4 = keys.find("k4");
+  if (!k4 || keys.has("p1") || keys.has("p2") || detail::statedNumber(*k4).value == 0) return;
+  throw k4->error("coefficients k1 to k4 and no " + common.of("type"),
+                  "the type of a fisheye, or k1 k2 p1 p2 of an ordinary lens",
+                  "if it is a fisheye, " + adviceForFisheye(common));
 }
 
 // A coefficient for which the lens has no place would be lost. 0 is as if it were not there.
