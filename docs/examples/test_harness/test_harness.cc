@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How to test a projection of your own against Alidade's: many points, exact pixels, derivatives, and a
-// reason for each point that has no pixel. Needs Eigen and nothing else.
+// reason for each point without a pixel. Needs only Eigen.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -33,8 +33,8 @@ int main() {
   const std::vector<double> parameters = {500, 500, 320, 240, -0.25, static_cast<double>(0.01F), 0, 0, 0};
   const auto camera = alidade::AnyCamera::make("radtan", parameters);
 
-  // Points of a world frame, one array a coordinate: a grid 40 m wide, 5 m in front of the camera and behind
-  // it.
+  // Points in a world frame, one array per coordinate: grids 40 m wide, 5 m in front of and behind the
+  // camera.
   std::vector<double> x, y, z;
   for (int k = -1; k <= 1; k += 2) {
     for (int j = -40; j <= 40; ++j) {
@@ -72,14 +72,14 @@ int main() {
         ++num_behind;
         break;
       case alidade::ProjectStatus::kOutside:
-        num_folded += is_mine ? 1 : 0;  // a pixel that the lens does not have
+        num_folded += is_mine ? 1 : 0;  // mine gives a pixel, the lens has none
         break;
     }
   }
   std::printf("%d points agree to %.1e px, %d are behind the camera\n", num_ok, worst, num_behind);
   std::printf("%d points get a pixel of mine although the polynomial has folded there\n", num_folded);
 
-  // And back: the ray of each pixel, with its derivatives by the pixel.
+  // And back: the ray of each pixel, with its derivatives with respect to the pixel.
   std::vector<double> ray_x(count), ray_y(count), ray_z(count), by_pixel(6 * count);
   alidade::unprojectBatch(camera, {u, v}, {ray_x, ray_y, ray_z, status}, by_pixel.data());
   double worst_ray = 0;
