@@ -5,8 +5,8 @@
 
 #include <Eigen/QR>
 
-#include "alidade/calibrate/reprojection.h"
 #include "alidade/calibrate/start.h"
+#include "support/reprojection.h"
 #include "support/simulated_set.h"
 
 namespace alidade {

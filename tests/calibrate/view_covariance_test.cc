@@ -8,6 +8,8 @@
 
 #include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/distributions.h"
+#include "alidade/calibrate/reduced.h"
+#include "alidade/calibrate/shape_information.h"
 #include "alidade/calibrate/start.h"
 #include "support/simulated_set.h"
 
@@ -34,8 +36,8 @@ struct RobustFit {
     return coordinateVariance(errors(), kLoss, 9 + 6 * static_cast<int>(views.size()));
   }
   [[nodiscard]] std::optional<ViewCovariance> byViews(const ParamConstraint& constraint = {}) const {
-    return viewCovariance(viewPulls("radtan", views, state, kLoss), freeDirections(9, constraint), 9,
-                          variance(), meanSlope(errors(), kLoss));
+    return viewCovariance(reduced("radtan", views, state, kLoss, LossWeights::kLeaveOut),
+                          freeDirections(9, constraint), 9, variance(), meanSlope(errors(), kLoss));
   }
 };
 
@@ -91,7 +93,7 @@ TEST(ViewCovariance, IsTheVarianceOfAMeanForEqualViews) {
   const std::vector<double> samples = {1, 4, -2, 0.5, 3, -1};
   double mean = 0;
   for (const double x : samples) mean += x / 6;
-  std::vector<ViewPull> pulls;
+  std::vector<Reduced> pulls;
   double squares = 0;
   for (const double x : samples) {
     pulls.push_back({.information = Eigen::MatrixXd::Constant(1, 1, 2.0),
@@ -134,8 +136,8 @@ TEST(ViewCovariance, IsZeroForWhatIsHeld) {
 TEST(ViewCovariance, HasTheBendAmongTheFree) {
   const RobustFit fit = fitViews(20);
   const auto pulls =
-      viewPullsWithBend("radtan", fit.board, fit.views, fit.state, kLoss, LossWeights::kLeaveOut);
-  const auto without = viewPulls("radtan", fit.views, fit.state, kLoss);
+      reduced("radtan", fit.views, fit.state, kLoss, LossWeights::kLeaveOut, BendColumns{fit.board});
+  const auto without = reduced("radtan", fit.views, fit.state, kLoss, LossWeights::kLeaveOut);
   ASSERT_EQ(pulls.size(), without.size());
   for (std::size_t v = 0; v < pulls.size(); ++v) {
     ASSERT_EQ(pulls[v].gradient.size(), 11);
@@ -185,7 +187,7 @@ TEST(ViewCovariance, IsFiniteWhereAFewViewsKnowNearlyEverything) {
 
 TEST(ViewCovariance, NeedsThreeViews) {
   const RobustFit fit = fitViews(9);
-  const auto pulls = viewPulls("radtan", fit.views, fit.state, kLoss);
+  const auto pulls = reduced("radtan", fit.views, fit.state, kLoss, LossWeights::kLeaveOut);
   const Eigen::MatrixXd focal = Eigen::MatrixXd::Identity(9, 1);
   const auto of = [&](std::size_t count) {
     return viewCovariance(std::span(pulls).first(count), focal, 9, fit.variance(), 1.0);

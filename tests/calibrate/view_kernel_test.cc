@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "alidade/calibrate/pose_elimination.h"
-#include "alidade/calibrate/reprojection.h"
 #include "support/bundle_set.h"
 #include "support/loop_variants.h"
+#include "support/reprojection.h"
 
 namespace alidade {
 namespace {

@@ -10,8 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/reprojection.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/calibrate/reduced.h"
 
 namespace alidade {
 namespace {
@@ -28,12 +27,10 @@ class FieldGrid {
 
   [[nodiscard]] int size() const { return 2 * (columns_ + 1) * (rows_ + 1); }
 
-  // The four displacements along an axis that a pixel depends on, and how much on each.
-  struct Share {
-    std::array<int, 4> index;
-    std::array<double, 4> weight;
-  };
-  [[nodiscard]] Share at(const Eigen::Vector2d& pixel, int axis) const {
+  // The four displacements along an axis that a corner's pixel depends on.
+  [[nodiscard]] ExtraElements<4> elements(const CornerRows& rows, int axis) const {
+    const Eigen::Vector2d& pixel = rows.corner.pixel;
+    const double w = rows.root_weight;
     const double x = (pixel.x() + 0.5) / side_;
     const double y = (pixel.y() + 0.5) / side_;
     const int column = std::clamp(static_cast<int>(std::floor(x)), 0, columns_ - 1);
@@ -41,8 +38,8 @@ class FieldGrid {
     const double a = x - column;
     const double b = y - row;
     const auto node = [&](int c, int r) { return 2 * ((row + r) * (columns_ + 1) + column + c) + axis; };
-    return {.index = {node(0, 0), node(1, 0), node(0, 1), node(1, 1)},
-            .weight = {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}};
+    return {.column = {node(0, 0), node(1, 0), node(0, 1), node(1, 1)},
+            .value = {w * (1 - a) * (1 - b), w * a * (1 - b), w * (1 - a) * b, w * a * b}};
   }
 
  private:
@@ -57,64 +54,17 @@ struct Votes {
   Eigen::MatrixXd gradients;    // a column a view
 };
 
-template <CameraModel M>
-void addView(const double* params, const SE3& camera_from_board, std::span<const Observation> view,
-             HuberLoss loss, const FieldGrid& grid, Eigen::MatrixXd& information,
-             Eigen::Ref<Eigen::VectorXd> gradient) {
-  constexpr int kN = kNumParams<M>;
-  const Eigen::Index num_all = information.rows();
-  Eigen::Matrix<double, 6, 6> pose = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(6, num_all + 1);  // and the error
-  const Eigen::Matrix3d R = camera_from_board.rotation.matrix();
-  Reprojection<M> corner;
-  for (const Observation& o : view) {
-    if (!reproject<M>(params, R, camera_from_board.translation, o.p_board, corner)) continue;
-    const Eigen::Vector2d error = corner.pixel - o.pixel;
-    const double weight = o.weight * loss.weight(o.weight * error.squaredNorm());
-    for (int axis = 0; axis < 2; ++axis) {
-      // The columns that are not zero: intrinsics, then those of the field.
-      std::array<Eigen::Index, kN + 4> index;
-      std::array<double, kN + 4> value;
-      for (int i = 0; i < kN; ++i) {
-        index[static_cast<std::size_t>(i)] = i;
-        value[static_cast<std::size_t>(i)] = corner.J_px_params(axis, i);
-      }
-      const FieldGrid::Share share = grid.at(o.pixel, axis);
-      for (std::size_t k = 0; k < 4; ++k) {
-        index[kN + k] = kN + share.index[k];
-        value[kN + k] = share.weight[k];
-      }
-      const Eigen::Matrix<double, 6, 1> J_pose = weight * corner.J_px_pose.row(axis).transpose();
-      pose.noalias() += J_pose * corner.J_px_pose.row(axis);
-      coupling.col(num_all) += J_pose * error(axis);
-      for (std::size_t i = 0; i < index.size(); ++i) {
-        coupling.col(index[i]) += J_pose * value[i];
-        gradient(index[i]) += weight * value[i] * error(axis);
-        for (std::size_t j = 0; j <= i; ++j) information(index[i], index[j]) += weight * value[i] * value[j];
-      }
-    }
-  }
-  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factor(pose);
-  if (factor.info() != Eigen::Success) return;
-  factor.matrixL().solveInPlace(coupling);
-  information.selfadjointView<Eigen::Lower>().rankUpdate(coupling.leftCols(num_all).transpose(), -1);
-  gradient -= coupling.leftCols(num_all).transpose() * coupling.col(num_all);
-}
-
 Votes votesOf(std::string_view model_id, const FieldGrid& grid,
               std::span<const std::vector<Observation>> views, const BundleState& state, HuberLoss loss) {
   const auto size = static_cast<Eigen::Index>(state.params.size()) + grid.size();
   Votes votes{.information = Eigen::MatrixXd::Zero(size, size),
               .gradients = Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(views.size()))};
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId != model_id) return;
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      addView<M>(state.params.data(), state.camera_from_board[v], views[v], loss, grid, votes.information,
-                 votes.gradients.col(static_cast<Eigen::Index>(v)));
-    }
-  });
-  votes.information = votes.information.selfadjointView<Eigen::Lower>();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Reduced view = reducedView(model_id, state.params, state.camera_from_board[v], views[v], loss,
+                                     LossWeights::kUse, grid);
+    votes.information += view.information;
+    votes.gradients.col(static_cast<Eigen::Index>(v)) = view.gradient;
+  }
   return votes;
 }
 

@@ -10,7 +10,6 @@
 
 #include "alidade/calibrate/covariance.h"
 #include "alidade/calibrate/shape_information.h"
-#include "alidade/calibrate/view_pulls.h"
 #include "alidade/calibrate/weak_prior.h"
 
 namespace alidade {
@@ -61,8 +60,9 @@ Known withShapeGiven(const Estimation& e, const Eigen::MatrixXd& directions, dou
   Known known{.variance = variance, .information = information.information};
   if (information.inverse) {
     known.covariance = variance * *information.inverse;
-    known.by_views = viewCovariance(viewPulls(e.options.model, e.observations, e.state, e.loss), directions,
-                                    static_cast<int>(directions.rows()), variance, slope);
+    known.by_views =
+        viewCovariance(reduced(e.options.model, e.observations, e.state, e.loss, LossWeights::kLeaveOut),
+                       directions, static_cast<int>(directions.rows()), variance, slope);
   }
   hold(e, known);
   return known;

@@ -102,7 +102,8 @@ CalibrationResult resultOf(const Estimation& e) {
   }
   setCovariances(e, directions, variance, weighted_errors, result);
 
-  const auto scores = viewScores(e.options.model, e.observations, e.state, e.loss);
+  const auto scores =
+      reduced(e.options.model, e.observations, e.state, e.loss, LossWeights::kUse, StretchColumn{});
   result.board_stretch = boardStretch(scores, directions, variance);
   const auto influences = viewInfluences(scores, directions, variance);
   for (std::size_t v = 0; v < influences.size(); ++v) result.views[v].influence = influences[v];

@@ -7,8 +7,8 @@ namespace alidade {
 namespace {
 
 // All views together.
-ViewPull sumOf(const std::vector<ViewPull>& pulls) {
-  ViewPull sum = pulls.front();
+Reduced sumOf(const std::vector<Reduced>& pulls) {
+  Reduced sum = pulls.front();
   for (std::size_t v = 1; v < pulls.size(); ++v) {
     sum.information += pulls[v].information;
     sum.gradient += pulls[v].gradient;
@@ -32,13 +32,13 @@ std::optional<ShapeInformation> shapeInformation(std::string_view model_id, cons
                                                  const BundleState& state, HuberLoss loss,
                                                  const ParamConstraint& constraint, const LensPrior& prior) {
   ShapeInformation result;
-  const auto robust_pulls = viewPullsWithBend(model_id, board, views, state, loss, LossWeights::kUse);
-  result.pulls = viewPullsWithBend(model_id, board, views, state, loss, LossWeights::kLeaveOut);
-  ViewPull robust = sumOf(robust_pulls);
-  ViewPull plain = sumOf(result.pulls);
+  const auto robust_pulls = reduced(model_id, views, state, loss, LossWeights::kUse, BendColumns{board});
+  result.pulls = reduced(model_id, views, state, loss, LossWeights::kLeaveOut, BendColumns{board});
+  Reduced robust = sumOf(robust_pulls);
+  Reduced plain = sumOf(result.pulls);
   result.prior = Eigen::MatrixXd::Zero(plain.information.rows(), plain.information.cols());
   if (!prior.isNone()) result.prior.diagonal().head(prior.precision.size()) = prior.precision;
-  for (ViewPull* sum : {&robust, &plain}) prior.addTo(state.params, sum->information, sum->gradient);
+  for (Reduced* sum : {&robust, &plain}) prior.addTo(state.params, sum->information, sum->gradient);
   const Eigen::Index num_params = robust.gradient.size() - kNumBends;
 
   // What may move: the free directions of the intrinsics, and the bend.

@@ -9,10 +9,26 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
-#include "alidade/calibrate/view_pulls.h"
+#include "alidade/calibrate/reduced.h"
 #include "alidade/target/board_shape.h"
 
 namespace alidade {
+
+/// Number of columns behind the intrinsics' that stand for BoardShape.
+inline constexpr int kNumBends = 2;
+
+/// bend_x and bend_y of the board's shape as further columns.
+struct BendColumns {
+  Checkerboard board;
+
+  static int size() { return kNumBends; }
+  [[nodiscard]] ExtraElements<kNumBends> elements(const CornerRows& rows, int axis) const {
+    const Eigen::Vector2d profile = bendProfile(board, rows.corner.p_board.x(), rows.corner.p_board.y());
+    // A shift of the board along its own z is a shift of the point.
+    const double J_px_z = rows.J_px_pose[static_cast<std::size_t>(axis)][2];
+    return {.column = {0, 1}, .value = {J_px_z * profile.x(), J_px_z * profile.y()}};
+  }
+};
 
 /// What the corners say about the bend of the board (BoardShape) at a solution for one bend, the poses and
 /// the intrinsics following every change of it.
@@ -25,7 +41,7 @@ struct ShapeInformation {
   Eigen::Matrix2d bend_inverse;
   Eigen::MatrixXd params_inverse;
   /// What each view says at the end of the step: the information without the loss' weights.
-  std::vector<ViewPull> pulls;
+  std::vector<Reduced> pulls;
   Eigen::MatrixXd prior;  ///< what is known besides, per px^2, with rows as those of the pulls
 };
 

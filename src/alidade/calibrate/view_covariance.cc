@@ -33,7 +33,7 @@ double ViewCovariance::effectiveStd(int i) const {
   return common_error.size() > 0 ? std::hypot(by_views, common_error(i)) : by_views;
 }
 
-std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
+std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
                                              const Eigen::MatrixXd& directions, int num_params,
                                              double variance, double mean_slope) {
   constexpr std::size_t kFewestViews = 3;  // two disagree with each other in any case

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/calibrate/view_pulls.h"
+#include "alidade/calibrate/reduced.h"
 
 namespace alidade {
 
@@ -64,7 +64,7 @@ struct ViewCovariance {
 /// @param mean_slope  see meanSlope()
 /// @returns nothing where the views do not determine what is free, where nothing is, or where there are less
 /// than three of them
-[[nodiscard]] std::optional<ViewCovariance> viewCovariance(std::span<const ViewPull> pulls,
+[[nodiscard]] std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
                                                            const Eigen::MatrixXd& directions, int num_params,
                                                            double variance, double mean_slope);
 

@@ -99,6 +99,32 @@ class ModelKernel final : public ViewKernel {
     });
   }
 
+  void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+            std::span<double> rows) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    std::fill(rows.begin(), rows.end(), 0.0);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      std::size_t corner = 0;
+      for (const CornerGroup& group : corners) {
+        Lanes of[2][Rows::kWidth];
+        Lanes rho = {};
+        Rows::write(local, group, kNoLoss, of[0], of[1], rho);
+        const std::size_t count = std::min<std::size_t>(kNumLanes, rows.size() / (2 * kSize) - corner);
+        for (int axis = 0; axis < 2; ++axis) {
+          for (int c = 0; c < Rows::kWidth; ++c) {
+            double values[kNumLanes];
+            lane::store(of[axis][c], values);
+            double* to = rows.data() + (2 * corner + static_cast<std::size_t>(axis)) * kSize +
+                         static_cast<std::size_t>(Rows::columnOf(axis, c));
+            for (std::size_t l = 0; l < count; ++l) to[l * 2 * kSize] = values[l];
+          }
+        }
+        corner += count;
+      }
+    });
+  }
+
   void quadraticForms(const double* params, const SE3& camera_from_board,
                       std::span<const CornerGroup> corners, const Eigen::MatrixXd& K,
                       std::span<double> forms) const override {

@@ -66,6 +66,12 @@ class ViewKernel {
   virtual void errors(const double* params, const SE3& camera_from_board,
                       std::span<const CornerGroup> corners, std::span<Eigen::Vector2d> errors) const = 0;
 
+  /// Two rows a corner, of u and v: pose's tangent, parameters, error; each times the root of the corner's
+  /// weight. Zero for a corner that cannot be projected.
+  /// @param rows  row by row, 2 (numParams() + 7) numbers a corner
+  virtual void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+                    std::span<double> rows) const = 0;
+
   /// weight trace(J K J^T) of each corner, J by pose and parameters; 0 for one that cannot be projected.
   virtual void quadraticForms(const double* params, const SE3& camera_from_board,
                               std::span<const CornerGroup> corners, const Eigen::MatrixXd& K,

@@ -8,42 +8,12 @@
 #include <Eigen/Eigenvalues>
 
 #include "alidade/calibrate/distributions.h"
-#include "alidade/calibrate/reprojection.h"
 #include "alidade/calibrate/scaled_inverse.h"
 #include "alidade/calibrate/view_covariance.h"
-#include "alidade/camera/model_list.h"
 #include "alidade/core/median.h"
 
 namespace alidade {
 namespace {
-
-template <CameraModel M>
-ViewScore scoreOf(const double* params, const SE3& camera_from_board, std::span<const Observation> view,
-                  HuberLoss loss) {
-  constexpr int kN = kNumParams<M>;
-  constexpr int kAll = 6 + kN + 2;  // pose, parameters, stretch, error
-  Eigen::Matrix<double, kAll, kAll> gram = Eigen::Matrix<double, kAll, kAll>::Zero();
-  const Eigen::Matrix3d R = camera_from_board.rotation.matrix();
-  Reprojection<M> corner;
-  Eigen::Matrix<double, 2, kAll, Eigen::RowMajor> row;
-  for (const Observation& observation : view) {
-    if (!reproject<M>(params, R, camera_from_board.translation, observation.p_board, corner)) continue;
-    const Eigen::Vector2d error = corner.pixel - observation.pixel;
-    row.template leftCols<6>() = corner.J_px_pose;
-    row.template middleCols<kN>(6) = corner.J_px_params;
-    // The stretch moves the corner along the board's x, as a translation by x does.
-    row.col(6 + kN) = corner.J_px_pose.col(0) * observation.p_board.x();
-    row.col(6 + kN + 1) = error;
-    const double weight = observation.weight * loss.weight(observation.weight * error.squaredNorm());
-    gram.noalias() += weight * row.transpose() * row;
-  }
-  const Eigen::Matrix<double, 6, 6> pose = gram.template topLeftCorner<6, 6>();
-  const Eigen::Matrix<double, 6, kN + 2> coupling = gram.template topRightCorner<6, kN + 2>();
-  const Eigen::Matrix<double, kN + 2, kN + 2> reduced =
-      gram.template bottomRightCorner<kN + 2, kN + 2>() - coupling.transpose() * pose.ldlt().solve(coupling);
-  return {.information = reduced.template topLeftCorner<kN + 1, kN + 1>(),
-          .gradient = reduced.template topRightCorner<kN + 1, 1>()};
-}
 
 // A view beside the others, in coordinates in which noise gives the result the covariance 1.
 struct OneView {
@@ -116,19 +86,7 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-std::vector<ViewScore> viewScores(std::string_view model_id, std::span<const std::vector<Observation>> views,
-                                  const BundleState& state, HuberLoss loss) {
-  std::vector<ViewScore> scores;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId != model_id) return;
-    for (std::size_t v = 0; v < views.size(); ++v)
-      scores.push_back(scoreOf<M>(state.params.data(), state.camera_from_board[v], views[v], loss));
-  });
-  return scores;
-}
-
-std::optional<BoardStretch> boardStretch(std::span<const ViewScore> scores, const Eigen::MatrixXd& directions,
+std::optional<BoardStretch> boardStretch(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
                                          double variance) {
   const Eigen::Index n = directions.rows();
   const Eigen::Index m = directions.cols();
@@ -137,7 +95,7 @@ std::optional<BoardStretch> boardStretch(std::span<const ViewScore> scores, cons
   basis(n, m) = 1;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m + 1, m + 1);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(m + 1);
-  for (const ViewScore& score : scores) {
+  for (const Reduced& score : scores) {
     information += basis.transpose() * score.information * basis;
     gradient += basis.transpose() * score.gradient;
   }
@@ -145,7 +103,7 @@ std::optional<BoardStretch> boardStretch(std::span<const ViewScore> scores, cons
   if (!inverse) return std::nullopt;
   const Eigen::VectorXd step = -*inverse * gradient;
   double by_views = 0;
-  for (const ViewScore& score : scores) {
+  for (const Reduced& score : scores) {
     const Eigen::VectorXd left = basis.transpose() * (score.gradient + score.information * basis * step);
     const double share = inverse->row(m).dot(left);
     by_views += share * share;
@@ -157,13 +115,13 @@ std::optional<BoardStretch> boardStretch(std::span<const ViewScore> scores, cons
                       .sigma = std::sqrt(std::max(by_views, variance * (*inverse)(m, m)))};
 }
 
-std::vector<ViewInfluence> viewInfluences(std::span<const ViewScore> scores,
-                                          const Eigen::MatrixXd& directions, double variance) {
+std::vector<ViewInfluence> viewInfluences(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
+                                          double variance) {
   const Eigen::Index n = directions.rows();
   const Eigen::Index m = directions.cols();
   if (m == 0) return {};
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m, m);
-  for (const ViewScore& score : scores)
+  for (const Reduced& score : scores)
     information += directions.transpose() * score.information.topLeftCorner(n, n) * directions;
   const auto inverse = inverseOf(information);
   if (!inverse) return {};
@@ -173,7 +131,7 @@ std::vector<ViewInfluence> viewInfluences(std::span<const ViewScore> scores,
   std::vector<OneView> views;
   Disagreement all(m);
   std::vector<double> means;  // of the squares that are 1 on average where there is nothing but noise
-  for (const ViewScore& score : scores) {
+  for (const Reduced& score : scores) {
     const Eigen::MatrixXd share =
         variance * basis.transpose() * score.information.topLeftCorner(n, n) * basis;
     views.push_back(oneView(share, basis.transpose() * score.gradient.head(n)));

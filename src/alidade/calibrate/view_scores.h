@@ -3,27 +3,23 @@
 
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/calibrate/reduced.h"
 
 namespace alidade {
 
-/// What one view says about the intrinsics and, behind them, about the stretch of the board along its
-/// columns (x times 1 + stretch), its pose following: the Schur complement of the pose in the normal
-/// equations of the view.
-struct ViewScore {
-  Eigen::MatrixXd information;  ///< (N + 1) x (N + 1), per px^2
-  Eigen::VectorXd gradient;     ///< N + 1: J^T W (projected - observed); sums to 0 by the N at the optimum
+/// The stretch of the board along its columns (x times 1 + stretch), as one further column.
+struct StretchColumn {
+  static int size() { return 1; }
+  static ExtraElements<1> elements(const CornerRows& rows, int axis) {
+    // The stretch moves the corner along the board's x, as a translation by x does.
+    return {.column = {0},
+            .value = {rows.J_px_pose[static_cast<std::size_t>(axis)][0] * rows.corner.p_board.x()}};
+  }
 };
-
-/// One a view, with the loss' weights on top of the corners' own.
-[[nodiscard]] std::vector<ViewScore> viewScores(std::string_view model_id,
-                                                std::span<const std::vector<Observation>> views,
-                                                const BundleState& state, HuberLoss loss);
 
 /// How far squares are from square.
 struct BoardStretch {
@@ -35,9 +31,10 @@ struct BoardStretch {
 /// and poses following). Its sigma is the larger of that by the corners' noise and that by how much the views
 /// disagree (White 1980, A heteroskedasticity-consistent covariance matrix estimator, by view), which
 /// a lens that does not follow its model raises. Nothing where the views do not determine it.
+/// @param scores  one a view, with StretchColumn and the loss' weights
 /// @param variance  of the coordinate of a corner of weight 1, px^2
 /// @param directions  what is free among the intrinsics, see freeDirections()
-[[nodiscard]] std::optional<BoardStretch> boardStretch(std::span<const ViewScore> scores,
+[[nodiscard]] std::optional<BoardStretch> boardStretch(std::span<const Reduced> scores,
                                                        const Eigen::MatrixXd& directions, double variance);
 
 /// What leaving out one view would do, to first order.
@@ -54,7 +51,7 @@ struct ViewInfluence {
 
 /// One a view (Cook 1977, Detection of influential observation in linear regression, for blocks). Empty where
 /// the views do not determine the intrinsics. What a view determines all by itself, no other disagrees with.
-[[nodiscard]] std::vector<ViewInfluence> viewInfluences(std::span<const ViewScore> scores,
+[[nodiscard]] std::vector<ViewInfluence> viewInfluences(std::span<const Reduced> scores,
                                                         const Eigen::MatrixXd& directions, double variance);
 
 }  // namespace alidade

@@ -8,12 +8,12 @@
 
 namespace alidade {
 
-std::optional<ViewShares> ViewShares::make(std::span<const ViewPull> pulls, const Eigen::MatrixXd& directions,
+std::optional<ViewShares> ViewShares::make(std::span<const Reduced> pulls, const Eigen::MatrixXd& directions,
                                            double mean_slope, const Eigen::MatrixXd& prior, PullLift lift) {
   const Eigen::Index m = directions.cols();
   if (m == 0) return std::nullopt;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m, m);
-  for (const ViewPull& view : pulls) information += directions.transpose() * view.information * directions;
+  for (const Reduced& view : pulls) information += directions.transpose() * view.information * directions;
   if (prior.size() > 0) information += directions.transpose() * prior * directions;
   const auto inverse = scaledInverse(information).inverse;
   if (!inverse) return std::nullopt;
@@ -22,7 +22,7 @@ std::optional<ViewShares> ViewShares::make(std::span<const ViewPull> pulls, cons
   result.basis_ = directions * Eigen::MatrixXd(inverse->llt().matrixL());
   result.shares_.reserve(pulls.size());
   result.covariance_ = Eigen::MatrixXd::Zero(m, m);
-  for (const ViewPull& view : pulls) {
+  for (const Reduced& view : pulls) {
     result.shares_.push_back(shareOf(view, result.basis_, lift));
     result.covariance_.noalias() += result.shares_.back().pull * result.shares_.back().pull.transpose();
   }
@@ -30,7 +30,7 @@ std::optional<ViewShares> ViewShares::make(std::span<const ViewPull> pulls, cons
   return result;
 }
 
-ViewShares::Share ViewShares::shareOf(const ViewPull& view, const Eigen::MatrixXd& basis, PullLift lift) {
+ViewShares::Share ViewShares::shareOf(const Reduced& view, const Eigen::MatrixXd& basis, PullLift lift) {
   // What a view determines all by itself, no other disagrees with, and its pull there is rounding.
   constexpr double kAlone = 1e-4;
   constexpr double kAloneLeftOut = 1e-2;  // the lift grows faster there

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/calibrate/view_pulls.h"
+#include "alidade/calibrate/reduced.h"
 
 namespace alidade {
 
@@ -34,7 +34,7 @@ class ViewShares {
   /// @param prior       what is known besides the views, K x K for K rows of `directions`, per px^2; empty:
   ///                    nothing
   /// @returns nothing where the views do not determine what is free, or nothing is
-  [[nodiscard]] static std::optional<ViewShares> make(std::span<const ViewPull> pulls,
+  [[nodiscard]] static std::optional<ViewShares> make(std::span<const Reduced> pulls,
                                                       const Eigen::MatrixXd& directions, double mean_slope,
                                                       const Eigen::MatrixXd& prior = {},
                                                       PullLift lift = PullLift::kForNoise);
@@ -56,7 +56,7 @@ class ViewShares {
     Eigen::MatrixXd lift;  // what makes up for the fit's having been drawn towards the view
     Eigen::VectorXd pull;  // lifted
   };
-  static Share shareOf(const ViewPull& view, const Eigen::MatrixXd& basis, PullLift lift);
+  static Share shareOf(const Reduced& view, const Eigen::MatrixXd& basis, PullLift lift);
 
   Eigen::MatrixXd basis_;
   std::vector<Share> shares_;

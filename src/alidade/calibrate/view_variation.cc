@@ -2,14 +2,13 @@
 #include "alidade/calibrate/view_variation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/reprojection.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/calibrate/reduced.h"
 
 namespace alidade {
 namespace {
@@ -19,6 +18,21 @@ constexpr int kShear = 1;
 constexpr int kStretch = 2;
 constexpr int kNumWays = 3;
 
+// The ways in which a view may differ, as further columns.
+struct WayColumns {
+  std::array<double, 2> focal;
+  double centre_y;
+
+  static int size() { return kNumWays; }
+  [[nodiscard]] ExtraElements<2> elements(const CornerRows& rows, int axis) const {
+    const double* J = rows.J_px_params[static_cast<std::size_t>(axis)];
+    // Of the projected pixel, which is the observed one and the error.
+    const double below_centre = rows.root_weight * (rows.corner.pixel.y() - centre_y) + rows.error[1];
+    return {.column = {kFocal, axis == 0 ? kShear : kStretch},
+            .value = {focal[0] * J[0] + focal[1] * J[1], below_centre}};
+  }
+};
+
 // The normal equations of one view by the ways in which it may differ, its pose eliminated.
 struct ViewWays {
   Eigen::Matrix3d information;
@@ -26,39 +40,6 @@ struct ViewWays {
   double squares = 0;  // of the errors
   int num_corners = 0;
 };
-
-template <CameraModel M>
-ViewWays waysOf(const double* params, const SE3& camera_from_board, std::span<const Observation> view,
-                HuberLoss loss) {
-  constexpr int kAll = 6 + kNumWays + 1;
-  Eigen::Matrix<double, kAll, kAll> gram = Eigen::Matrix<double, kAll, kAll>::Zero();
-  const Eigen::Matrix3d R = camera_from_board.rotation.matrix();
-  Reprojection<M> corner;
-  Eigen::Matrix<double, 2, kAll, Eigen::RowMajor> row;
-  ViewWays ways;
-  for (const Observation& observation : view) {
-    if (!reproject<M>(params, R, camera_from_board.translation, observation.p_board, corner)) continue;
-    const Eigen::Vector2d error = corner.pixel - observation.pixel;
-    const double below_centre = corner.pixel.y() - params[3];
-    row.template leftCols<6>() = corner.J_px_pose;
-    row.col(6 + kFocal) = params[0] * corner.J_px_params.col(0) + params[1] * corner.J_px_params.col(1);
-    row.col(6 + kShear) << below_centre, 0;
-    row.col(6 + kStretch) << 0, below_centre;
-    row.col(6 + kNumWays) = error;
-    const double weight = observation.weight * loss.weight(observation.weight * error.squaredNorm());
-    gram.noalias() += weight * row.transpose() * row;
-    ++ways.num_corners;
-  }
-  const Eigen::Matrix<double, 6, 6> pose = gram.template topLeftCorner<6, 6>();
-  const Eigen::Matrix<double, 6, kNumWays + 1> coupling = gram.template topRightCorner<6, kNumWays + 1>();
-  const Eigen::Matrix<double, kNumWays + 1, kNumWays + 1> reduced =
-      gram.template bottomRightCorner<kNumWays + 1, kNumWays + 1>() -
-      coupling.transpose() * pose.ldlt().solve(coupling);
-  ways.information = reduced.template topLeftCorner<kNumWays, kNumWays>();
-  ways.gradient = reduced.template topRightCorner<kNumWays, 1>();
-  ways.squares = reduced(kNumWays, kNumWays);
-  return ways;
-}
 
 // By how much the sum of squares of one view falls if it may differ, and in how many ways it can.
 struct Drop {
@@ -137,12 +118,13 @@ ViewVariations viewVariations(std::string_view model_id, std::span<const std::ve
   ViewVariations variations;
   if (views.size() < kMinViewsToVary) return variations;
   std::vector<ViewWays> ways;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId != model_id) return;
-    for (std::size_t v = 0; v < views.size(); ++v)
-      ways.push_back(waysOf<M>(state.params.data(), state.camera_from_board[v], views[v], loss));
-  });
+  const WayColumns columns{.focal = {state.params[0], state.params[1]}, .centre_y = state.params[3]};
+  for (const Reduced& view : reduced(model_id, views, state, loss, LossWeights::kUse, columns)) {
+    ways.push_back({.information = view.information.bottomRightCorner<kNumWays, kNumWays>(),
+                    .gradient = view.gradient.tail<kNumWays>(),
+                    .squares = view.squares,
+                    .num_corners = view.num_corners});
+  }
   double squares = 0;
   int freedom = -static_cast<int>(state.params.size());
   std::vector<Drop> by_focal;

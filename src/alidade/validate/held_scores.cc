@@ -19,8 +19,9 @@ namespace {
 constexpr double kOneIn400OfSize = 3.0233414397391377;
 constexpr double kOneInThousand = 3.0902323061678132;
 
-std::vector<ViewPull> weightedPulls(const AnyCamera& camera, const PosedViews& posed) {
-  std::vector<ViewPull> pulls = viewPulls(camera.modelId(), posed.views, posed.state, kNoLoss);
+std::vector<Reduced> weightedPulls(const AnyCamera& camera, const PosedViews& posed) {
+  std::vector<Reduced> pulls =
+      reduced(camera.modelId(), posed.views, posed.state, kNoLoss, LossWeights::kLeaveOut);
   for (std::size_t v = 0; v < posed.weights.size(); ++v) {
     pulls[v].information *= posed.weights[v];
     pulls[v].gradient *= posed.weights[v];
@@ -47,16 +48,16 @@ PullLift liftFor(std::size_t num_views) {
 }
 
 // The views' pulls once the camera has made a step, to first order.
-std::vector<ViewPull> pullsAfter(std::vector<ViewPull> pulls, const Eigen::VectorXd& step) {
-  for (ViewPull& pull : pulls) pull.gradient += pull.information * step;
+std::vector<Reduced> pullsAfter(std::vector<Reduced> pulls, const Eigen::VectorXd& step) {
+  for (Reduced& pull : pulls) pull.gradient += pull.information * step;
   return pulls;
 }
 
 // What the views say beside what all say together, once the camera suits them all best.
-std::optional<ViewShares> sharesOf(const std::vector<ViewPull>& pulls, const Eigen::MatrixXd& directions) {
+std::optional<ViewShares> sharesOf(const std::vector<Reduced>& pulls, const Eigen::MatrixXd& directions) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(directions.cols(), directions.cols());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(directions.cols());
-  for (const ViewPull& pull : pulls) {
+  for (const Reduced& pull : pulls) {
     information += directions.transpose() * pull.information * directions;
     gradient += directions.transpose() * pull.gradient;
   }
@@ -102,7 +103,7 @@ std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const PosedV
   scores.information_ = scores.noise_ = Eigen::MatrixXd::Zero(n, n);
   scores.gradient_ = Eigen::VectorXd::Zero(n);
   for (std::size_t v = 0; v < scores.pulls_.size(); ++v) {
-    const ViewPull& pull = scores.pulls_[v];
+    const Reduced& pull = scores.pulls_[v];
     scores.information_ += pull.information;
     scores.noise_ += (held.weights.empty() ? 1.0 : held.weights[v]) * noise_variance * pull.information;
     scores.gradient_ += pull.gradient;

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "alidade/calibrate/bundle_adjustment.h"
-#include "alidade/calibrate/view_pulls.h"
+#include "alidade/calibrate/reduced.h"
 #include "alidade/calibrate/view_shares.h"
 #include "alidade/camera/any_camera.h"
 
@@ -84,7 +84,7 @@ class HeldScores {
   // How many views there were if all said equally much.
   [[nodiscard]] double numEqualViews() const;
 
-  std::vector<ViewPull> pulls_;  // weighted
+  std::vector<Reduced> pulls_;   // weighted
   Eigen::MatrixXd information_;  // of all views
   Eigen::VectorXd gradient_;
   Eigen::MatrixXd noise_;             // what the corners' noise makes of the gradient's covariance
