@@ -26,7 +26,7 @@ std::vector<AnyCamera> someCameras() {
 // The board with its middle on a pixel's ray, as tiltedBoard() has it.
 SE3 poseAt(const AnyCamera& camera, const Eigen::Vector2d& pixel, const BoardTilt& tilt) {
   const SO3 rotation = *squarePose(camera, pixel) * tiltedBoard(tilt);
-  return {rotation, 0.3 * *camera.unproject(pixel) - rotation * boardMiddle(kSmallBoard)};
+  return {rotation, 0.3 * *camera.unproject(pixel) - rotation * kSmallBoard.middle()};
 }
 
 // Distance in the image between two corners given by column and row.

@@ -38,7 +38,7 @@ Set makeSet(const std::vector<Placement>& placements) {
     const SO3 rotation =
         tiltedBoard({.right_rad = kRadPerDeg * at.right_deg, .lower_rad = kRadPerDeg * at.lower_deg});
     const SE3 pose{rotation, at.distance_m * *set.result.camera.unproject({at.u, at.v}) -
-                                 rotation * boardMiddle(kBoard)};
+                                 rotation * kBoard.middle()};
     const std::string name = "view_" + std::to_string(set.views.size());
     set.views.push_back(exactView(set.result.camera, kSize, kBoard, pose, name));
     ViewResult view;

@@ -93,7 +93,7 @@ TEST(NextView, TakesNoBetterCandidateThanTheBest) {
   int num_whole = 0;
   for (const ViewCandidate& candidate : viewCandidates(set.camera, set.size, set.board, limits)) {
     EXPECT_GE(candidate.corners.size(), 27u);
-    const double distance = (candidate.camera_from_board * boardMiddle(set.board)).norm();
+    const double distance = (candidate.camera_from_board * set.board.middle()).norm();
     EXPECT_TRUE(distance >= 0.15 && distance <= 0.6) << distance;
     if (!candidate.is_whole) continue;
     ++num_whole;

@@ -72,13 +72,9 @@ std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pi
   return SO3::fromQuaternion(Eigen::Quaterniond(R));
 }
 
-Eigen::Vector3d boardMiddle(const Checkerboard& board) {
-  return 0.5 * board.corner(board.numCorners() - 1);
-}
-
 BoardSighting sightBoard(const AnyCamera& camera, const Checkerboard& board, const SE3& camera_from_board) {
   BoardSighting sighting;
-  const Eigen::Vector3d middle = camera_from_board * boardMiddle(board);
+  const Eigen::Vector3d middle = camera_from_board * board.middle();
   sighting.middle_px = camera.project(middle).pixel;
   sighting.distance_m = middle.norm();
   const auto square = squarePose(camera, sighting.middle_px);

@@ -34,9 +34,6 @@ struct BoardSighting {
 /// a pixel, x runs to the right in the image. Nothing where the pixel has no ray.
 [[nodiscard]] std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pixel);
 
-/// The middle of the corners in the board frame, metres.
-[[nodiscard]] Eigen::Vector3d boardMiddle(const Checkerboard& board);
-
 [[nodiscard]] BoardSighting sightBoard(const AnyCamera& camera, const Checkerboard& board,
                                        const SE3& camera_from_board);
 

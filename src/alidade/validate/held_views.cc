@@ -32,7 +32,7 @@ std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& boar
   const CornerGroups groups(corners);
   const auto start = poseFromView(*camera.camera, board, view.corners);
   if (!start) return std::nullopt;
-  const Eigen::Vector3d middle = 0.5 * board.corner(board.numCorners() - 1);
+  const Eigen::Vector3d middle = board.middle();
   std::optional<SE3> best;
   double best_cost = std::numeric_limits<double>::infinity();
   // From afar two tilts look alike, and only the lesser cost tells them apart.

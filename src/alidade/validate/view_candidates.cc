@@ -37,7 +37,7 @@ class CandidateMaker {
  public:
   CandidateMaker(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
                  const CandidateLimits& limits)
-      : camera_(camera), size_(size), limits_(limits), middle_(boardMiddle(board)) {
+      : camera_(camera), size_(size), limits_(limits), middle_(board.middle()) {
     columns_ = someOf(board.columns);
     rows_ = someOf(board.rows);
     for (const int row : rows_) {
