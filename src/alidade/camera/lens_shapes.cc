@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/init/lens_shapes.h"
+#include "alidade/camera/lens_shapes.h"
 
 #include <algorithm>
 #include <cmath>
