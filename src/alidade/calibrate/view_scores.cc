@@ -7,12 +7,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/reprojection.h"
 #include "alidade/calibrate/scaled_inverse.h"
 #include "alidade/calibrate/view_covariance.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/median.h"
+#include "alidade/core/statistics.h"
 
 namespace alidade {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "alidade/calibrate/distributions.h"
 #include "alidade/core/error.h"
+#include "alidade/core/statistics.h"
 #include "alidade/validate/held_views.h"
 #include "alidade/validate/misfit.h"
 

@@ -8,14 +8,13 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/distributions.h"
+#include "alidade/core/statistics.h"
 #include "alidade/validate/difference_factor.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kOneInThousand = 3.0902323061678132;  // of the cases a normal variable exceeds it
 // Differences below this are rounding, whatever the covariance says.
 constexpr double kRoundingPx = 1e-9;
 
@@ -47,7 +46,7 @@ Wald waldOf(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference) {
 }  // namespace
 
 bool DifferenceSignificance::isSignificant() const {
-  return sigmas > kOneInThousand;
+  return sigmas > kNormalOneInThousand;
 }
 
 std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference& difference,
@@ -88,7 +87,7 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
   const Wald wald = waldOf(factor, weighted);
   const double m = std::max(1.0, wald.expected);
   result.sigmas = normalOfMeanSquare(wald.sum_of_squares / m, m);
-  const double limit = m * meanSquareOfNormal(kOneInThousand, m);
+  const double limit = m * meanSquareOfNormal(kNormalOneInThousand, m);
   if (wald.sum_of_squares > limit)
     result.sure_p95_px = (1 - std::sqrt(limit / wald.sum_of_squares)) * difference.p95_px;
   return result;

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/statistics.h"
 #include "alidade/validate/agreement.h"
 #include "alidade/validate/misfit.h"
 
@@ -209,8 +210,7 @@ std::string hintText(const HeldOutJudgement& judgement, double tolerance_px) {
 // and the difference between both cameras, which may be lost where one is nonsense, are not needed for that.
 bool isFarOff(const HeldOutJudgement& judgement, double tolerance_px) {
   constexpr double kByFar = 3;
-  constexpr double kOneInThousand = 3.0902323061678132;
-  return judgement.misfit_sigmas > kOneInThousand &&
+  return judgement.misfit_sigmas > kNormalOneInThousand &&
          judgement.fixed_rms_px > kByFar * judgement.freed_rms_px &&
          beyond(judgement.fixed_rms_px, judgement.freed_rms_px) > tolerance_px;
 }

@@ -8,16 +8,15 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/view_shares.h"
 #include "alidade/core/error.h"
+#include "alidade/core/statistics.h"
 
 namespace alidade {
 namespace {
 
-// Of 400 normal variables one exceeds the first in size, of a thousand one the second.
+// Of 400 normal variables one exceeds this in size.
 constexpr double kOneIn400OfSize = 3.0233414397391377;
-constexpr double kOneInThousand = 3.0902323061678132;
 
 std::vector<ViewPull> weightedPulls(const AnyCamera& camera, const PosedViews& posed) {
   std::vector<ViewPull> pulls = viewPulls(camera.modelId(), posed.views, posed.state, kNoLoss);
@@ -87,7 +86,7 @@ bool StepEstimate::isSignificant() const {
 }
 
 bool OverallTest::isSignificant() const {
-  return sigmas > kOneInThousand;
+  return sigmas > kNormalOneInThousand;
 }
 
 std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const PosedViews& held,
@@ -189,7 +188,7 @@ OverallTest HeldScores::overall() const {
   const double below = above * std::max(1.0, numEqualViews() - 1) / (share_of_images * share_of_images);
   const double f = statistic / expected;
   OverallTest test{.sigmas = normalOfF(f, above, below)};
-  test.sure_share = std::max(0.0, 1 - std::sqrt(fOfNormal(kOneInThousand, above, below) / f));
+  test.sure_share = std::max(0.0, 1 - std::sqrt(fOfNormal(kNormalOneInThousand, above, below) / f));
   return test;
 }
 

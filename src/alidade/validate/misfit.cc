@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "alidade/calibrate/distributions.h"
+#include "alidade/core/statistics.h"
 
 namespace alidade {
 
