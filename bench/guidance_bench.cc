@@ -16,7 +16,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
 #include "alidade/core/parallel.h"
-#include "alidade/validate/guidance.h"
+#include "alidade/guide/guidance.h"
 #include "support/poor_set.h"
 
 namespace alidade {

@@ -9,7 +9,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/validate/image_region.h"
+#include "alidade/guide/image_region.h"
 
 namespace alidade {
 namespace {

@@ -6,8 +6,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/core/image.h"
-#include "alidade/validate/coverage.h"
-#include "alidade/validate/guidance.h"
+#include "alidade/guide/coverage.h"
+#include "alidade/guide/guidance.h"
 
 namespace alidade {
 

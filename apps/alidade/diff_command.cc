@@ -9,17 +9,17 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "alidade/compare/agreement.h"
+#include "alidade/compare/crop_suspicion.h"
+#include "alidade/compare/difference_significance.h"
+#include "alidade/compare/projection_difference.h"
+#include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/camera_source.h"
 #include "alidade/report/difference_svg.h"
-#include "alidade/validate/agreement.h"
-#include "alidade/validate/crop_suspicion.h"
-#include "alidade/validate/difference_significance.h"
-#include "alidade/validate/projection_difference.h"
-#include "alidade/validate/ray_alignment.h"
 #include "camera_options.h"
 #include "command.h"
 #include "difference_output.h"

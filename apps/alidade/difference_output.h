@@ -7,8 +7,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "alidade/validate/difference_significance.h"
-#include "alidade/validate/projection_difference.h"
+#include "alidade/compare/difference_significance.h"
+#include "alidade/compare/projection_difference.h"
 
 namespace alidade {
 

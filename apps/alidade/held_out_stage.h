@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "alidade/io/camera_source.h"
-#include "alidade/validate/held_out_checks.h"
+#include "alidade/validate/held_out/held_out_checks.h"
 #include "command.h"
 #include "file_judgement.h"
 #include "given_views.h"

@@ -23,7 +23,7 @@ std::string nameOf(const std::string& image) {
 bool isSameBoardPose(const Checkerboard& board, const SE3& camera_from_board, const SE3& other_from_board) {
   constexpr double kOfDistance = 0.02;
   constexpr double kMaxTurn = 0.02;  // rad
-  const Eigen::Vector3d corner_to_middle = 0.5 * board.corner(board.numCorners() - 1);
+  const Eigen::Vector3d corner_to_middle = board.middle();
   const Eigen::Vector3d middle = camera_from_board * corner_to_middle;
   const Eigen::Vector3d other_middle = other_from_board * corner_to_middle;
   if (!((middle - other_middle).norm() <= kOfDistance * other_middle.norm())) return false;

@@ -8,7 +8,7 @@
 #include "alidade/io/camera_file.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/validate/camera_checks.h"
-#include "alidade/validate/held_out_images.h"
+#include "alidade/validate/held_out/held_out_images.h"
 
 namespace alidade {
 

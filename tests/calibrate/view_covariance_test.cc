@@ -2,15 +2,14 @@
 #include "alidade/calibrate/view_covariance.h"
 
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
 #include "alidade/calibrate/covariance.h"
-#include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/reduced.h"
 #include "alidade/calibrate/shape_information.h"
 #include "alidade/calibrate/start.h"
+#include "alidade/core/statistics.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
@@ -195,33 +194,6 @@ TEST(ViewCovariance, NeedsThreeViews) {
   EXPECT_FALSE(of(2));
   ASSERT_TRUE(of(3));
   EXPECT_TRUE(of(3)->larger.allFinite());
-}
-
-TEST(Distributions, StudentsTAsTabulated) {
-  EXPECT_NEAR(studentT95(3), 3.1824, 0.01 * 3.1824);
-  EXPECT_NEAR(studentT95(5), 2.5706, 1e-3 * 2.5706);
-  EXPECT_NEAR(studentT95(10), 2.2281, 1e-4 * 2.2281);
-  EXPECT_NEAR(studentT95(1e6), kNormal95, 1e-5);
-  EXPECT_TRUE(std::isinf(studentT95(1.9)));
-  EXPECT_TRUE(std::isinf(studentT95(std::nan(""))));
-}
-
-TEST(Distributions, StudentsTAsANormalVariable) {
-  EXPECT_NEAR(normalOfStudentT(2.306004135033371, 8), kNormal95, 0.01 * kNormal95);
-  EXPECT_NEAR(normalOfStudentT(-5.893429532923186, 5), -3.0902323, 0.02 * 3.0902323);
-  EXPECT_NEAR(normalOfStudentT(3, 1e9), 3, 1e-6);
-  EXPECT_EQ(normalOfStudentT(3, std::numeric_limits<double>::infinity()), 3);
-}
-
-TEST(Distributions, FAsTabulated) {
-  EXPECT_NEAR(normalOfF(5.1282634246623395, 5, 40), 3.0902323, 0.05);
-  EXPECT_NEAR(normalOfF(4.474184809637748, 3, 12), kNormal95, 0.02);
-  EXPECT_NEAR(normalOfF(3.129968572272079, 9, 1000), 3.0902323, 0.02);
-  EXPECT_NEAR(normalOfF(0.8682926874669954, 4, 20), 0, 0.02);
-  EXPECT_NEAR(normalOfF(27.0, 5, 5), 2.967, 0.2);  // 0.0015 exceed it
-  for (const double normal : {-1.0, 0.0, 2.0, 3.09})
-    EXPECT_NEAR(normalOfF(fOfNormal(normal, 6, 30), 6, 30), normal, 1e-9) << normal;
-  EXPECT_TRUE(std::isinf(fOfNormal(3.09, 4, 0.5)));
 }
 
 }  // namespace

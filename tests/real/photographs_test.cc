@@ -13,7 +13,7 @@
 #include "alidade/io/image_file.h"
 #include "alidade/io/image_list.h"
 #include "alidade/target/board_spec.h"
-#include "alidade/validate/held_out_checks.h"
+#include "alidade/validate/held_out/held_out_checks.h"
 
 namespace alidade {
 namespace {

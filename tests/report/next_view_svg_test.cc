@@ -44,7 +44,7 @@ TEST(NextViewSvg, MarksTheSidesThatAreNearer) {
   Drawn drawn = makeDrawn();
   NextView& next = *drawn.guidance.next;
   const SO3 rotation = tiltedBoard({.right_rad = -0.5, .lower_rad = 0});
-  next.camera_from_board = {rotation, Eigen::Vector3d(0, 0, 0.4) - rotation * boardMiddle(drawn.set.board)};
+  next.camera_from_board = {rotation, Eigen::Vector3d(0, 0, 0.4) - rotation * drawn.set.board.middle()};
   next.sighting = sightBoard(drawn.result.camera, drawn.set.board, next.camera_from_board);
   const std::string svg = nextViewSvg(drawn.result, drawn.set.board, drawn.set.views, drawn.guidance);
   expectGoodSvg(svg);

@@ -5,8 +5,8 @@
 #include <limits>
 #include <span>
 
-#include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/model_spread.h"
+#include "alidade/camera/any_camera.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 

@@ -10,8 +10,8 @@
 #include <ceres/problem.h>
 
 #include "alidade/calibrate/observation.h"
-#include "alidade/calibrate/se3_manifold.h"
 #include "alidade/camera/projection.h"
+#include "support/se3_manifold.h"
 
 namespace alidade {
 

@@ -7,8 +7,8 @@
 
 #include <Eigen/Dense>
 
-#include "alidade/calibrate/distributions.h"
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/statistics.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/target/board_shape.h"
 

@@ -36,7 +36,7 @@ SimulatedSet drawPoorSet(std::string_view model_id, std::uint64_t seed) {
   options.max_fill = options.min_fill + random.uniform(0.05, 0.4);
   const bool is_one_sided = random.index(2) == 0;
   const Side side = {.axis = static_cast<int>(random.index(2)), .is_upper = random.index(2) == 0};
-  const Eigen::Vector3d middle = 0.5 * set.board.corner(set.board.numCorners() - 1);
+  const Eigen::Vector3d middle = set.board.middle();
   while (set.poses.size() < num_views) {
     const SE3 pose = randomViews(set.camera, set.size, set.board, 1, random, options).front();
     if (is_one_sided && !side.has(set.camera.project(pose * middle).pixel, set.size)) continue;

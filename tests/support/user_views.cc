@@ -34,7 +34,7 @@ bool drawPose(const DrawnCamera& drawn, const Checkerboard& board, Random& rando
                                                            : drawn.camera.unproject({half_x, 0.0});
   const double half_field =
       std::min({border ? angleFromAxis(*border) : drawn.rim_rad, drawn.rim_rad, kRadPerDeg * 65});
-  const Eigen::Vector3d middle = 0.5 * board.corner(board.numCorners() - 1);
+  const Eigen::Vector3d middle = board.middle();
   const double distance = middle.x() / std::tan(fill * half_field);
   const SO3 facing = SO3::fromQuaternion(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *ray));
   camera_from_board.rotation = facing *

@@ -33,7 +33,7 @@ void photographAgain(SimulatedSet& set, Random& random) {
 // Where they are, but parallel to the image but for up to 4 degrees.
 void facePlane(SimulatedSet& set, Random& random) {
   constexpr double kMaxTilt = 4 * std::numbers::pi / 180;
-  const Eigen::Vector3d middle = 0.5 * (set.board.corner(0) + set.board.corner(set.board.numCorners() - 1));
+  const Eigen::Vector3d middle = set.board.middle();
   for (SE3& pose : set.poses) {
     const Eigen::Vector3d place = pose * middle;
     const double direction = random.uniform(0, 2 * std::numbers::pi);

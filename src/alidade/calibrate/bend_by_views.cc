@@ -6,8 +6,8 @@
 
 #include <Eigen/LU>
 
-#include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/view_shares.h"
+#include "alidade/core/statistics.h"
 
 namespace alidade {
 

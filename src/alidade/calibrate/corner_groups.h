@@ -26,7 +26,6 @@ class CornerGroups {
   explicit CornerGroups(std::span<const std::vector<Observation>> views);
   explicit CornerGroups(std::span<const Observation> view);
 
-  [[nodiscard]] std::size_t numViews() const { return first_.size() - 1; }
   [[nodiscard]] std::span<const CornerGroup> view(std::size_t v) const {
     return std::span(groups_).subspan(first_[v], first_[v + 1] - first_[v]);
   }

@@ -34,14 +34,6 @@ void solve(Estimation& estimation, double function_tolerance) {
   }
 }
 
-Observations allObservations(const Estimation& estimation) {
-  Observations all = observationsOf(estimation.board, estimation.views);
-  for (auto& view : all) {
-    for (Observation& o : view) o.p_board = onBentBoard(estimation.board, estimation.shape.shape, o.p_board);
-  }
-  return all;
-}
-
 double weigh(const CornerNoise& noise, Observations& views) {
   double change = 0;
   for (auto& view : views) {

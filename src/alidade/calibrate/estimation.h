@@ -48,9 +48,6 @@ struct Estimation {
 /// Solves for intrinsics and poses from where they are and takes the errors.
 void solve(Estimation& estimation, double function_tolerance = BundleOptions().function_tolerance);
 
-/// The views as the solver takes them, with the board's present shape and all corners with weight 1.
-[[nodiscard]] Observations allObservations(const Estimation& estimation);
-
 /// Gives each corner its weight; the largest relative change of one.
 double weigh(const CornerNoise& noise, Observations& views);
 

@@ -9,9 +9,8 @@
 #include "alidade/calibrate/calibration_result.h"
 #include "alidade/calibrate/data_findings.h"
 #include "alidade/calibrate/lens_prior.h"
-#include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/number_text.h"
-#include "alidade/init/lens_shapes.h"
+#include "alidade/camera/lens_shapes.h"
 
 namespace alidade {
 namespace {

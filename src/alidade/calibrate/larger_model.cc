@@ -11,8 +11,8 @@
 #include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/model_comparison.h"
 #include "alidade/calibrate/model_soundness.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
-#include "alidade/init/lens_shapes.h"
 
 namespace alidade {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "alidade/camera/lens_fit.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
-#include "alidade/init/lens_shapes.h"
 
 namespace alidade {
 namespace {

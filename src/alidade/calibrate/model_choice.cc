@@ -9,9 +9,9 @@
 #include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/estimation_steps.h"
 #include "alidade/calibrate/view_fit.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/parallel.h"
-#include "alidade/init/lens_shapes.h"
 
 namespace alidade {
 namespace {

@@ -6,19 +6,10 @@
 
 #include "alidade/calibrate/corner_noise.h"
 #include "alidade/core/error.h"
+#include "alidade/core/statistics.h"
 
 namespace alidade {
 namespace {
-
-// The value that Student's t exceeds once in 20 times (Abramowitz and Stegun 1964, Handbook of mathematical
-// functions, 26.7.5, two terms).
-double oneSidedLimit(double freedom) {
-  if (freedom == 1) return 6.313752;  // too few for the series
-  constexpr double kZ = 1.6448536;
-  constexpr double kZ3 = kZ * kZ * kZ;
-  constexpr double kZ5 = kZ3 * kZ * kZ;
-  return kZ + (kZ3 + kZ) / (4 * freedom) + (5 * kZ5 + 16 * kZ3 + 3 * kZ) / (96 * freedom * freedom);
-}
 
 // The mean of one number a view, and its standard error by how the views differ.
 struct ViewMean {
@@ -26,7 +17,7 @@ struct ViewMean {
   double std = 0;
   double freedom = 0;
 
-  [[nodiscard]] bool isPositive() const { return freedom > 0 && value > oneSidedLimit(freedom) * std; }
+  [[nodiscard]] bool isPositive() const { return freedom > 0 && value > studentTOneSided95(freedom) * std; }
 };
 
 ViewMean meanOver(std::span<const double> of_view) {

@@ -10,11 +10,6 @@
 
 namespace alidade {
 
-bool foldsInsideImage(const DomainCertificate& domain) {
-  return !domain.full_image && domain.cone.is_limited_by_fold &&
-         domain.cone.max_angle_rad < std::numbers::pi / 2;
-}
-
 std::optional<Unsoundness> unsoundnessOf(std::string_view model_id, ImageSize size,
                                          std::span<const std::vector<Observation>> views,
                                          const BundleState& state, const BundleSummary& summary,

@@ -20,11 +20,6 @@ struct Unsoundness {
   bool folds = false;
 };
 
-/// Does the lens fold over, or have a pole, in that part of the image that it lights? A lens of less than 180
-/// degrees lights all of it. What lies farther than 90 degrees from the axis is the dark corner of a
-/// fisheye's image, as far as anyone can tell.
-[[nodiscard]] bool foldsInsideImage(const DomainCertificate& domain);
-
 /// Looks at a solution of a model: do these views determine it, does it see all of their corners, and does it
 /// not fold inside the image? Nothing if all is well.
 [[nodiscard]] std::optional<Unsoundness> unsoundnessOf(std::string_view model_id, ImageSize size,

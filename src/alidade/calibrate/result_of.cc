@@ -52,7 +52,7 @@ double unexplainedSigma(const Estimation& e, double variance) {
 
 void setProjection(const Estimation& e, CalibrationResult& result) {
   std::vector<double> distances;
-  const Eigen::Vector3d middle = 0.5 * e.board.corner(e.board.numCorners() - 1);
+  const Eigen::Vector3d middle = e.board.middle();
   for (const SE3& pose : e.state.camera_from_board) distances.push_back((pose * middle).norm());
   result.board_distance_m = medianOf(distances);
   if (!result.covariance) return;

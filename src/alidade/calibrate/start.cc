@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "alidade/calibrate/start_solver.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/parallel.h"
-#include "alidade/init/lens_shapes.h"
 
 namespace alidade {
 namespace {

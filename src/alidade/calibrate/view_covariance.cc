@@ -7,8 +7,8 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/view_shares.h"
+#include "alidade/core/statistics.h"
 
 namespace alidade {
 namespace {

@@ -7,10 +7,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/distributions.h"
 #include "alidade/calibrate/scaled_inverse.h"
 #include "alidade/calibrate/view_covariance.h"
 #include "alidade/core/median.h"
+#include "alidade/core/statistics.h"
 
 namespace alidade {
 namespace {

@@ -8,9 +8,9 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/model_soundness.h"
 #include "alidade/calibrate/scaled_inverse.h"
 #include "alidade/calibrate/view_fit.h"
+#include "alidade/camera/any_camera.h"
 #include "alidade/camera/model_list.h"
 
 namespace alidade {

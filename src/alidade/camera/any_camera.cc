@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "alidade/camera/batch.h"
@@ -182,6 +183,11 @@ DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
     }
   });
   return result;
+}
+
+bool foldsInsideImage(const DomainCertificate& domain) {
+  return !domain.full_image && domain.cone.is_limited_by_fold &&
+         domain.cone.max_angle_rad < std::numbers::pi / 2;
 }
 
 }  // namespace alidade

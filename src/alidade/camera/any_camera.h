@@ -88,4 +88,9 @@ struct DomainCertificate {
 /// exactly if every pixel of the image's border has one.
 [[nodiscard]] DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size);
 
+/// Does the lens fold over, or have a pole, in that part of the image that it lights? A lens of less than 180
+/// degrees lights all of it. What lies farther than 90 degrees from the axis is the dark corner of a
+/// fisheye's image, as far as anyone can tell.
+[[nodiscard]] bool foldsInsideImage(const DomainCertificate& domain);
+
 }  // namespace alidade

@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "alidade/validate/difference_factor.h"
-#include "alidade/validate/projection_difference.h"
+#include "alidade/compare/difference_factor.h"
+#include "alidade/compare/projection_difference.h"
 
 namespace alidade {
 

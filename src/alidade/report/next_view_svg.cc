@@ -11,8 +11,8 @@
 #include <fmt/format.h>
 
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/guide/coverage.h"
 #include "alidade/report/svg_canvas.h"
-#include "alidade/validate/coverage.h"
 
 namespace alidade {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "alidade/calibrate/calibration_result.h"
+#include "alidade/guide/guidance.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
-#include "alidade/validate/guidance.h"
 
 namespace alidade {
 

@@ -14,8 +14,6 @@ struct BoardShape {
   double bend_x_m = 0;  ///< how far the middle lies behind the left and right ends, metres
   double bend_y_m = 0;  ///< how far the middle lies behind the upper and lower ends, metres
 
-  [[nodiscard]] bool isFlat() const { return bend_x_m == 0 && bend_y_m == 0; }
-
   friend bool operator==(const BoardShape&, const BoardShape&) = default;
 };
 

@@ -25,6 +25,9 @@ struct Checkerboard {
     return {square_m * column, square_m * row, 0.0};
   }
 
+  /// The middle of the corners on the board, metres.
+  [[nodiscard]] Eigen::Vector3d middle() const { return 0.5 * corner(numCorners() - 1); }
+
   /// True if turning the board gives the same pattern of black and white: both counts even or both odd. No
   /// detector can then tell which end is which.
   [[nodiscard]] bool isAmbiguous() const { return (columns - rows) % 2 == 0; }

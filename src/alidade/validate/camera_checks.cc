@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/model_soundness.h"
+#include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
 #include "alidade/validate/projection_std_check.h"
 

@@ -60,6 +60,10 @@ int main() {
   check(isNear(pinhole.project(camera_from_board * board.corner(1)).pixel, {319.5, 239.5 + 820 * 0.05}),
         "pixel of a board's corner");
 
-  constexpr int kNumChecks = 5;
+  const alidade::ComparedCamera compared{.camera = &radtan, .size = {640, 480}, .covariance = {}};
+  const auto difference = alidade::projectionDifference(compared, compared);
+  check(difference.num_compared > 0 && difference.p95_px < 1e-6, "difference of a camera from itself");
+
+  constexpr int kNumChecks = 6;
   return num_failures == 0 && num_checks == kNumChecks ? 0 : 1;
 }

@@ -21,8 +21,7 @@ std::vector<alidade::View> exactViews(const alidade::AnyCamera& camera, const al
     alidade::SE3 camera_from_board;
     camera_from_board.rotation = alidade::SO3::exp({0.5 * std::cos(i), 0.5 * std::sin(i), 0.1 * i});
     const Eigen::Vector3d centre(0.06 * std::cos(2 * i), 0.04 * std::sin(2 * i), 0.35);
-    const Eigen::Vector3d middle = board.corner(board.numCorners() - 1) / 2;
-    camera_from_board.translation = centre - camera_from_board.rotation * middle;
+    camera_from_board.translation = centre - camera_from_board.rotation * board.middle();
     alidade::View view{.image = "view_" + std::to_string(i), .size = kSize, .corners = {}};
     for (int id = 0; id < board.numCorners(); ++id) {
       const auto projection = camera.project(camera_from_board * board.corner(id));

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/aligned_jacobians.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/compare/image_match.h"
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// A camera that is compared, with what is known of its parameters.
+struct ComparedCamera {
+  const AnyCamera* camera = nullptr;
+  ImageSize size;
+  std::optional<Eigen::MatrixXd> covariance = std::nullopt;  ///< N x N in storage order; nothing: unknown
+};
+
+/// F, 2 rows a pixel, px of the finer image along a's axes: to first order F F^T is the covariance of the
+/// differences that the two cameras' uncertainty makes, with what is freed refitted for every change of the
+/// parameters. A camera without covariance counts as exact; without any, F has no columns.
+/// @param pixels   of image a, all with a ray in either camera
+/// @param weights  of the pixels in the fit of what is freed; empty: all alike
+[[nodiscard]] Eigen::MatrixXd differenceFactor(const ComparedCamera& a, const ComparedCamera& b,
+                                               const ImageMatch& match,
+                                               std::span<const Eigen::Vector2d> pixels,
+                                               std::optional<Freed> freed, std::span<const double> weights);
+
+}  // namespace alidade

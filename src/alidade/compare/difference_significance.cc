@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/compare/difference_significance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+#include "alidade/compare/difference_factor.h"
+#include "alidade/core/statistics.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+// Differences below this are rounding, whatever the covariance says.
+constexpr double kRoundingPx = 1e-9;
+
+// The difference in standard deviations, in each direction into which the parameters' uncertainty moves it.
+struct Wald {
+  double sum_of_squares = 0;
+  double expected = 0;  // the number of directions, each as far as it counts
+};
+
+Wald waldOf(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference) {
+  // A direction that the parameters determine to less than this (RMS over the image) is known to this: the
+  // pixels' change is a straight line to first order only.
+  constexpr double kFloorPx = 0.005;
+  constexpr double kNoDirection = 1e-12;  // of the largest variance
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(factor.transpose() * factor);
+  const double floor = 0.5 * static_cast<double>(factor.rows()) * kFloorPx * kFloorPx;
+  Wald result;
+  for (Eigen::Index i = 0; i < factor.cols(); ++i) {
+    const double variance = solver.eigenvalues()(i);
+    if (!(variance > kNoDirection * solver.eigenvalues()(factor.cols() - 1))) continue;
+    const Eigen::VectorXd moved = factor * solver.eigenvectors().col(i);
+    const double along = moved.dot(difference);
+    result.sum_of_squares += along * along / variance / (variance + floor);
+    result.expected += variance / (variance + floor);
+  }
+  return result;
+}
+
+}  // namespace
+
+bool DifferenceSignificance::isSignificant() const {
+  return sigmas > kNormalOneInThousand;
+}
+
+std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference& difference,
+                                                     const ComparedCamera& a, const ComparedCamera& b,
+                                                     std::optional<Freed> freed) {
+  if ((!a.covariance && !b.covariance) || difference.num_compared == 0) return std::nullopt;
+  std::vector<std::size_t> compared;
+  std::vector<Eigen::Vector2d> pixels;
+  std::vector<double> weights;
+  for (std::size_t i = 0; i < difference.pixels.size(); ++i) {
+    if (!difference.difference_px[i].allFinite()) continue;
+    compared.push_back(i);
+    pixels.push_back(difference.pixels[i]);
+    weights.push_back(difference.weights[i]);
+  }
+  Eigen::MatrixXd factor = differenceFactor(a, b, difference.match, pixels, freed, weights);
+
+  const auto n = static_cast<double>(compared.size());
+  DifferenceSignificance result;
+  result.std_px.assign(difference.pixels.size(), kNan);
+  result.expected_rms_px = std::sqrt(factor.squaredNorm() / n);
+  Eigen::VectorXd weighted(factor.rows());
+  int num_beyond = 0;
+  for (std::size_t i = 0; i < compared.size(); ++i) {
+    const auto row = 2 * static_cast<Eigen::Index>(i);
+    const Eigen::Vector2d& d = difference.difference_px[compared[i]];
+    const Eigen::Matrix2d covariance = factor.middleRows<2>(row) * factor.middleRows<2>(row).transpose() +
+                                       kRoundingPx * kRoundingPx * Eigen::Matrix2d::Identity();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
+    result.std_px[compared[i]] = std::sqrt(solver.eigenvalues()(1));
+    constexpr double kEllipse95 = 5.991464547107979;  // of two normal variables' squares
+    num_beyond += (solver.operatorInverseSqrt() * d).squaredNorm() > kEllipse95 ? 1 : 0;
+    const double root = std::sqrt(weights[i]);
+    factor.middleRows<2>(row) *= root;
+    weighted.segment<2>(row) = root * d;
+  }
+  result.share_beyond = num_beyond / n;
+  const Wald wald = waldOf(factor, weighted);
+  const double m = std::max(1.0, wald.expected);
+  result.sigmas = normalOfMeanSquare(wald.sum_of_squares / m, m);
+  const double limit = m * meanSquareOfNormal(kNormalOneInThousand, m);
+  if (wald.sum_of_squares > limit)
+    result.sure_p95_px = (1 - std::sqrt(limit / wald.sum_of_squares)) * difference.p95_px;
+  return result;
+}
+
+}  // namespace alidade

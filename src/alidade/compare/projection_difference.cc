@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/compare/projection_difference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "alidade/compare/ray_alignment.h"
+#include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+void check(const DifferenceOptions& options) {
+  if (options.freed == Freed::kPose && !(options.distance_m > 0 && std::isfinite(options.distance_m))) {
+    throw usageError({.where = "projection difference",
+                      .found = "a distance of " + exactText(options.distance_m) + " m",
+                      .expected = "a positive one; at infinity the rotation alone can be taken out"});
+  }
+  constexpr int kMaxPixels = 1'000'000;
+  const bool is_grid = options.columns >= 0 && options.rows >= 0 && options.columns <= kMaxPixels &&
+                       options.rows <= kMaxPixels / std::max(1, options.columns);
+  if (!is_grid) {
+    throw usageError({.where = "projection difference",
+                      .found = "a grid of " + std::to_string(options.columns) + "x" +
+                               std::to_string(options.rows) + " pixels",
+                      .expected = "columns and rows of 1 or more, and at most a million in all"});
+  }
+  const int num_pixels = options.columns * options.rows;
+  if (options.freed && num_pixels > 0 && num_pixels < fewestPairs(*options.freed)) {
+    const std::string what = *options.freed == Freed::kRotation ? "rotation" : "pose";
+    throw usageError({.where = "projection difference",
+                      .found = "a grid of " + std::to_string(options.columns) + "x" +
+                               std::to_string(options.rows) + " pixels",
+                      .expected = "at least " + std::to_string(fewestPairs(*options.freed)) +
+                                  " pixels to find the " + what + " that suits best",
+                      .next_step = "ask for a finer grid, or for a difference that takes nothing out"});
+  }
+}
+
+// A part of an image has a shape of its own.
+std::string cropAdvice(ImageSize a, ImageSize b) {
+  const auto holds = [](ImageSize whole, ImageSize part) {
+    return whole.width >= part.width && whole.height >= part.height;
+  };
+  const std::string command = "alidade convert --crop X,Y,";
+  if (!holds(a, b) && !holds(b, a))
+    return "crop the camera of the image that shows more first: " + command + "WIDTH,HEIGHT";
+  const ImageSize whole = holds(a, b) ? a : b;
+  const ImageSize part = holds(a, b) ? b : a;
+  return "if the one of " + sizeText(part) + " is a part of the other, crop the camera of " +
+         sizeText(whole) + " first: " + command + std::to_string(part.width) + "," +
+         std::to_string(part.height);
+}
+
+std::vector<int> turnsToTry(const ComparedCamera& a, const ComparedCamera& b,
+                            const DifferenceOptions& options) {
+  const std::vector<int> turns = possibleTurns(a.size, b.size);
+  if (turns.empty()) {
+    throw inputError({.where = "projection difference",
+                      .found = "images of " + sizeText(a.size) + " and " + sizeText(b.size) + " px",
+                      .expected = "images of one shape, or one resized or turned by quarters",
+                      .next_step = cropAdvice(a.size, b.size)});
+  }
+  if (!options.quarter_turns) return turns.front() == 0 ? std::vector<int>{0} : turns;
+  if (std::find(turns.begin(), turns.end(), *options.quarter_turns) == turns.end()) {
+    throw usageError(
+        {.where = "projection difference",
+         .found = "a turn by " + std::to_string(90 * *options.quarter_turns) + " degrees for images of " +
+                  sizeText(a.size) + " and " + sizeText(b.size) + " px",
+         .expected = std::to_string(90 * turns.front()) + " or " + std::to_string(90 * turns.back())});
+  }
+  return {*options.quarter_turns};
+}
+
+// The least value that 95 % of the values do not exceed.
+double quantile95(std::vector<double> values) {
+  const auto at = static_cast<std::ptrdiff_t>(std::ceil(0.95 * static_cast<double>(values.size()))) - 1;
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+void setFigures(ProjectionDifference& result) {
+  std::vector<double> lengths;
+  double sum = 0;
+  double sum_of_squares = 0;
+  result.max_px = -1;
+  for (std::size_t i = 0; i < result.pixels.size(); ++i) {
+    if (!result.difference_px[i].allFinite()) continue;
+    const double length = result.lengthAt(i);
+    lengths.push_back(length);
+    sum += length;
+    sum_of_squares += length * length;
+    if (length > result.max_px) {
+      result.max_px = length;
+      result.worst_pixel = result.pixels[i];
+    }
+  }
+  result.num_compared = static_cast<int>(lengths.size());
+  if (lengths.empty()) {
+    result.mean_px = result.rms_px = result.p95_px = result.max_px = kNan;
+    result.worst_pixel.setConstant(kNan);
+    return;
+  }
+  const auto n = static_cast<double>(lengths.size());
+  result.mean_px = sum / n;
+  result.rms_px = std::sqrt(sum_of_squares / n);
+  result.p95_px = quantile95(std::move(lengths));
+}
+
+// How much each pixel counts for what is taken out.
+std::vector<double> weightsOf(const ComparedCamera& a, const ComparedCamera& b, const ImageMatch& match,
+                              std::span<const PixelPair> pairs, std::optional<Freed> freed) {
+  constexpr double kFloorPx = 0.1;
+  std::vector<double> weights(pairs.size(), 1.0);
+  if (!a.covariance && !b.covariance) return weights;
+  std::vector<Eigen::Vector2d> pixels;
+  for (const PixelPair& pair : pairs) pixels.push_back(pair.pixel_a);
+  const Eigen::MatrixXd factor = differenceFactor(a, b, match, pixels, freed, {});
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double variance = 0.5 * factor.middleRows<2>(2 * static_cast<Eigen::Index>(i)).squaredNorm();
+    weights[i] = kFloorPx * kFloorPx / (kFloorPx * kFloorPx + variance);
+  }
+  return weights;
+}
+
+// What lies farther from where it should be than the image is long is not in sight of both cameras.
+bool isInSight(const std::optional<TwoDifferences>& found, ImageSize image) {
+  const double diagonal = std::hypot(image.width, image.height);
+  return found && found->a_to_b.norm() <= diagonal && found->b_to_a.norm() <= diagonal;
+}
+
+// Pixels that one of the cameras puts far outside its image would turn all the others.
+RayAlignment alignWithinSight(const CameraPair& cameras, std::vector<PixelPair>& pairs,
+                              std::vector<double>& weights, std::vector<std::size_t>& pixel_of_pair,
+                              std::optional<Freed> freed) {
+  while (true) {
+    RayAlignment alignment = alignRays(cameras, pairs, weights, freed);
+    if (!freed || !alignment.is_converged) return alignment;
+    std::size_t num_kept = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const auto found = differencesAt(cameras, pairs[i], alignment.b_from_a);
+      if (found && !isInSight(found, cameras.match.unit_size)) continue;
+      pairs[num_kept] = pairs[i];
+      weights[num_kept] = weights[i];
+      pixel_of_pair[num_kept] = pixel_of_pair[i];
+      ++num_kept;
+    }
+    if (num_kept == pairs.size()) return alignment;
+    pairs.resize(num_kept);
+    weights.resize(num_kept);
+    pixel_of_pair.resize(num_kept);
+  }
+}
+
+ProjectionDifference compare(const ComparedCamera& a, const ComparedCamera& b,
+                             const DifferenceOptions& options, int quarter_turns) {
+  ProjectionDifference result;
+  result.match = matchImages(a.size, b.size, quarter_turns);
+  if (options.pixels.empty()) {
+    MatchedGrid grid = matchedGrid(a.size, b.size, result.match, options.columns, options.rows);
+    result.columns = grid.columns;
+    result.rows = grid.rows;
+    result.pixels = std::move(grid.pixels);
+  } else {
+    result.pixels = options.pixels;
+  }
+  const CameraPair cameras{.a = a.camera, .b = b.camera, .match = result.match};
+  std::vector<PixelPair> pairs;
+  std::vector<std::size_t> pixel_of_pair;
+  for (std::size_t i = 0; i < result.pixels.size(); ++i) {
+    const Eigen::Vector2d pixel_b = result.match.inB(result.pixels[i]);
+    const auto ray_a = a.camera->unproject(result.pixels[i]);
+    const auto ray_b = b.camera->unproject(pixel_b);
+    if (!ray_a && !ray_b) ++result.num_seen_by_neither;
+    if (!ray_a || !ray_b) continue;
+    pairs.push_back({.pixel_a = result.pixels[i], .pixel_b = pixel_b, .ray_a = *ray_a, .ray_b = *ray_b});
+    pixel_of_pair.push_back(i);
+  }
+  result.difference_px.assign(result.pixels.size(), Eigen::Vector2d::Constant(kNan));
+  result.weights.assign(result.pixels.size(), 0.0);
+  if (!pairs.empty()) {
+    std::vector<double> weights = weightsOf(a, b, result.match, pairs, options.freed);
+    const RayAlignment alignment = alignWithinSight(cameras, pairs, weights, pixel_of_pair, options.freed);
+    result.b_from_a = alignment.b_from_a;
+    result.is_converged = alignment.is_converged;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      result.weights[pixel_of_pair[i]] = weights[i];
+      const auto found = differencesAt(cameras, pairs[i], alignment.b_from_a);
+      if (!isInSight(found, result.match.unit_size)) continue;
+      result.difference_px[pixel_of_pair[i]] = 0.5 * (found->a_to_b - found->b_to_a);
+    }
+    result.b_from_a.translation *= options.distance_m;
+  }
+  setFigures(result);
+  result.num_seen_by_one =
+      static_cast<int>(result.pixels.size()) - result.num_compared - result.num_seen_by_neither;
+  return result;
+}
+
+}  // namespace
+
+ProjectionDifference projectionDifference(const ComparedCamera& a, const ComparedCamera& b,
+                                          const DifferenceOptions& options) {
+  check(options);
+  std::optional<ProjectionDifference> best;
+  for (const int turns : turnsToTry(a, b, options)) {
+    ProjectionDifference found = compare(a, b, options, turns);
+    // Cameras with their principal point in the middle may fit both ways as well: rounding shall not decide.
+    constexpr double kSame = 1e-9;
+    const bool is_better =
+        !best || (found.is_converged && !best->is_converged) ||
+        (found.is_converged == best->is_converged && !(best->rms_px <= found.rms_px * (1 + kSame) + kSame));
+    if (is_better) best = std::move(found);
+  }
+  return *best;
+}
+
+}  // namespace alidade

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace alidade {
+
+/// The number that a standard normal variable exceeds in size in 5 % of all cases.
+inline constexpr double kNormal95 = 1.959963984540054;
+/// The number that a standard normal variable exceeds once in a thousand cases.
+inline constexpr double kNormalOneInThousand = 3.090232306167813;
+
+/// The number that a variable of Student's t distribution exceeds in size in 5 % of all cases; infinity below
+/// 2 degrees of freedom, where it is too large to be of use.
+[[nodiscard]] double studentT95(double freedom);
+
+/// The number that a variable of Student's t distribution exceeds in 5 % of all cases.
+[[nodiscard]] double studentTOneSided95(double freedom);
+
+// The normal variables below are exact up to 37 in size. Beyond, where the share of the cases is no longer a
+// number, they are the signed root of the deviance, a few tenths off; none is below -37.1.
+
+/// The normal variable that is exceeded as often as this one of Student's t distribution; of the same sign.
+[[nodiscard]] double normalOfStudentT(double t, double freedom);
+
+/// The normal variable that is exceeded as often as this mean of `count` squares of normal variables.
+[[nodiscard]] double normalOfMeanSquare(double mean, double count);
+/// The inverse in `mean`: the mean of `count` squares that is exceeded as often as a normal variable exceeds
+/// `normal`.
+[[nodiscard]] double meanSquareOfNormal(double normal, double count);
+
+/// The normal variable that is exceeded as often as this one of the F distribution with so many degrees of
+/// freedom above and below the line.
+[[nodiscard]] double normalOfF(double f, double above, double below);
+/// The inverse in `f`.
+[[nodiscard]] double fOfNormal(double normal, double above, double below);
+
+}  // namespace alidade

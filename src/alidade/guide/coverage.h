@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/calibrate/calibration_result.h"
+#include "alidade/guide/board_sighting.h"
+#include "alidade/guide/image_region.h"
+#include "alidade/target/checkerboard.h"
+#include "alidade/target/view.h"
+
+namespace alidade {
+
+/// How one view shows the board.
+struct ViewCoverage {
+  std::string image;
+  BoardSighting sighting;
+  double fill = 0;  ///< the larger of the shares of the image's width and height that its corners span
+};
+
+/// Views whose side, or end, is nearer to the camera by more than kTiltedRad.
+struct TiltCounts {
+  int left = 0;
+  int right = 0;
+  int upper = 0;
+  int lower = 0;
+};
+
+inline constexpr double kTiltedRad = 0.26179938779914941;  ///< 15 degrees
+inline constexpr double kSteepRad = 0.52359877559829882;   ///< 30 degrees
+
+/// Which part of what they could show the views of a calibration do show.
+struct CoverageReport {
+  /// Cells of a grid over the image, eight along its longer side and about square, row by row.
+  int columns = 0;
+  int rows = 0;
+  std::vector<int> num_corners;  ///< in each cell, of those used; -1 where the lens has no ray at all
+  /// Shares of the cells with a ray that hold corners: of all, and of those along the image's border.
+  double share = 0;
+  double border_share = 0;
+  int num_image_corners = 0;  ///< of the four cells in the image's corners, how many hold corners
+  /// Ninths of the image of whose cells less than a quarter hold corners.
+  std::vector<ImageRegion> empty_regions;
+
+  std::vector<ViewCoverage> views;  ///< in the result's order
+  int num_tilted = 0;               ///< views tilted by more than kTiltedRad
+  int num_steep = 0;                ///< by more than kSteepRad
+  TiltCounts tilts;                 ///< directions in which views are tilted
+  double nearest_m = 0;             ///< least and greatest distance of the board's middle
+  double farthest_m = 0;
+  double smallest_fill = 0;  ///< least and greatest ViewCoverage::fill
+  double largest_fill = 0;
+};
+
+/// Where the corners that a result used were seen, a list for each of its views.
+/// @param views  those that were given to the calibration
+[[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> usedCorners(const CalibrationResult& result,
+                                                                    std::span<const View> views);
+
+/// @param views  those that were given to the calibration; of them count what the result used
+[[nodiscard]] CoverageReport coverageOf(const CalibrationResult& result, const Checkerboard& board,
+                                        std::span<const View> views);
+
+/// For people: one line where nothing is missing, otherwise a line more for each thing that is; without an
+/// indent and with a line end each.
+[[nodiscard]] std::string coverageText(const CoverageReport& report);
+
+}  // namespace alidade

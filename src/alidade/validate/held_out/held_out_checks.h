@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "alidade/validate/camera_checks.h"
+#include "alidade/validate/held_out/held_out_images.h"
+
+namespace alidade {
+
+/// By how much a camera may be off before it is called wrong, px: see docs/comparing.md for where it comes
+/// from.
+inline constexpr double kDefaultTolerancePx = 0.2;
+
+/// What held-out images say as checks: `held_out_error`, whether the camera predicts corners, and
+/// `images_agree`, whether it is the camera that the images show. A camera fails where it is off by more than
+/// chance and, as far as the images tell, by more than the tolerance; where they cannot tell, that is a
+/// warning.
+[[nodiscard]] std::vector<Check> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px);
+
+/// The check `against`: the difference to another camera, the rotation taken out.
+[[nodiscard]] Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
+                                 double tolerance_px);
+
+}  // namespace alidade

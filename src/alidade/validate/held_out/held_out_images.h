@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "alidade/calibrate/calibration_result.h"
+#include "alidade/compare/difference_significance.h"
+#include "alidade/compare/projection_difference.h"
+#include "alidade/core/cancel.h"
+#include "alidade/geometry/se3.h"
+#include "alidade/target/checkerboard.h"
+#include "alidade/target/view.h"
+#include "alidade/validate/held_out/camera_change.h"
+#include "alidade/validate/held_out/held_scores.h"
+
+namespace alidade {
+
+struct HeldOutOptions {
+  /// The tested camera's covariance takes only views for independent; otherwise it is that by noise alone.
+  bool is_covariance_by_views = false;
+  int jobs = 1;  ///< threads, 0: one per processor; the answer is the same bit by bit
+  const CancelFlag* cancel = nullptr;
+};
+
+/// A view of the board, as the camera that is tested sees it.
+struct HeldOutView {
+  std::string image;
+  bool is_testable = true;  ///< see isTestable()
+  int num_corners = 0;      ///< with an error
+  int num_unseen = 0;       ///< that the camera cannot see from the pose of the others
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// The board where the camera has it by all corners; nothing where it does not see them from any pose.
+  std::optional<SE3> camera_from_board = std::nullopt;
+};
+
+/// What one number of the camera would have to be changed by.
+struct NeededChange {
+  CameraChange change;
+  StepEstimate estimate;
+  /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %;
+  /// infinity where it makes a camera that cannot be, or cannot be compared. NaN if it is not even a hint.
+  double p95_px = std::numeric_limits<double>::quiet_NaN();
+  /// The change in all, brought to rest with the poses refitted, where it is a hint: `estimate` is only its
+  /// first step. Nothing where that does not succeed.
+  std::optional<StepEstimate> refined = std::nullopt;
+  /// RMS of all corners once it is made, px; NaN without `refined`.
+  double refined_rms_px = std::numeric_limits<double>::quiet_NaN();
+
+  /// Whether it is worth mentioning: beyond two standard deviations.
+  [[nodiscard]] bool isHint() const { return estimate.sigmas > 2; }
+};
+
+/// What images that a camera was not made from say of it.
+struct HeldOutJudgement {
+  int num_views_given = 0;
+  std::vector<HeldOutView> views;  ///< those used, in order of image name
+  int num_untestable_views = 0;
+  int num_corners = 0;  ///< with an error
+  int num_unseen = 0;
+  /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
+  double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// One standard deviation an axis of the noise by which neighbouring corners differ, of the camera as it is
+  /// or of the freed one, whose errors differ less: a camera that is far off is no measure of noise. NaN
+  /// without neighbours.
+  double noise_sigma_px = std::numeric_limits<double>::quiet_NaN();
+  /// What held_out_rms_px would be for that noise alone.
+  double noise_rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// The camera of the same model that these images give by themselves; nothing where they give none.
+  std::optional<CalibrationResult> freed;
+  std::string freed_complaint;  ///< why there is none
+  /// RMS of all corners with the poses fitted to all of them, px: of the camera as it is, and of that one.
+  double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
+  double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// From the camera to the freed one, the rotation taken out, where the boards were: nothing without a freed
+  /// one, or without a covariance of it.
+  std::optional<ProjectionDifference> difference;
+  /// How far beyond what the views share by chance the camera's errors exceed the freed one's, see
+  /// misfitSigmas(); NaN without a freed one.
+  double misfit_sigmas = std::numeric_limits<double>::quiet_NaN();
+  std::optional<DifferenceSignificance> significance;  ///< for what the images would notice
+  double covered_share = 0;                            ///< of the image
+  /// Whether the images ask for another camera at all; nothing where they are too few to tell.
+  std::optional<OverallTest> overall;
+  /// One for each way to change the camera that the views say something of, the surest first.
+  std::vector<NeededChange> changes;
+  /// Variance of the freed parameters by how the views disagree over that by the corners' noise, at least 1:
+  /// what the views have in common (blur, the shape of the board) makes them agree less than noise would.
+  double variance_ratio = 1;
+};
+
+/// Judges a camera by views that it was not made from. The camera is held as it is throughout; two questions
+/// are asked, of which the second is the one that refitted poses cannot hide a wrong camera from:
+///
+/// Does it predict corners? Each view's pose is found from one colour of the board's squares, and the error
+/// is that of the other (heldOutErrors()).
+///
+/// Is it the camera that the images show? They are calibrated from scratch with the same model, with
+/// everything that goes with it (robust loss, outliers, the board's bend, covariance by the views where they
+/// disagree by more than noise), and the projection difference between the two cameras is taken over the part
+/// of the image where boards were. Whether that difference is more than chance is asked of the camera as it
+/// is (see HeldScores): of all its parameters together, and of single changes.
+///
+/// Corners that the freed calibration took for outliers count for neither, and its bend of the board holds
+/// for both: none of that depends on the camera that is tested.
+///
+/// @throws Error (kInput) for no views, or views of another image size than the camera's; Cancelled
+[[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard& board,
+                                             std::vector<View> views, const HeldOutOptions& options = {});
+
+}  // namespace alidade

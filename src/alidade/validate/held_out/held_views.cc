@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/held_out/held_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "alidade/calibrate/corner_groups.h"
+#include "alidade/calibrate/pose_refit.h"
+#include "alidade/calibrate/start_poses.h"
+#include "alidade/calibrate/view_kernel.h"
+#include "alidade/core/error.h"
+#include "alidade/init/pose_from_rays.h"
+
+namespace alidade {
+namespace {
+
+const ViewResult& viewOf(const CalibrationResult& freed, const std::string& image) {
+  const auto found = std::find_if(freed.views.begin(), freed.views.end(),
+                                  [&](const ViewResult& view) { return view.image == image; });
+  expect(found != freed.views.end(), "only views that the freed calibration used are asked for");
+  return *found;
+}
+
+}  // namespace
+
+std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board, const View& view,
+                          std::span<const Observation> corners, HuberLoss loss) {
+  const std::string_view model = camera.camera->modelId();
+  const auto params = camera.camera->parameters();
+  const CornerGroups groups(corners);
+  const auto start = poseFromView(*camera.camera, board, view.corners);
+  if (!start) return std::nullopt;
+  const Eigen::Vector3d middle = board.middle();
+  std::optional<SE3> best;
+  double best_cost = std::numeric_limits<double>::infinity();
+  // From afar two tilts look alike, and only the lesser cost tells them apart.
+  for (const SE3& from : {*start, mirroredTilt(*start, middle)}) {
+    const auto pose = refitPose(viewKernel(model), params, groups.view(0), loss, from);
+    if (!pose) continue;
+    const double cost = viewCost(model, params, *pose, corners, loss);
+    if (!(cost < best_cost)) continue;
+    best_cost = cost;
+    best = pose;
+  }
+  return best;
+}
+
+double weightOf(const std::string& image, const std::optional<CalibrationResult>& freed) {
+  if (!freed) return 1;
+  constexpr double kSharedCorners = 10;
+  const ViewResult& fit = viewOf(*freed, image);
+  const double mean_square = freed->rms_px * freed->rms_px;
+  const double sum = fit.num_corners * fit.rms_px * fit.rms_px + kSharedCorners * mean_square;
+  return sum > 0 ? mean_square * (fit.num_corners + kSharedCorners) / sum : 1.0;
+}
+
+bool isTestable(const Checkerboard& board, const View& view) {
+  constexpr std::size_t kFewestCorners = 4;
+  for (const int colour : {0, 1}) {
+    std::set<int> columns;
+    std::set<int> rows;
+    std::size_t count = 0;
+    for (const Corner& corner : view.corners) {
+      const int column = corner.id % board.columns;
+      const int row = corner.id / board.columns;
+      if ((column + row) % 2 != colour) continue;
+      columns.insert(column);
+      rows.insert(row);
+      ++count;
+    }
+    if (count < kFewestCorners || columns.size() < 2 || rows.size() < 2) return false;
+  }
+  return true;
+}
+
+PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed) {
+  const auto params = freed.camera.parameters();
+  PosedViews posed = held.posed;
+  posed.state = {.params = {params.begin(), params.end()}, .camera_from_board = {}};
+  for (const std::string& image : held.images)
+    posed.state.camera_from_board.push_back(viewOf(freed, image).camera_from_board);
+  return posed;
+}
+
+std::optional<PosedViews> reposed(const AnyCamera& camera, const PosedViews& near, const PosedViews* freed) {
+  const auto params = camera.parameters();
+  const std::string_view model = camera.modelId();
+  const CornerGroups groups(near.views);
+  PosedViews posed = near;
+  posed.state.params.assign(params.begin(), params.end());
+  for (std::size_t v = 0; v < near.views.size(); ++v) {
+    std::optional<SE3> best;
+    double best_cost = std::numeric_limits<double>::infinity();
+    const auto tryFrom = [&](const SE3& start) {
+      const auto pose = refitPose(viewKernel(model), params, groups.view(v), kNoLoss, start);
+      if (!pose) return;
+      const double cost = viewCost(model, params, *pose, near.views[v], kNoLoss);
+      if (!(cost < best_cost)) return;
+      best_cost = cost;
+      best = pose;
+    };
+    tryFrom(near.state.camera_from_board[v]);
+    if (freed != nullptr) tryFrom(freed->state.camera_from_board[v]);
+    if (!best) return std::nullopt;
+    posed.state.camera_from_board[v] = *best;
+  }
+  return posed;
+}
+
+}  // namespace alidade

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/guide/coverage.h"
+
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/simulate/observe.h"
+
+namespace alidade {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr ImageSize kSize{.width = 640, .height = 480};
+constexpr Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.02};
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+// A calibration as coverageOf() reads it: views at pixels, tilts in degrees.
+struct Placement {
+  double u, v, distance_m, right_deg, lower_deg;
+};
+
+struct Set {
+  CalibrationResult result{AnyCamera::make("pinhole", std::vector<double>{500, 500, 319.5, 239.5})};
+  std::vector<View> views;
+};
+
+Set makeSet(const std::vector<Placement>& placements) {
+  Set set;
+  set.result.image_size = kSize;
+  for (const Placement& at : placements) {
+    const SO3 rotation =
+        tiltedBoard({.right_rad = kRadPerDeg * at.right_deg, .lower_rad = kRadPerDeg * at.lower_deg});
+    const SE3 pose{rotation,
+                   at.distance_m * *set.result.camera.unproject({at.u, at.v}) - rotation * kBoard.middle()};
+    const std::string name = "view_" + std::to_string(set.views.size());
+    set.views.push_back(exactView(set.result.camera, kSize, kBoard, pose, name));
+    ViewResult view;
+    view.image = name;
+    view.camera_from_board = pose;
+    set.result.views.push_back(view);
+  }
+  return set;
+}
+
+TEST(Coverage, CountsTheCornersOfEachCell) {
+  const Set set = makeSet({{150, 120, 0.4, 0, 0}, {150, 350, 0.4, 0, 0}, {200, 240, 0.6, 0, 0}});
+  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  EXPECT_EQ(report.columns, 8);
+  EXPECT_EQ(report.rows, 6);
+  ASSERT_EQ(report.num_corners.size(), 48u);
+  EXPECT_EQ(std::accumulate(report.num_corners.begin(), report.num_corners.end(), 0), 3 * 54);
+  int num_right = 0;
+  for (int row = 0; row < 6; ++row) num_right += report.num_corners[static_cast<std::size_t>(8 * row + 7)];
+  EXPECT_EQ(num_right, 0);
+  EXPECT_LT(report.share, 0.6);
+  EXPECT_THAT(report.empty_regions,
+              ElementsAre(ImageRegion{.column = 2, .row = 0}, ImageRegion{.column = 2, .row = 1},
+                          ImageRegion{.column = 2, .row = 2}));
+  EXPECT_THAT(coverageText(report),
+              HasSubstr("hardly any corners in the upper right corner, the right border "
+                        "and the lower right corner of the image"));
+}
+
+TEST(Coverage, LeavesOutliersAndUnusedViewsOut) {
+  Set set = makeSet({{150, 120, 0.4, 0, 0}, {150, 350, 0.4, 0, 0}, {500, 240, 0.6, 0, 0}});
+  set.result.views.pop_back();
+  for (int id = 0; id < 10; ++id)
+    set.result.outliers.push_back({.image = "view_1", .corner_id = id, .error_px = {9, 9}});
+  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  EXPECT_EQ(std::accumulate(report.num_corners.begin(), report.num_corners.end(), 0), 2 * 54 - 10);
+  EXPECT_EQ(report.views.size(), 2u);
+}
+
+TEST(Coverage, MeasuresTiltsAndDistances) {
+  const Set set = makeSet({{320, 240, 0.5, 20, 0},
+                           {320, 240, 0.4, -35, 0},
+                           {320, 240, 0.8, 0, 40},
+                           {320, 240, 0.6, 0, 0},
+                           {320, 240, 0.6, 10, -5}});
+  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  EXPECT_EQ(report.num_tilted, 3);
+  EXPECT_EQ(report.num_steep, 2);
+  EXPECT_EQ(report.tilts.right, 1);
+  EXPECT_EQ(report.tilts.left, 1);
+  EXPECT_EQ(report.tilts.lower, 1);
+  EXPECT_EQ(report.tilts.upper, 0);
+  EXPECT_NEAR(report.nearest_m, 0.4, 1e-12);
+  EXPECT_NEAR(report.farthest_m, 0.8, 1e-12);
+  // 8 squares of 20 mm, 0.6 m away: 133 of 640 px; 0.8 m away and 5 squares leant by 40 degrees: less.
+  EXPECT_NEAR(report.views[3].fill, 8 * 0.02 / 0.6 * 500 / 640, 1e-6);
+  EXPECT_EQ(report.smallest_fill, report.views[2].fill);
+  EXPECT_THAT(coverageText(report),
+              HasSubstr("no view has this side of the board nearer to the camera by more than 15 degrees: "
+                        "upper\n"));
+}
+
+TEST(Coverage, SaysOneLineWhereNothingIsMissing) {
+  std::vector<Placement> placements;
+  for (const double u : {100.0, 320.0, 540.0}) {
+    for (const double v : {80.0, 240.0, 400.0}) {
+      placements.push_back({u, v, 0.42, 20, 0});
+      placements.push_back({u, v, 0.42, -20, 0});
+      placements.push_back({u, v, 0.42, 0, 20});
+      placements.push_back({u, v, 0.42, 0, -20});
+    }
+  }
+  const Set set = makeSet(placements);
+  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  EXPECT_THAT(report.empty_regions, ElementsAre());
+  EXPECT_GT(report.border_share, 0.9);
+  EXPECT_EQ(report.num_image_corners, 4);
+  const std::string text = coverageText(report);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+}
+
+}  // namespace
+}  // namespace alidade
