@@ -1,109 +1,99 @@
 // SPDX-License-Identifier: MIT
 #include "block_arrow.h"
 
-#include <algorithm>
-#include <cmath>
+#include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
-#include "alidade/calibrate/pose_elimination.h"
-#include "alidade/calibrate/view_kernel.h"
-#include "alidade/camera/radtan.h"
+#include "alidade/adjust/corner_groups.h"
+#include "alidade/adjust/view_kernel.h"
 
 namespace alidade {
 namespace {
 
-constexpr int kParams = kNumParams<Radtan>;
+constexpr int kParams = 9;
 
+// The normal equations at some point, poses eliminated.
 struct Point {
-  BundleState state;
-  std::vector<double> pose_rows;
-  Eigen::MatrixXd shared = Eigen::MatrixXd(kParams + 1, kParams + 1);  // lower triangle
-
-  [[nodiscard]] double cost() const { return 0.5 * shared(kParams, kParams); }
+  std::vector<double> params;
+  std::vector<SE3> poses;
+  std::vector<PoseRows> rows;
+  SharedSums sums{kParams};
+  double cost = 0;
 };
 
 class Solver {
  public:
-  Solver(std::span<const std::vector<Observation>> views, const BundleState& start, HuberLoss loss)
-      : corners_(views), loss_(loss) {
-    at_.state = start;
-    at_.pose_rows.resize(views.size() * PoseRowLayout::size(kParams));
-    factors_.resize(at_.pose_rows.size());
-    trial_ = at_;
+  explicit Solver(const Fit& fit) : loss_(fit.loss) {
+    for (const FitView& view : fit.views) corners_.emplace_back(view.corners);
   }
 
-  BundleSummary run(BundleState& state) {
-    constexpr double kTolerance = 1e-14;  // where solveBundle() stops too
-    BundleSummary summary;
-    if (!sum(at_)) return summary;
-    double radius = 1e4;
-    double shrink = 2;
-    for (int i = 0; i < BundleOptions().max_iterations; ++i) {
-      const double predicted = step(1 / radius);
-      summary.cost = at_.cost();
-      summary.num_iterations = i;
-      if (predicted <= kTolerance * at_.cost()) {
-        summary.termination = Termination::kConverged;
-        break;
-      }
-      const double drop = sum(trial_) ? at_.cost() - trial_.cost() : -1;
-      if (drop > 0) {
-        radius /= std::max(1.0 / 3, 1 - std::pow(2 * drop / predicted - 1, 3));
-        shrink = 2;
-        std::swap(at_, trial_);
-      } else {
-        radius /= shrink;
-        shrink *= 2;
-      }
-    }
-    state = std::move(at_.state);
-    return summary;
-  }
-
- private:
-  bool sum(Point& point) const {
-    point.shared.setZero();
-    for (std::size_t v = 0; v < point.state.camera_from_board.size(); ++v) {
-      double* rows = point.pose_rows.data() + v * PoseRowLayout::size(kParams);
-      if (!kernel_.sum(point.state.params.data(), point.state.camera_from_board[v], corners_.view(v), loss_,
-                       rows, point.shared))
+  // False where a corner does not project.
+  bool evaluate(Point& at) const {
+    at.sums = SharedSums(kParams);
+    at.rows.resize(corners_.size(), PoseRows(6, kParams + 7));
+    double squares = 0;
+    for (std::size_t v = 0; v < corners_.size(); ++v) {
+      if (!kernel_.reduce(at.params.data(), at.poses[v], corners_[v].view(0), loss_, Unseen::kRefuse,
+                          at.rows[v], at.sums))
         return false;
+      squares += at.rows[v].col(6 + kParams).squaredNorm();
     }
+    at.cost = 0.5 * (at.sums.gram(kParams, kParams) + squares);
     return true;
   }
 
-  // Writes the trial's parameters and poses; by how much the damped model falls.
-  double step(double damping) {
-    Eigen::MatrixXd schur = at_.shared;
-    elimination_.eliminate(at_.pose_rows, damping, factors_, schur);
-    Eigen::Matrix<double, kParams, kParams> H = schur.topLeftCorner<kParams, kParams>();
-    H.diagonal() += damping * at_.shared.diagonal().head<kParams>();
-    const Eigen::Matrix<double, kParams, 1> g = schur.row(kParams).head<kParams>();
-    const Eigen::Matrix<double, kParams, 1> dp = -H.selfadjointView<Eigen::Lower>().llt().solve(g);
-    for (int i = 0; i < kParams; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      trial_.state.params[k] = at_.state.params[k] + dp(i);
+  bool run(Fit& fit) const {
+    constexpr int kMaxSteps = 100;
+    constexpr int kMaxHalvings = 20;
+    constexpr double kAtRest = 1e-14;  // of the cost
+    Point at;
+    at.params = fit.cameras.front().params;
+    for (const FitView& view : fit.views) at.poses.push_back(fit.placements[view.placement].rig_from_board);
+    if (!evaluate(at)) return false;
+    bool is_at_rest = false;
+    for (int i = 0; i < kMaxSteps && !is_at_rest; ++i) {
+      const Eigen::MatrixXd information =
+          at.sums.gram.topLeftCorner<kParams, kParams>().selfadjointView<Eigen::Lower>();
+      const Eigen::VectorXd gradient = at.sums.gram.row(kParams).head<kParams>().transpose();
+      const Eigen::VectorXd step = -information.ldlt().solve(gradient);
+      double drop = -0.5 * gradient.dot(step);
+      std::vector<SE3::Vec6> pose_steps;
+      for (const PoseRows& rows : at.rows) {
+        const Eigen::Matrix<double, 6, 1> right = rows.col(6 + kParams) + rows.middleCols<kParams>(6) * step;
+        pose_steps.emplace_back(-rows.leftCols<6>().partialPivLu().solve(right));
+        drop += 0.5 * rows.col(6 + kParams).squaredNorm();
+      }
+      is_at_rest = drop <= kAtRest * at.cost;
+      double share = 1;
+      for (int k = 0; k < kMaxHalvings; ++k, share *= 0.5) {
+        Point there;
+        for (int p = 0; p < kParams; ++p)
+          there.params.push_back(at.params[static_cast<std::size_t>(p)] + share * step(p));
+        for (std::size_t v = 0; v < at.poses.size(); ++v)
+          there.poses.push_back(at.poses[v] * SE3::exp(share * pose_steps[v]));
+        if (!evaluate(there) || !(there.cost < at.cost)) continue;
+        at = std::move(there);
+        break;
+      }
     }
-    elimination_.step(factors_, 1, {dp.data(), kParams}, at_.state.camera_from_board,
-                      trial_.state.camera_from_board);
-    return 0.5 * (at_.shared(kParams, kParams) - schur(kParams, kParams) - g.dot(dp));
+    fit.cameras.front().params = at.params;
+    for (std::size_t v = 0; v < at.poses.size(); ++v)
+      fit.placements[fit.views[v].placement].rig_from_board = at.poses[v];
+    return is_at_rest;
   }
 
-  const ViewKernel& kernel_ = viewKernel(Radtan::kId);
-  const PoseElimination& elimination_ = poseElimination(kParams);
-  CornerGroups corners_;
+ private:
+  const ViewKernel& kernel_ = viewKernel("radtan");
+  std::vector<CornerGroups> corners_;
   HuberLoss loss_;
-  Point at_;
-  Point trial_;
-  std::vector<double> factors_;
 };
 
 }  // namespace
 
-BundleSummary solveBlockArrow(std::span<const std::vector<Observation>> views, BundleState& state,
-                              HuberLoss loss) {
-  return Solver(views, state, loss).run(state);
+bool solveBlockArrow(Fit& fit) {
+  return Solver(fit).run(fit);
 }
 
 }  // namespace alidade

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include "alidade/calibrate/bundle_adjustment.h"
+#include "alidade/adjust/fit.h"
 
 namespace alidade {
 
-/// The floor of solveBundle() for radtan: Levenberg and Marquardt's method by hand on the same sums over
-/// corners and the same elimination of poses, without Ceres. Nothing else: no options, no reasons, and it
-/// takes for granted that the start can be evaluated.
-[[nodiscard]] BundleSummary solveBlockArrow(std::span<const std::vector<Observation>> views,
-                                            BundleState& state, HuberLoss loss);
+/// The floor of solve() for a fit of one radtan camera: Gauss and Newton's method by hand on the same sums
+/// over corners, poses eliminated by view, steps halved until they lower the cost, without Ceres. Nothing
+/// else: no options, no reasons, and it takes for granted that the start can be evaluated.
+/// @returns false if it has not come to rest
+[[nodiscard]] bool solveBlockArrow(Fit& fit);
 
 }  // namespace alidade

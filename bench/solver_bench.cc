@@ -21,8 +21,10 @@
 #include <unistd.h>
 #include <opencv2/calib3d.hpp>
 
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/pose_from_rays.h"
+#include "alidade/adjust/solve.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/init/pose_from_rays.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "block_arrow.h"
@@ -39,8 +41,7 @@ const Checkerboard kBoard{.columns = 10, .rows = 7, .square_m = 0.03};
 
 struct Problem {
   std::vector<View> views;
-  std::vector<std::vector<Observation>> observations;
-  BundleState start;
+  Fit start;
 };
 
 // A start as a calibration finds it: without distortion, the poses from the rays of that camera.
@@ -48,17 +49,15 @@ Problem makeProblem(int num_views) {
   const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{1003, 1001, 955, 604, -0.2, 0.08, 5e-4, -4e-4, -0.01});
   Problem problem;
-  problem.start.params = {1023, 1021, 959.5, 599.5, 0, 0, 0, 0, 0};
-  const AnyCamera guess = AnyCamera::make("radtan", problem.start.params);
+  problem.start = emptyFit("radtan", kSize, {1023, 1021, 959.5, 599.5, 0, 0, 0, 0, 0}, kBoard, kLoss);
+  const AnyCamera guess = AnyCamera::make("radtan", problem.start.cameras.front().params);
   Random random(1);
   for (const SE3& pose : randomViews(camera, kSize, kBoard, num_views, random)) {
     View view = exactView(camera, kSize, kBoard, pose, std::to_string(problem.views.size()));
     addCornerNoise(view, kNoisePx, random);
-    std::vector<Observation> corners;
-    for (const Corner& corner : view.corners)
-      corners.push_back({.p_board = kBoard.corner(corner.id), .pixel = corner.pixel});
-    problem.start.camera_from_board.push_back(poseFromView(guess, kBoard, view.corners).value());
-    problem.observations.push_back(std::move(corners));
+    std::vector<Observation> corners = observationsOf(kBoard, view);
+    const SE3 start = poseFromCorners(guess, corners).value();
+    addView(problem.start, problem.views.size(), std::move(corners), start);
     problem.views.push_back(std::move(view));
   }
   return problem;
@@ -84,19 +83,6 @@ double peakMegabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-double rmsOf(const Problem& problem, const BundleState& state) {
-  double sum = 0;
-  double count = 0;
-  for (std::size_t v = 0; v < problem.observations.size(); ++v) {
-    for (const auto& error :
-         reprojectionErrors("radtan", state.params, state.camera_from_board[v], problem.observations[v])) {
-      sum += error.squaredNorm();
-      ++count;
-    }
-  }
-  return std::sqrt(sum / count);
-}
-
 // Shortest time of as many runs as fit two seconds, from one up to 50: what other work on the machine adds is
 // never negative.
 template <class F>
@@ -115,14 +101,15 @@ double leastMilliseconds(const F& f) {
 template <class Solve>
 Outcome runBundle(const Problem& problem, const Solve& solve) {
   Outcome outcome;
-  BundleState state;
+  Fit fit;
   outcome.ms = leastMilliseconds([&] {
-    state = problem.start;
-    solve(state);
+    fit = problem.start;
+    solve(fit);
   });
   outcome.peak_mb = peakMegabytes();
-  outcome.rms_px = rmsOf(problem, state);
-  outcome.fx = state.params[0];
+  for (FitView& view : fit.views) view.errors = viewErrors(fit, view);
+  outcome.rms_px = rms(fit);
+  outcome.fx = fit.cameras.front().params[0];
   return outcome;
 }
 
@@ -132,41 +119,43 @@ void requireConverged(bool is_converged, const std::string& reason) {
   std::exit(1);
 }
 
-Outcome runSolveBundle(const Problem& problem) {
-  return runBundle(problem, [&](BundleState& state) {
-    const BundleSummary summary = solveBundle("radtan", problem.observations, state, {.loss = kLoss});
-    requireConverged(summary.termination == Termination::kConverged, summary.reason);
+Outcome runSolve(const Problem& problem) {
+  return runBundle(problem, [&](Fit& fit) {
+    fit = solve(std::move(fit));
+    requireConverged(fit.summary.termination == Termination::kConverged, fit.summary.reason);
   });
 }
 
 Outcome runFloor(const Problem& problem) {
-  return runBundle(problem, [&](BundleState& state) {
-    const BundleSummary summary = solveBlockArrow(problem.observations, state, kLoss);
-    requireConverged(summary.termination == Termination::kConverged, "floor");
-  });
+  return runBundle(problem, [&](Fit& fit) { requireConverged(solveBlockArrow(fit), "floor"); });
 }
 
 Outcome runCeres(const Problem& problem) {
-  return runBundle(problem, [&](BundleState& state) {
+  return runBundle(problem, [&](Fit& fit) {
     std::vector<PoseBlock> poses;
-    for (const SE3& pose : state.camera_from_board) poses.push_back(toBlock(pose));
+    std::vector<std::vector<Observation>> corners;
+    for (const FitView& view : fit.views) {
+      poses.push_back(toBlock(cameraFromBoard(fit, view)));
+      corners.push_back(view.corners);
+    }
+    std::vector<double>& params = fit.cameras.front().params;
     ceres::Problem plain;
-    addCorners<Radtan>(plain, problem.observations, new ceres::HuberLoss(kLoss.threshold_px), state.params,
-                       poses);
+    addCorners<Radtan>(plain, corners, new ceres::HuberLoss(kLoss.threshold_px), params, poses);
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (PoseBlock& pose : poses) ordering->AddElementToGroup(pose.data(), 0);
-    ordering->AddElementToGroup(state.params.data(), 1);
+    ordering->AddElementToGroup(params.data(), 1);
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_SCHUR;
     options.linear_solver_ordering = ordering;
-    options.max_num_iterations = BundleOptions().max_iterations;
-    options.function_tolerance = BundleOptions().function_tolerance;
+    options.max_num_iterations = SolveOptions().max_iterations;
+    options.function_tolerance = SolveOptions().function_tolerance;
     options.parameter_tolerance = 1e-12;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &plain, &summary);
     requireConverged(summary.termination_type == ceres::CONVERGENCE, summary.message);
-    for (std::size_t v = 0; v < poses.size(); ++v) state.camera_from_board[v] = fromBlock(poses[v].data());
+    for (std::size_t v = 0; v < poses.size(); ++v)
+      fit.placements[fit.views[v].placement].rig_from_board = fromBlock(poses[v].data());
   });
 }
 
@@ -186,10 +175,10 @@ Outcome runCalibrate(const Problem& problem) {
 Outcome runOpenCv(const Problem& problem) {
   std::vector<std::vector<cv::Point3f>> object;
   std::vector<std::vector<cv::Point2f>> image;
-  for (const auto& view : problem.observations) {
+  for (const FitView& view : problem.start.views) {
     object.emplace_back();
     image.emplace_back();
-    for (const Observation& corner : view) {
+    for (const Observation& corner : view.corners) {
       const Eigen::Vector3f p = corner.p_board.cast<float>();
       object.back().emplace_back(p.x(), p.y(), p.z());
       image.back().emplace_back(static_cast<float>(corner.pixel.x()), static_cast<float>(corner.pixel.y()));
@@ -217,14 +206,14 @@ int runMrcal(const Problem& problem) {
   const int repetitions = problem.views.size() > 1000 ? 1 : 5;
   std::fprintf(script, "%d %d %.17g %d %d %zu %d\n", kBoard.columns, kBoard.rows, kBoard.square_m,
                kSize.width, kSize.height, problem.views.size(), repetitions);
-  for (const double p : problem.start.params) std::fprintf(script, "%.17g ", p);
+  for (const double p : problem.start.cameras.front().params) std::fprintf(script, "%.17g ", p);
   std::fprintf(script, "\n");
-  for (std::size_t v = 0; v < problem.views.size(); ++v) {
-    const SE3& pose = problem.start.camera_from_board[v];
+  for (const FitView& view : problem.start.views) {
+    const SE3 pose = cameraFromBoard(problem.start, view);
     const Eigen::Vector3d r = pose.rotation.log();
     const Eigen::Vector3d& t = pose.translation;
     std::fprintf(script, "%.17g %.17g %.17g %.17g %.17g %.17g\n", r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
-    for (const Observation& corner : problem.observations[v])
+    for (const Observation& corner : view.corners)
       std::fprintf(script, "%.17g %.17g ", corner.pixel.x(), corner.pixel.y());
     std::fprintf(script, "\n");
   }
@@ -237,7 +226,7 @@ struct Case {
   Outcome (*run)(const Problem&);  // null: mrcal
 };
 
-constexpr std::array kCases = {Case{"floor", 3000, runFloor},         Case{"solve", 3000, runSolveBundle},
+constexpr std::array kCases = {Case{"floor", 3000, runFloor},         Case{"solve", 3000, runSolve},
                                Case{"calibrate", 3000, runCalibrate}, Case{"ceres", 3000, runCeres},
                                Case{"mrcal", 3000, nullptr},          Case{"opencv", 100, runOpenCv}};
 

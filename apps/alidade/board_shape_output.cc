@@ -24,7 +24,7 @@ std::string millimetres(double value_m, double std_m) {
 }
 
 // What the two tests for a bend say.
-std::string bendTests(const ShapeReport& shape) {
+std::string bendTests(const EstimatedShape& shape) {
   if (!shape.by_views) return fmt::format("F {:.3g}", shape.f);
   return fmt::format("F {:.3g} by the corners' noise, {:.3g} by the views, {:.2g} % by chance", shape.f,
                      shape.by_views->f, 100 * shape.by_views->chance);
@@ -33,7 +33,7 @@ std::string bendTests(const ShapeReport& shape) {
 }  // namespace
 
 std::string boardShapeText(const CalibrationResult& result) {
-  const ShapeReport& shape = result.shape;
+  const EstimatedShape& shape = result.shape;
   if (!shape.is_determined) return "Board    taken as flat: these views do not tell whether it is bent\n";
   if (!shape.is_estimated) {
     if (!std::isfinite(shape.f)) return "Board    taken as flat\n";
@@ -51,7 +51,7 @@ std::string boardShapeText(const CalibrationResult& result) {
       parameters[0]);
 }
 
-json boardShapeJson(const ShapeReport& shape) {
+json boardShapeJson(const EstimatedShape& shape) {
   json by_views = nullptr;
   if (shape.by_views) {
     by_views = {{"f", shape.by_views->f},

@@ -13,6 +13,6 @@ namespace alidade {
 [[nodiscard]] std::string boardShapeText(const CalibrationResult& result);
 
 /// The same in numbers.
-[[nodiscard]] nlohmann::json boardShapeJson(const ShapeReport& shape);
+[[nodiscard]] nlohmann::json boardShapeJson(const EstimatedShape& shape);
 
 }  // namespace alidade

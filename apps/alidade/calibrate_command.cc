@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/held_params.h"
+#include "alidade/calibrate/start/held_params.h"
 #include "alidade/core/error.h"
 #include "alidade/io/atomic_file.h"
 #include "alidade/io/camera_file.h"

@@ -6,8 +6,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "alidade/calibrate/cross_validation.h"
-#include "alidade/calibrate/model_candidate.h"
+#include "alidade/adjust/cross_validation.h"
+#include "alidade/calibrate/choose/model_candidate.h"
 #include "alidade/io/camera_file.h"
 
 namespace alidade {

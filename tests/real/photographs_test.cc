@@ -183,7 +183,7 @@ TEST_P(PhotoSetTest, IsFoundInTheRightOrder) {
 
 TEST(Photographs, CalibrateWithinTheirLimits) {
   const std::vector<PhotoSet> sets = setsThatAreThere();
-  std::map<std::string, ShapeReport> shapes;
+  std::map<std::string, EstimatedShape> shapes;
   for (const CalibrationCase& c : calibrationCases()) {
     const auto set =
         std::find_if(sets.begin(), sets.end(), [&](const PhotoSet& s) { return s.name == c.set; });
@@ -206,8 +206,8 @@ TEST(Photographs, CalibrateWithinTheirLimits) {
   }
   // Two cameras looked at one board at the same moments, and agree on how it is bent.
   if (!shapes.contains("opencv_left") || !shapes.contains("opencv_right")) return;
-  const ShapeReport& left = shapes["opencv_left"];
-  const ShapeReport& right = shapes["opencv_right"];
+  const EstimatedShape& left = shapes["opencv_left"];
+  const EstimatedShape& right = shapes["opencv_right"];
   ASSERT_TRUE(left.is_estimated && right.is_estimated);
   EXPECT_LT(std::abs(left.shape.bend_x_m - right.shape.bend_x_m),
             3 * std::hypot(left.std_m.x(), right.std_m.x()));

@@ -5,7 +5,7 @@
 #include <limits>
 #include <span>
 
-#include "alidade/calibrate/model_spread.h"
+#include "alidade/calibrate/uncertainty/model_spread.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"

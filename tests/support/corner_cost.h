@@ -9,9 +9,9 @@
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 
-#include "alidade/calibrate/observation.h"
+#include "alidade/adjust/observation.h"
+#include "alidade/adjust/se3_manifold.h"
 #include "alidade/camera/projection.h"
-#include "support/se3_manifold.h"
 
 namespace alidade {
 

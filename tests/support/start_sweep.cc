@@ -6,10 +6,11 @@
 #include <ctime>
 #include <utility>
 
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/solve.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/covariance.h"
-#include "alidade/calibrate/start.h"
 #include "alidade/core/error.h"
+#include "support/fit_set.h"
 
 namespace alidade {
 namespace {
@@ -21,14 +22,11 @@ double cpuSeconds() {
 }
 
 // Solves from the true camera and poses what the calibration found from nothing.
-void compareWithTruth(const SweepCell& cell, SweepOutcome& outcome) {
-  const auto params = outcome.drawn.camera.parameters();
-  BundleState state{.params = {params.begin(), params.end()}, .camera_from_board = outcome.set.poses};
-  const auto observations = observationsOf(outcome.set.board, outcome.set.views);
-  const BundleSummary summary = solveBundle(cell.model, observations, state, {.loss = outcome.result.loss});
-  outcome.cost_from_truth = summary.cost;
-  outcome.is_determined = summary.termination == Termination::kConverged &&
-                          intrinsicsInformation(cell.model, observations, state).inverse.has_value();
+void compareWithTruth(SweepOutcome& outcome) {
+  const Fit fit = solve(fitAt(outcome.set, outcome.drawn.camera, outcome.result.loss));
+  outcome.cost_from_truth = fit.summary.cost;
+  outcome.is_determined =
+      fit.summary.termination == Termination::kConverged && intrinsicsInformation(fit).inverse.has_value();
 }
 
 }  // namespace
@@ -80,7 +78,7 @@ SweepOutcome runSweepSet(const SweepCell& cell, std::uint64_t number) {
     outcome.error = e.what();
   }
   outcome.seconds = cpuSeconds() - before;
-  if (outcome.error.empty()) compareWithTruth(cell, outcome);
+  if (outcome.error.empty()) compareWithTruth(outcome);
   return outcome;
 }
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "alidade/calibrate/number_text.h"
+#include "alidade/core/number_text.h"
 
 namespace alidade {
 namespace {

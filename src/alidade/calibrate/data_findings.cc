@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string>
 
-#include "alidade/calibrate/number_text.h"
+#include "alidade/core/number_text.h"
 
 namespace alidade {
 namespace {

@@ -5,12 +5,12 @@
 #include <numbers>
 #include <vector>
 
+#include "alidade/adjust/lens_prior.h"
 #include "alidade/calibrate/ambiguity_finding.h"
 #include "alidade/calibrate/calibration_result.h"
 #include "alidade/calibrate/data_findings.h"
-#include "alidade/calibrate/lens_prior.h"
-#include "alidade/calibrate/number_text.h"
 #include "alidade/camera/lens_shapes.h"
+#include "alidade/core/number_text.h"
 
 namespace alidade {
 namespace {
@@ -126,7 +126,7 @@ void judgeRunaway(const CalibrationResult& result, std::vector<Finding>& finding
   for (std::size_t i = 0; i < params.size(); ++i) {
     const bool is_held =
         std::find(result.held.begin(), result.held.end(), static_cast<int>(i)) != result.held.end();
-    if (is_held || scale.distance(params, static_cast<Eigen::Index>(i)) <= kRunawaySizes) continue;
+    if (is_held || scale.distance(params, i) <= kRunawaySizes) continue;
     names += (names.empty() ? "" : ", ") + std::string(result.camera.parameterNames()[i]) + " " +
              numberText("%.3g", params[i]);
   }
@@ -218,22 +218,13 @@ void judgeDomain(const CalibrationResult& result, std::vector<Finding>& findings
        .next_step = "add views that reach the image's corners, or use a model that suits the lens"});
 }
 
-void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
+void judgeConvergence(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.solver.termination != Termination::kConverged) {
     findings.push_back({.severity = Severity::kFailure,
                         .id = "not_converged",
                         .cause = "the solver stopped before the optimum",
                         .evidence = result.solver.reason,
                         .next_step = "look for wrong views; the worst ones are listed"});
-  }
-  for (const int i : result.solver.at_limit) {
-    findings.push_back({.severity = Severity::kWarning,
-                        .id = "parameter_at_limit",
-                        .cause = "the model would have to bend farther than it can",
-                        .evidence = std::string(result.camera.parameterNames()[static_cast<std::size_t>(i)]) +
-                                    " has come to the end of its range, " +
-                                    numberText("%g", result.camera.parameters()[static_cast<std::size_t>(i)]),
-                        .next_step = "use a model that suits the lens"});
   }
   if (!result.is_settled) {
     findings.push_back({.severity = Severity::kFailure,
@@ -242,6 +233,22 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                         .evidence = "each fit changes which corners look like outliers",
                         .next_step = "look for wrong views; the worst ones are listed"});
   }
+}
+
+void judgeLimits(const CalibrationResult& result, std::vector<Finding>& findings) {
+  for (const FitParam& param : result.solver.at_limit) {
+    const auto i = static_cast<std::size_t>(param.index);
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "parameter_at_limit",
+                        .cause = "the model would have to bend farther than it can",
+                        .evidence = std::string(result.camera.parameterNames()[i]) +
+                                    " has come to the end of its range, " +
+                                    numberText("%g", result.camera.parameters()[i]),
+                        .next_step = "use a model that suits the lens"});
+  }
+}
+
+void judgeMisfit(const CalibrationResult& result, std::vector<Finding>& findings) {
   const double diagonal = std::hypot(result.image_size.width, result.image_size.height);
   // Weighted: corners that say themselves that they are poor are no misfit.
   const double share = result.weighted_rms_px / diagonal;
@@ -254,6 +261,9 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .evidence = "RMS " + numberText("%.3g", result.weighted_rms_px) + " px",
          .next_step = "try another model; check that the board is flat and rigid; look at the worst views"});
   }
+}
+
+void judgeModel(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.better_model) {
     findings.push_back(
         {.severity = Severity::kFailure,
@@ -265,16 +275,6 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                      numberText("%.3g", result.better_model->lean_rms_px) + " px",
          .next_step = "use --model " + result.better_model->id});
   }
-  // A lens that is fitted badly makes neighbours differ too.
-  if (result.local_sigma_px > kUnsharpPx && !result.better_model && !result.hasBias()) {
-    findings.push_back({.severity = Severity::kWarning,
-                        .id = "unsharp",
-                        .cause = "corners are found badly: the images are unsharp, noisy or coarse",
-                        .evidence = "neighbouring corners differ by noise of " +
-                                    numberText("%.2g", result.local_sigma_px) + " px an axis",
-                        .next_step = "focus on the board's distance, give more light and shorter exposure, "
-                                     "and clean the lens"});
-  }
   if (!result.better_model && result.hasBias()) {
     findings.push_back(
         {.severity = result.image_bias.rms_px > kBiasHarmfulPx ? Severity::kFailure : Severity::kWarning,
@@ -285,6 +285,22 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                      numberText("%.1f", result.image_bias.z) + " sigma)",
          .next_step = "use --model auto, or a model with more parameters; else expect this error"});
   }
+}
+
+void judgeSharpness(const CalibrationResult& result, std::vector<Finding>& findings) {
+  // A lens that is fitted badly makes neighbours differ too.
+  if (result.local_sigma_px > kUnsharpPx && !result.better_model && !result.hasBias()) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .id = "unsharp",
+                        .cause = "corners are found badly: the images are unsharp, noisy or coarse",
+                        .evidence = "neighbouring corners differ by noise of " +
+                                    numberText("%.2g", result.local_sigma_px) + " px an axis",
+                        .next_step = "focus on the board's distance, give more light and shorter exposure, "
+                                     "and clean the lens"});
+  }
+}
+
+void judgeErrors(const CalibrationResult& result, std::vector<Finding>& findings) {
   const double smoothness = result.smoothness();
   if (smoothness > kSmoothWarn && result.weighted_rms_px > kSmallRmsPx) {
     findings.push_back(
@@ -309,6 +325,9 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .next_step = "look for blur, a board that moves or is bent otherwise in each view, and for a model "
                       "that suits the lens"});
   }
+}
+
+void judgeBend(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.shape.bend_share > kBentShare) {
     findings.push_back(
         {.severity = Severity::kWarning,
@@ -318,8 +337,8 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                      " % of its size",
          .next_step = "mount the board on something flat and rigid, and photograph it again"});
   }
-  if (result.shape.ignored) {
-    const BoardShape& bend = result.shape.ignored->shape;
+  if (result.ignored_bend) {
+    const BoardShape& bend = result.ignored_bend->shape;
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "bend_ignored",
@@ -327,7 +346,7 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
          .evidence = numberText("%.2g", 1e3 * bend.bend_x_m) + " mm from left to right and " +
                      numberText("%.2g", 1e3 * bend.bend_y_m) +
                      " mm from top to bottom; with the bend fx would change by " +
-                     numberText("%.2g", result.shape.ignored->params_step(0)) + " px",
+                     numberText("%.2g", result.ignored_bend->params_step(0)) + " px",
          .next_step = "use --board-shape auto, and a model that suits the lens"});
   }
   if (!result.shape.is_determined && result.shape.is_requested) {
@@ -338,6 +357,9 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
                         .next_step = "take more views, tilted both ways, of a board with three or more "
                                      "corners a side"});
   }
+}
+
+void judgePlausibility(const CalibrationResult& result, std::vector<Finding>& findings) {
   if (result.num_corners_outside > 0) {
     findings.push_back({.severity = Severity::kFailure,
                         .id = "corners_outside_domain",
@@ -372,7 +394,14 @@ void judgeFit(const CalibrationResult& result, std::vector<Finding>& findings) {
 
 std::vector<Finding> judge(const CalibrationResult& result) {
   std::vector<Finding> findings;
-  judgeFit(result, findings);
+  judgeConvergence(result, findings);
+  judgeLimits(result, findings);
+  judgeMisfit(result, findings);
+  judgeModel(result, findings);
+  judgeSharpness(result, findings);
+  judgeErrors(result, findings);
+  judgeBend(result, findings);
+  judgePlausibility(result, findings);
   judgeObservability(result, findings);
   judgeConditioning(result, findings);
   judgeAmbiguity(result, findings);

@@ -2,11 +2,12 @@
 #pragma once
 
 #include "alidade/calibrate/calibration_result.h"
-#include "alidade/calibrate/estimation.h"
+#include "alidade/calibrate/choose/model_solution.h"
 
 namespace alidade {
 
-/// What a finished estimation says about camera and views; without findings.
-[[nodiscard]] CalibrationResult resultOf(const Estimation& estimation);
+/// What a solution says about camera and views; without findings.
+[[nodiscard]] CalibrationResult resultOf(const ModelSolution& solution, const PreparedViews& given,
+                                         const CalibratorOptions& options);
 
 }  // namespace alidade

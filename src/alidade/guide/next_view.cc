@@ -8,8 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "alidade/calibrate/corner_groups.h"
-#include "alidade/calibrate/view_kernel.h"
+#include "alidade/adjust/corner_groups.h"
+#include "alidade/adjust/view_kernel.h"
 
 namespace alidade {
 namespace {

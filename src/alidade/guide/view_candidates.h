@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "alidade/calibrate/observation.h"
+#include "alidade/adjust/observation.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"

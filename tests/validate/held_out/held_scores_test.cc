@@ -7,10 +7,9 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/calibrate/pose_refit.h"
-#include "alidade/calibrate/start_poses.h"
-#include "alidade/calibrate/view_kernel.h"
+#include "alidade/adjust/pose_refit.h"
 #include "alidade/validate/held_out/camera_change.h"
+#include "support/fit_set.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"
 
@@ -39,18 +38,14 @@ void moveViews(std::vector<View>& views, double px, Random& random) {
 }
 
 PosedViews fitHeld(const AnyCamera& camera, const UserSet& set) {
-  const auto params = camera.parameters();
-  PosedViews fit{.views = observationsOf(set.board, set.views),
-                 .state = {.params = {params.begin(), params.end()}, .camera_from_board = {}},
-                 .weights = {}};
-  for (std::size_t v = 0; v < set.views.size(); ++v) {
-    const CornerGroups corners(fit.views[v]);
-    const auto pose =
-        refitPose(viewKernel(camera.modelId()), params, corners.view(0), {.threshold_px = 2}, set.poses[v]);
+  PosedViews posed{.fit = fitAt(set, camera), .weights = {}};
+  for (const FitView& view : posed.fit.views) {
+    const auto pose = refitPose(camera.modelId(), camera.parameters(), view.corners, {.threshold_px = 2},
+                                set.poses[view.source]);
     EXPECT_TRUE(pose);
-    fit.state.camera_from_board.push_back(*pose);
+    posed.fit.placements[view.placement].rig_from_board = *pose;
   }
-  return fit;
+  return posed;
 }
 
 HeldScores scoresOf(const AnyCamera& camera, const UserSet& set,

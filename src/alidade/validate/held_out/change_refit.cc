@@ -29,7 +29,7 @@ std::optional<Stop> stopAt(const AnyCamera& tested, CameraChange change, double 
   if (!camera) return std::nullopt;
   auto posed = reposed(*camera, near, freed);
   if (!posed) return std::nullopt;
-  const Misfit misfit = misfitOf(camera->modelId(), *posed);
+  const Misfit misfit = misfitOf(*posed);
   return Stop{*std::move(camera), *std::move(posed), misfit};
 }
 

@@ -8,19 +8,15 @@
 #include <span>
 #include <utility>
 
+#include "alidade/adjust/cross_validation.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/local_sigma.h"
+#include "alidade/adjust/pose_search.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/corner_groups.h"
-#include "alidade/calibrate/cross_validation.h"
-#include "alidade/calibrate/local_sigma.h"
-#include "alidade/calibrate/pose_refit.h"
-#include "alidade/calibrate/start_poses.h"
-#include "alidade/calibrate/view_kernel.h"
 #include "alidade/compare/agreement.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/init/pose_from_rays.h"
-#include "alidade/target/board_shape.h"
 #include "alidade/validate/held_out/camera_change.h"
 #include "alidade/validate/held_out/change_refit.h"
 #include "alidade/validate/held_out/covered_pixels.h"
@@ -68,67 +64,59 @@ std::vector<View> usedViews(const std::vector<View>& views, const std::optional<
 
 // The RMS of errors on the other half of a view's corners, for noise of the given sigma an axis: the pose has
 // six parameters from half of the corners' coordinates.
-double heldOutNoise(double sigma_px, const std::vector<std::vector<Observation>>& views) {
+double heldOutNoise(double sigma_px, const Fit& fit) {
   double sum = 0;
-  std::size_t count = 0;
-  for (const auto& view : views) {
-    const auto n = static_cast<double>(view.size());
-    sum += 2 * sigma_px * sigma_px * (n + 6);
-    count += view.size();
-  }
-  return std::sqrt(sum / static_cast<double>(count));
+  for (const FitView& view : fit.views)
+    sum += 2 * sigma_px * sigma_px * (static_cast<double>(view.corners.size()) + 6);
+  return std::sqrt(sum / static_cast<double>(numCorners(fit)));
 }
 
 HuberLoss lossOf(const ComparedCamera& camera, const HeldOutJudgement& judgement) {
   return judgement.freed ? judgement.freed->loss : startLoss(camera.size);
 }
 
-// Poses the views for the camera as it is and asks what it predicts.
-HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board,
-                         const std::vector<View>& views, HeldOutJudgement& judgement) {
-  const std::string_view model = camera.camera->modelId();
+// Poses the views for the camera as it is.
+HeldViews poseViews(const ComparedCamera& camera, const Checkerboard& board, const std::vector<View>& views,
+                    HeldOutJudgement& judgement) {
   const auto given = camera.camera->parameters();
   const HuberLoss loss = lossOf(camera, judgement);
-  const BoardShape shape = judgement.freed ? judgement.freed->shape.shape : BoardShape{};
-  HeldViews held_views;
-  PosedViews& fit = held_views.posed;
-  fit = {
-      .views = {}, .state = {.params = {given.begin(), given.end()}, .camera_from_board = {}}, .weights = {}};
-  std::vector<std::size_t> seen_views;
-  auto observations = observationsOf(board, views);
+  HeldViews held;
+  Fit& fit = held.posed.fit;
+  fit = emptyFit(std::string(camera.camera->modelId()), camera.size, {given.begin(), given.end()}, board,
+                 kNoLoss);
+  FitCamera& fixed = fit.cameras.front();
+  fixed.constraint.held.resize(given.size());
+  std::iota(fixed.constraint.held.begin(), fixed.constraint.held.end(), 0);
+  if (judgement.freed) fit.boards.front().shape = judgement.freed->shape.shape;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    for (Observation& o : observations[v]) o.p_board = onBentBoard(board, shape, o.p_board);
     judgement.views.push_back({.image = views[v].image});
     HeldOutView& view = judgement.views.back();
     view.is_testable = isTestable(board, views[v]);
-    const auto pose = poseOf(camera, board, views[v], observations[v], loss);
+    std::vector<Observation> corners = observationsOf(board, views[v]);
+    const auto pose = poseOf(camera, board, onShape(board, fit.boards.front().shape, corners), loss);
     if (!pose) {
       if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;
     }
     view.camera_from_board = *pose;
-    fit.state.camera_from_board.push_back(*pose);
-    fit.views.push_back(std::move(observations[v]));
-    fit.weights.push_back(weightOf(views[v].image, judgement.freed));
-    held_views.images.push_back(views[v].image);
-    seen_views.push_back(v);
+    addView(fit, v, std::move(corners), *pose);
+    held.posed.weights.push_back(weightOf(views[v].image, judgement.freed));
+    held.images.push_back(views[v].image);
   }
-  BundleOptions held{.loss = loss};
-  held.constraint.held.resize(given.size());
-  std::iota(held.constraint.held.begin(), held.constraint.held.end(), 0);
-  const auto held_out = heldOutErrors(model, board.square_m, fit.views, fit.state, held);
-  expect(held_out.has_value(), "a camera that is held has held-out errors");
+  for (FitView& view : fit.views) view.errors = viewErrors(fit, view);
+  return held;
+}
 
-  std::vector<std::vector<Eigen::Vector2d>> errors;
-  double fixed_sum = 0;
-  std::size_t fixed_count = 0;
+// Asks what the camera predicts.
+void predictCorners(const HeldViews& held, HuberLoss loss, HeldOutJudgement& judgement) {
+  const Fit& fit = held.posed.fit;
+  Fit robust = fit;
+  robust.loss = loss;
+  const auto held_out = heldOutErrors(robust);
+  expect(held_out.has_value(), "a camera that is held has held-out errors");
   double held_out_sum = 0;
   for (std::size_t i = 0; i < fit.views.size(); ++i) {
-    errors.push_back(
-        reprojectionErrors(model, fit.state.params, fit.state.camera_from_board[i], fit.views[i]));
-    for (const Eigen::Vector2d& error : errors.back()) fixed_sum += error.squaredNorm();
-    fixed_count += errors.back().size();
-    HeldOutView& view = judgement.views[seen_views[i]];
+    HeldOutView& view = judgement.views[fit.views[i].source];
     double sum = 0;
     for (const Eigen::Vector2d& error : held_out->px[i]) {
       if (error.allFinite()) {
@@ -147,17 +135,16 @@ HeldViews predictCorners(const ComparedCamera& camera, const Checkerboard& board
     judgement.num_unseen += view.num_unseen;
   }
   if (judgement.num_corners > 0) judgement.held_out_rms_px = std::sqrt(held_out_sum / judgement.num_corners);
-  if (fixed_count == 0) return held_views;
-  judgement.fixed_rms_px = std::sqrt(fixed_sum / static_cast<double>(fixed_count));
-  judgement.noise_sigma_px = localSigma(board, fit.views, errors);
+  if (numCorners(fit) == 0) return;
+  judgement.fixed_rms_px = rms(fit);
+  judgement.noise_sigma_px = localSigma(fit);
   if (judgement.freed) {
-    const PosedViews freed = posedByFreed(held_views, *judgement.freed);
-    judgement.noise_sigma_px =
-        std::min(judgement.noise_sigma_px, localSigma(board, fit.views, errorsOf(model, freed)));
-    judgement.misfit_sigmas = misfitSigmas(model, fit, freed);
+    PosedViews freed = posedByFreed(held, *judgement.freed);
+    for (FitView& view : freed.fit.views) view.errors = viewErrors(freed.fit, view);
+    judgement.noise_sigma_px = std::min(judgement.noise_sigma_px, localSigma(freed.fit));
+    judgement.misfit_sigmas = misfitSigmas(held.posed, freed);
   }
-  judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit.views);
-  return held_views;
+  judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit);
 }
 
 // By how much the views' disagreement makes the variance of the parameters larger than the corners' noise
@@ -249,7 +236,8 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   judgement.num_views_given = static_cast<int>(views.size());
   judgement.freed = calibrated(camera, board, views, options, judgement.freed_complaint);
   const std::vector<View> used = usedViews(views, judgement.freed);
-  const HeldViews held = predictCorners(camera, board, used, judgement);
+  const HeldViews held = poseViews(camera, board, used, judgement);
+  predictCorners(held, lossOf(camera, judgement), judgement);
   const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
   const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);
   judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());

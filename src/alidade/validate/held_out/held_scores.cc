@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "alidade/calibrate/view_shares.h"
+#include "alidade/adjust/view_shares.h"
 #include "alidade/core/error.h"
 #include "alidade/core/statistics.h"
 
@@ -18,9 +18,8 @@ namespace {
 // Of 400 normal variables one exceeds this in size.
 constexpr double kOneIn400OfSize = 3.0233414397391377;
 
-std::vector<Reduced> weightedPulls(const AnyCamera& camera, const PosedViews& posed) {
-  std::vector<Reduced> pulls =
-      reduced(camera.modelId(), posed.views, posed.state, kNoLoss, LossWeights::kLeaveOut);
+std::vector<Reduced> weightedPulls(const PosedViews& posed) {
+  std::vector<Reduced> pulls = reduced(posed.fit, LossWeights::kLeaveOut);
   for (std::size_t v = 0; v < posed.weights.size(); ++v) {
     pulls[v].information *= posed.weights[v];
     pulls[v].gradient *= posed.weights[v];
@@ -94,10 +93,10 @@ std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const PosedV
                                            const PosedViews* freed, double noise_variance,
                                            std::optional<Eigen::MatrixXd> covariance) {
   constexpr std::size_t kFewestViews = 3;
-  if (held.views.size() < kFewestViews || !(noise_variance > 0)) return std::nullopt;
+  if (held.fit.views.size() < kFewestViews || !(noise_variance > 0)) return std::nullopt;
   HeldScores scores;
   if (covariance && isCovariance(*covariance)) scores.covariance_ = std::move(covariance);
-  scores.pulls_ = weightedPulls(camera, held);
+  scores.pulls_ = weightedPulls(held);
   const auto n = static_cast<Eigen::Index>(camera.parameters().size());
   scores.information_ = scores.noise_ = Eigen::MatrixXd::Zero(n, n);
   scores.gradient_ = Eigen::VectorXd::Zero(n);
@@ -109,7 +108,7 @@ std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const PosedV
   }
   const Eigen::MatrixXd directions = determinedDirections(scores.information_);
   if (directions.cols() == 0) return std::nullopt;
-  scores.shares_ = sharesOf(freed != nullptr ? weightedPulls(camera, *freed) : scores.pulls_, directions);
+  scores.shares_ = sharesOf(freed != nullptr ? weightedPulls(*freed) : scores.pulls_, directions);
   if (!scores.shares_) return std::nullopt;
   const Eigen::MatrixXd& basis = scores.shares_->basis();
   const double by_noise = (basis.transpose() * scores.noise_ * basis).trace();

@@ -6,17 +6,15 @@
 
 #include <Eigen/Core>
 
-#include "alidade/calibrate/bundle_adjustment.h"
-#include "alidade/calibrate/reduced.h"
-#include "alidade/calibrate/view_shares.h"
+#include "alidade/adjust/reduced.h"
+#include "alidade/adjust/view_shares.h"
 #include "alidade/camera/any_camera.h"
 
 namespace alidade {
 
 /// Views, posed for a camera.
 struct PosedViews {
-  std::vector<std::vector<Observation>> views;
-  BundleState state;
+  Fit fit;  ///< of one camera, without a loss
   /// How much each view counts: best the inverse of the variance of its corners. Empty: all alike.
   std::vector<double> weights;
 };

@@ -6,12 +6,10 @@
 #include <limits>
 #include <set>
 
-#include "alidade/calibrate/corner_groups.h"
-#include "alidade/calibrate/pose_refit.h"
-#include "alidade/calibrate/start_poses.h"
-#include "alidade/calibrate/view_kernel.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/pose_from_rays.h"
+#include "alidade/adjust/pose_refit.h"
 #include "alidade/core/error.h"
-#include "alidade/init/pose_from_rays.h"
 
 namespace alidade {
 namespace {
@@ -25,19 +23,18 @@ const ViewResult& viewOf(const CalibrationResult& freed, const std::string& imag
 
 }  // namespace
 
-std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board, const View& view,
+std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board,
                           std::span<const Observation> corners, HuberLoss loss) {
   const std::string_view model = camera.camera->modelId();
   const auto params = camera.camera->parameters();
-  const CornerGroups groups(corners);
-  const auto start = poseFromView(*camera.camera, board, view.corners);
+  const auto start = poseFromCorners(*camera.camera, corners);
   if (!start) return std::nullopt;
   const Eigen::Vector3d middle = board.middle();
   std::optional<SE3> best;
   double best_cost = std::numeric_limits<double>::infinity();
   // From afar two tilts look alike, and only the lesser cost tells them apart.
   for (const SE3& from : {*start, mirroredTilt(*start, middle)}) {
-    const auto pose = refitPose(viewKernel(model), params, groups.view(0), loss, from);
+    const auto pose = refitPose(model, params, corners, loss, from);
     if (!pose) continue;
     const double cost = viewCost(model, params, *pose, corners, loss);
     if (!(cost < best_cost)) continue;
@@ -78,33 +75,35 @@ bool isTestable(const Checkerboard& board, const View& view) {
 PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed) {
   const auto params = freed.camera.parameters();
   PosedViews posed = held.posed;
-  posed.state = {.params = {params.begin(), params.end()}, .camera_from_board = {}};
-  for (const std::string& image : held.images)
-    posed.state.camera_from_board.push_back(viewOf(freed, image).camera_from_board);
+  posed.fit.cameras.front().params.assign(params.begin(), params.end());
+  for (std::size_t v = 0; v < held.images.size(); ++v) {
+    posed.fit.placements[posed.fit.views[v].placement].rig_from_board =
+        viewOf(freed, held.images[v]).camera_from_board;
+  }
   return posed;
 }
 
 std::optional<PosedViews> reposed(const AnyCamera& camera, const PosedViews& near, const PosedViews* freed) {
   const auto params = camera.parameters();
   const std::string_view model = camera.modelId();
-  const CornerGroups groups(near.views);
   PosedViews posed = near;
-  posed.state.params.assign(params.begin(), params.end());
-  for (std::size_t v = 0; v < near.views.size(); ++v) {
+  posed.fit.cameras.front().params.assign(params.begin(), params.end());
+  for (std::size_t v = 0; v < near.fit.views.size(); ++v) {
+    const std::vector<Observation> corners = cornersOnShape(near.fit, near.fit.views[v]);
     std::optional<SE3> best;
     double best_cost = std::numeric_limits<double>::infinity();
     const auto tryFrom = [&](const SE3& start) {
-      const auto pose = refitPose(viewKernel(model), params, groups.view(v), kNoLoss, start);
+      const auto pose = refitPose(model, params, corners, kNoLoss, start);
       if (!pose) return;
-      const double cost = viewCost(model, params, *pose, near.views[v], kNoLoss);
+      const double cost = viewCost(model, params, *pose, corners, kNoLoss);
       if (!(cost < best_cost)) return;
       best_cost = cost;
       best = pose;
     };
-    tryFrom(near.state.camera_from_board[v]);
-    if (freed != nullptr) tryFrom(freed->state.camera_from_board[v]);
+    tryFrom(cameraFromBoard(near.fit, near.fit.views[v]));
+    if (freed != nullptr) tryFrom(cameraFromBoard(freed->fit, freed->fit.views[v]));
     if (!best) return std::nullopt;
-    posed.state.camera_from_board[v] = *best;
+    posed.fit.placements[posed.fit.views[v].placement].rig_from_board = *best;
   }
   return posed;
 }

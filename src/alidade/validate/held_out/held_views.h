@@ -27,8 +27,7 @@ struct HeldViews {
 /// The best pose of a view for the camera as it is; nothing where it does not see the corners from any.
 /// @param corners  the view's, on the board as it is bent
 [[nodiscard]] std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board,
-                                        const View& view, std::span<const Observation> corners,
-                                        HuberLoss loss);
+                                        std::span<const Observation> corners, HuberLoss loss);
 
 /// How much a view counts: views that are blurred or moved tell less. The inverse of the variance of its
 /// corners, as the freed calibration has them, taken together with some of the mean of all; 1 without one.

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string_view>
-#include <vector>
-
-#include <Eigen/Core>
-
 #include "alidade/validate/held_out/held_scores.h"
 
 namespace alidade {
@@ -20,11 +15,7 @@ struct Misfit {
   double squares = 0;           ///< sum over the corners, px^2
   double weighted_squares = 0;  ///< sum over the corners, each by its view's weight, px^2
 };
-[[nodiscard]] Misfit misfitOf(std::string_view model_id, const PosedViews& posed);
-
-/// The errors of all corners, px, not weighted, a list a view.
-[[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> errorsOf(std::string_view model_id,
-                                                                 const PosedViews& posed);
+[[nodiscard]] Misfit misfitOf(const PosedViews& posed);
 
 /// Whether a camera is off by so much that the refitted poses cannot hide it: how improbable the ratio of its
 /// squared errors to those of the freed camera would be if it were right, as a normal variable.
@@ -36,6 +27,6 @@ struct Misfit {
 /// test is far on the safe side.
 /// @param held   posed for the camera as it is
 /// @param freed  the same views, posed for the camera that they give
-[[nodiscard]] double misfitSigmas(std::string_view model_id, const PosedViews& held, const PosedViews& freed);
+[[nodiscard]] double misfitSigmas(const PosedViews& held, const PosedViews& freed);
 
 }  // namespace alidade

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/covariance.h"
+
+#include <cmath>
+#include <limits>
+
+#include "alidade/adjust/corner_groups.h"
+#include "alidade/adjust/scaled_inverse.h"
+#include "alidade/adjust/view_kernel.h"
+
+namespace alidade {
+
+IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
+  const FitCamera& camera = fit.cameras.front();
+  IntrinsicsInformation result;
+  // The poses' Schur complement of J^T W J is that of a fit without a loss.
+  const ViewKernel& kernel = viewKernel(camera.model);
+  SharedSums sums(kernel.numParams());
+  PoseRows rows(6, kernel.numParams() + 7);
+  for (const FitView& view : fit.views) {
+    const CornerGroups corners(cornersOnShape(fit, view));
+    static_cast<void>(kernel.reduce(camera.params.data(), cameraFromBoard(fit, view), corners.view(0),
+                                    kNoLoss, Unseen::kLeaveOut, rows, sums));
+  }
+  const Eigen::Index n = kernel.numParams();
+  result.information = sums.gram.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
+
+  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(n), camera.constraint);
+  if (directions.cols() == 0) {
+    result.scaled_condition = 1;
+    result.inverse = Eigen::MatrixXd::Zero(result.information.rows(), result.information.rows());
+    return result;
+  }
+  // Below the limit, the smallest eigenvalue is rounding: the Schur complement subtracts numbers of its own
+  // size.
+  const ScaledInverse scaled = scaledInverse(directions.transpose() * result.information * directions);
+  result.scaled_condition = scaled.condition;
+  if (scaled.inverse) result.inverse = directions * *scaled.inverse * directions.transpose();
+  return result;
+}
+
+double meanSlope(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss) {
+  double sum = 0;  // psi' along and across the error, both axes of each corner
+  for (const Eigen::Vector2d& error : weighted_errors) {
+    const double weight = loss.weight(error.squaredNorm());
+    sum += weight + (weight < 1.0 ? 0.0 : 1.0);
+  }
+  return sum / (2.0 * static_cast<double>(weighted_errors.size()));
+}
+
+double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
+                          int num_free_params) {
+  double sum_psi2 = 0;
+  for (const Eigen::Vector2d& error : weighted_errors) {
+    const double s = error.squaredNorm();
+    const double weight = loss.weight(s);
+    sum_psi2 += weight * weight * s;
+  }
+  const double freedom = 2.0 * static_cast<double>(weighted_errors.size()) - num_free_params;
+  if (!(freedom > 0)) return std::numeric_limits<double>::infinity();
+  const double slope = meanSlope(weighted_errors, loss);
+  return sum_psi2 / freedom / (slope * slope);
+}
+
+}  // namespace alidade

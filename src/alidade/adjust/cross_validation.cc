@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/cross_validation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+#include "alidade/adjust/corner_groups.h"
+#include "alidade/adjust/pose_refit.h"
+#include "alidade/adjust/solve.h"
+#include "alidade/adjust/view_kernel.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kMaxFolds = 5;
+constexpr std::size_t kStretches = 4;  // a fold
+
+// A view's corners by the colour of their squares, as indices into the view.
+using Halves = std::array<std::vector<std::size_t>, 2>;
+
+Halves halvesOf(const Checkerboard& board, std::span<const Observation> view) {
+  Halves halves;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const int column = view[i].id % board.columns;
+    const int row = view[i].id / board.columns;
+    halves[static_cast<std::size_t>((column + row) & 1)].push_back(i);
+  }
+  return halves;
+}
+
+std::vector<Observation> cornersOf(std::span<const Observation> view, const std::vector<std::size_t>& half) {
+  std::vector<Observation> corners;
+  for (const std::size_t i : half) corners.push_back(view[i]);
+  return corners;
+}
+
+// Four corners that are not nearly on one line give a pose.
+bool givesPose(std::span<const Observation> corners) {
+  constexpr std::size_t kFewest = 4;
+  constexpr double kLine = 0.02;  // ratio of the variances across and along
+  if (corners.size() < kFewest) return false;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Observation& o : corners) mean += o.p_board.head<2>();
+  mean /= static_cast<double>(corners.size());
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const Observation& o : corners) {
+    const Eigen::Vector2d d = o.p_board.head<2>() - mean;
+    scatter += d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(scatter);
+  return solver.eigenvalues()(0) > kLine * solver.eigenvalues()(1);
+}
+
+// Intrinsics without the views of one fold; nothing if these are not enough.
+std::optional<std::vector<double>> paramsWithout(int fold, const Fit& fit, const CancelFlag* cancel) {
+  const FitCamera& camera = fit.cameras.front();
+  if (freeDirections(static_cast<int>(camera.params.size()), camera.constraint).cols() == 0)
+    return camera.params;
+  std::vector<bool> is_out(fit.views.size());
+  for (std::size_t v = 0; v < is_out.size(); ++v) is_out[v] = foldOf(v, is_out.size()) == fold;
+  Fit without = withoutViews(fit, is_out);
+  for (FitBoard& board : without.boards) board.is_shape_fixed = true;
+  // The errors depend little on what is left to gain: far less than they scatter.
+  without = solve(std::move(without), {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
+  const Termination end = without.summary.termination;
+  if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
+  return std::move(without.cameras.front().params);
+}
+
+std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view,
+                                          std::span<const double> params) {
+  const ViewKernel& kernel = viewKernel(fit.cameras[view.camera].model);
+  const std::vector<Observation> all = cornersOnShape(fit, view);
+  const SE3 pose = cameraFromBoard(fit, view);
+  const Halves halves = halvesOf(fit.boards.front().target, all);
+  const std::array<std::vector<Observation>, 2> corners = {cornersOf(all, halves[0]),
+                                                           cornersOf(all, halves[1])};
+  if (!givesPose(corners[0]) || !givesPose(corners[1])) return {};
+  const std::array<CornerGroups, 2> groups = {CornerGroups(corners[0]), CornerGroups(corners[1])};
+  constexpr double kUnseen = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Eigen::Vector2d> errors(all.size(), Eigen::Vector2d::Constant(kUnseen));
+  for (std::size_t half = 0; half < 2; ++half) {
+    const std::size_t other = 1 - half;
+    const auto refitted = refitPose(kernel, params, groups[half].view(0), fit.loss, pose);
+    if (!refitted) continue;
+    std::vector<Eigen::Vector2d> of_other(corners[other].size());
+    kernel.errors(params.data(), *refitted, groups[other].view(0), of_other);
+    for (std::size_t i = 0; i < of_other.size(); ++i) errors[halves[other][i]] = of_other[i];
+  }
+  return errors;
+}
+
+}  // namespace
+
+int numFolds(std::size_t num_views) {
+  return static_cast<int>(std::min(kMaxFolds, num_views));
+}
+
+int foldOf(std::size_t v, std::size_t num_views) {
+  const auto num_folds = static_cast<std::size_t>(numFolds(num_views));
+  const std::size_t num_stretches = std::min(num_views, num_folds * kStretches);
+  const std::size_t stretch = v * num_stretches / num_views;
+  // Each round begins a fold later: where stretches are not all of one length, the same folds would get the
+  // longer ones.
+  return static_cast<int>((stretch + stretch / num_folds) % num_folds);
+}
+
+std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel) {
+  const std::size_t num_views = fit.views.size();
+  HeldOutErrors held_out{.num_folds = numFolds(num_views), .px = {}};
+  held_out.px.resize(num_views);
+  for (int fold = 0; fold < held_out.num_folds; ++fold) {
+    const auto params = paramsWithout(fold, fit, cancel);
+    if (!params) return std::nullopt;
+    for (std::size_t v = 0; v < num_views; ++v) {
+      if (foldOf(v, num_views) == fold) held_out.px[v] = errorsOfView(fit, fit.views[v], *params);
+    }
+  }
+  return held_out;
+}
+
+HoldoutReport holdoutReport(const std::optional<HeldOutErrors>& errors) {
+  HoldoutReport report;
+  if (!errors) return report;
+  report.num_folds = errors->num_folds;
+  double sum = 0;
+  for (const auto& view : errors->px) {
+    for (const Eigen::Vector2d& error : view) {
+      const bool is_seen = error.allFinite();
+      ++(is_seen ? report.num_corners : report.num_unseen);
+      if (is_seen) sum += error.squaredNorm();
+    }
+  }
+  if (report.num_corners > 0) report.rms_px = std::sqrt(sum / report.num_corners);
+  return report;
+}
+
+}  // namespace alidade

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace alidade {
+
+std::string_view terminationName(Termination termination) {
+  switch (termination) {
+    case Termination::kConverged:
+      return "converged";
+    case Termination::kIterationLimit:
+      return "iteration_limit";
+    case Termination::kStalled:
+      return "stalled";
+    case Termination::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+SE3 cameraFromBoard(const Fit& fit, const FitView& view) {
+  const FitCamera& camera = fit.cameras[view.camera];
+  const SE3& rig_from_board = fit.placements[view.placement].rig_from_board;
+  // Digits of a single camera do not pass through a product.
+  if (camera.is_rig_pose_fixed && fit.cameras.size() == 1) return rig_from_board;
+  return camera.camera_from_rig * rig_from_board;
+}
+
+std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,
+                                 std::span<const Observation> flat) {
+  std::vector<Observation> corners(flat.begin(), flat.end());
+  if (shape == BoardShape{}) return corners;
+  for (Observation& corner : corners) corner.p_board = onBentBoard(board, shape, corner.p_board);
+  return corners;
+}
+
+std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view) {
+  const FitBoard& board = fit.boards[fit.placements[view.placement].board];
+  return onShape(board.target, board.shape, view.corners);
+}
+
+std::size_t numCorners(const Fit& fit) {
+  std::size_t count = 0;
+  for (const FitView& view : fit.views) count += view.corners.size();
+  return count;
+}
+
+Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Checkerboard& board,
+             HuberLoss loss) {
+  Fit fit{.loss = loss};
+  fit.cameras.push_back({.model = std::move(model), .size = size, .params = std::move(params)});
+  fit.boards.push_back({.target = board});
+  return fit;
+}
+
+void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board) {
+  fit.placements.push_back({.frame = fit.placements.size(), .rig_from_board = camera_from_board});
+  FitView view{.placement = fit.placements.size() - 1, .source = source, .corners = std::move(corners)};
+  const auto at = std::upper_bound(fit.views.begin(), fit.views.end(), source,
+                                   [](std::size_t s, const FitView& other) { return s < other.source; });
+  fit.views.insert(at, std::move(view));
+}
+
+Fit withoutViews(const Fit& fit, const std::vector<bool>& is_out) {
+  constexpr std::size_t kGone = static_cast<std::size_t>(-1);
+  Fit left{.cameras = fit.cameras, .boards = fit.boards, .loss = fit.loss, .summary = fit.summary};
+  std::vector<std::size_t> placement_of(fit.placements.size(), kGone);
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    if (is_out[v]) continue;
+    left.views.push_back(fit.views[v]);
+    placement_of[fit.views[v].placement] = 0;
+  }
+  for (std::size_t p = 0; p < placement_of.size(); ++p) {
+    if (placement_of[p] == kGone) continue;
+    placement_of[p] = left.placements.size();
+    left.placements.push_back(fit.placements[p]);
+  }
+  for (FitView& view : left.views) view.placement = placement_of[view.placement];
+  return left;
+}
+
+Fit withoutView(const Fit& fit, std::size_t view) {
+  std::vector<bool> is_out(fit.views.size());
+  is_out[view] = true;
+  return withoutViews(fit, is_out);
+}
+
+double updateWeights(Fit& fit) {
+  double change = 0;
+  for (FitView& view : fit.views) {
+    for (Observation& corner : view.corners) {
+      const double weight = fit.cameras[view.camera].noise.weight(corner.sigma_px);
+      change = std::max(change, std::abs(weight / corner.weight - 1));
+      corner.weight = weight;
+    }
+  }
+  return change;
+}
+
+}  // namespace alidade

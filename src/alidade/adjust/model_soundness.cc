@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/model_soundness.h"
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/core/number_text.h"
+
+namespace alidade {
+
+std::size_t numCornersOutside(const Fit& fit) {
+  std::size_t count = 0;
+  std::vector<AnyCamera> cameras;
+  for (const FitCamera& camera : fit.cameras) cameras.push_back(AnyCamera::make(camera.model, camera.params));
+  for (const FitView& view : fit.views) {
+    const SE3 pose = cameraFromBoard(fit, view);
+    for (const Observation& corner : cornersOnShape(fit, view)) {
+      if (!cameras[view.camera].project(pose * corner.p_board).ok()) ++count;
+    }
+  }
+  return count;
+}
+
+std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
+  constexpr double kMinCondition = 1e-11;  // of parameters scaled to the same size
+  if (fit.summary.termination != Termination::kConverged) {
+    return Unsoundness{.id = "not_converged",
+                       .text = "its parameters run away without end: " +
+                               std::string(terminationName(fit.summary.termination))};
+  }
+  const IntrinsicsInformation information = intrinsicsInformation(fit);
+  if (!information.inverse || information.scaled_condition < kMinCondition)
+    return Unsoundness{.id = "ill_conditioned", .text = "these views leave its parameters undetermined"};
+  if (numCornersOutside(fit) > 0)
+    return Unsoundness{.id = "corners_outside_domain", .text = "it cannot see all of the corners"};
+  const FitCamera& camera = fit.cameras.front();
+  const DomainCertificate domain = certifyDomain(AnyCamera::make(camera.model, camera.params), camera.size);
+  if (!foldsInsideImage(domain)) return std::nullopt;
+  return Unsoundness{.id = "folds_in_image",
+                     .text = "it folds over inside the image, " +
+                             numberText("%.0f", domain.cone.max_angle_rad * 180 / std::numbers::pi) +
+                             " degrees from the axis",
+                     .folds = true};
+}
+
+}  // namespace alidade

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/pose_refit.h"
+
+#include <Eigen/LU>
+
+namespace alidade {
+namespace {
+
+struct Evaluation {
+  double cost = 0;  // sum of rho
+  double drop = 0;  // what the step takes off it, as far as a parabola says
+  SE3::Vec6 step = SE3::Vec6::Zero();
+};
+
+std::optional<Evaluation> evaluate(const ViewKernel& kernel, std::span<const double> params,
+                                   std::span<const CornerGroup> corners, HuberLoss loss, const SE3& pose,
+                                   PoseRows& rows) {
+  const Eigen::Index n = kernel.numParams();
+  SharedSums left(kernel.numParams());
+  if (!kernel.reduce(params.data(), pose, corners, loss, Unseen::kRefuse, rows, left)) return std::nullopt;
+  const SE3::Vec6 y = rows.col(6 + n);
+  const Eigen::Matrix<double, 6, 6> R = rows.leftCols<6>();
+  return Evaluation{
+      .cost = left.gram(n, n) + y.squaredNorm(), .drop = y.squaredNorm(), .step = -R.partialPivLu().solve(y)};
+}
+
+}  // namespace
+
+std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> params,
+                             std::span<const CornerGroup> corners, HuberLoss loss,
+                             const SE3& camera_from_board) {
+  constexpr int kMaxSteps = 30;
+  constexpr int kMaxHalvings = 12;
+  constexpr double kAtRest = 1e-10;  // of the cost
+  SE3 pose = camera_from_board;
+  PoseRows rows(6, kernel.numParams() + 7);
+  auto at = evaluate(kernel, params, corners, loss, pose, rows);
+  if (!at) return std::nullopt;
+  // A pose that has not come to rest by then is merely worse than it could be.
+  for (int i = 0; i < kMaxSteps && at->drop > kAtRest * at->cost; ++i) {
+    SE3::Vec6 step = at->step;
+    bool is_lower = false;
+    for (int k = 0; k < kMaxHalvings && !is_lower; ++k, step *= 0.5) {
+      const SE3 moved = pose * SE3::exp(step);
+      const auto there = evaluate(kernel, params, corners, loss, moved, rows);
+      if (!there || !(there->cost < at->cost)) continue;
+      pose = moved;
+      at = there;
+      is_lower = true;
+    }
+    if (!is_lower) break;
+  }
+  return pose;
+}
+
+std::optional<SE3> refitPose(std::string_view model_id, std::span<const double> params,
+                             std::span<const Observation> corners, HuberLoss loss,
+                             const SE3& camera_from_board) {
+  return refitPose(viewKernel(model_id), params, CornerGroups(corners).view(0), loss, camera_from_board);
+}
+
+}  // namespace alidade

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/robust_weighting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/leverage.h"
+#include "alidade/adjust/pose_search.h"
+#include "alidade/adjust/solve.h"
+#include "alidade/core/median.h"
+
+namespace alidade {
+namespace {
+
+// Weights that have not come to rest by then are kept: any weights give an unbiased estimate.
+constexpr int kMaxWeightRounds = 6;
+constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
+
+Fit solvedLoosely(Fit fit, const CancelFlag* cancel) {
+  return solve(std::move(fit), {.function_tolerance = kLoose, .cancel = cancel});
+}
+
+// Weights from the errors of the fit so far; the largest relative change of one.
+double reweigh(Fit& fit) {
+  CornerNoise& noise = fit.cameras.front().noise;
+  if (noise.isUniform()) return 0;
+  const auto all = leverages(fit);
+  std::vector<CornerResidual> residuals;
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    const FitView& view = fit.views[v];
+    for (std::size_t i = 0; i < view.corners.size(); ++i)
+      residuals.push_back({view.corners[i].sigma_px, view.errors[i], all[v][i]});
+  }
+  noise.estimateUnexplained(residuals);
+  return updateWeights(fit);
+}
+
+// The standard deviation of a coordinate of a corner of weight 1 from the median error, which outliers
+// hardly move. The error of a clean corner follows Rayleigh's distribution, whose median is
+// sqrt(2 ln 2) sigma.
+double robustSigma(const Fit& fit) {
+  std::vector<double> lengths;
+  for (const Eigen::Vector2d& error : weightedErrors(fit)) lengths.push_back(error.norm());
+  return std::max(kMinSigmaPx, medianOf(std::move(lengths)) / std::sqrt(2 * std::log(2.0)));
+}
+
+}  // namespace
+
+double noiseSigma(const Fit& fit) {
+  return fit.loss.threshold_px / kLossSigmas;
+}
+
+SettledFit settled(Fit fit, const CancelFlag* cancel) {
+  fit = solvedLoosely(std::move(fit), cancel);
+  // A view may have been posed from a camera that was still poor.
+  if (improvePoses(fit)) fit = solvedLoosely(std::move(fit), cancel);
+  return settledWeights(std::move(fit), cancel);
+}
+
+SettledFit settledWeights(Fit fit, const CancelFlag* cancel) {
+  // A change of the threshold or of a weight by 2 % moves no parameter visibly.
+  constexpr double kSteady = 0.02;
+  bool is_settled = false;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const double weight_change = round < kMaxWeightRounds ? reweigh(fit) : 0.0;
+    const double threshold = kLossSigmas * robustSigma(fit);
+    is_settled = weight_change < kSteady && std::abs(threshold / fit.loss.threshold_px - 1) < kSteady;
+    if (is_settled) break;
+    fit.loss.threshold_px = threshold;
+    fit = solvedLoosely(std::move(fit), cancel);
+  }
+  return {.fit = solve(std::move(fit), {.cancel = cancel}), .is_settled = is_settled};
+}
+
+SettledFit settledFromStart(Fit fit, const CancelFlag* cancel) {
+  fit.loss = startLoss(fit.cameras.front().size);
+  std::vector<double> sigmas;
+  for (const FitView& view : fit.views) {
+    for (const Observation& corner : view.corners) sigmas.push_back(corner.sigma_px);
+  }
+  fit.cameras.front().noise = CornerNoise(sigmas);
+  return settled(std::move(fit), cancel);
+}
+
+}  // namespace alidade

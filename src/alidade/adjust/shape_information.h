@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/reduced.h"
+#include "alidade/target/board_shape.h"
+
+namespace alidade {
+
+/// Number of columns behind the intrinsics' that stand for BoardShape.
+inline constexpr int kNumBends = 2;
+
+/// bend_x and bend_y of the board's shape as further columns.
+struct BendColumns {
+  Checkerboard board;
+
+  static int size() { return kNumBends; }
+  [[nodiscard]] ExtraElements<kNumBends> elements(const CornerRows& rows, int axis) const {
+    const Eigen::Vector2d profile = bendProfile(board, rows.corner.p_board.x(), rows.corner.p_board.y());
+    // A shift of the board along its own z is a shift of the point.
+    const double J_px_z = rows.J_px_pose[static_cast<std::size_t>(axis)][2];
+    return {.column = {0, 1}, .value = {J_px_z * profile.x(), J_px_z * profile.y()}};
+  }
+};
+
+/// What the corners say about the bend of the board (BoardShape) at a solution for one bend, the poses and
+/// the intrinsics following every change of it.
+struct ShapeInformation {
+  Eigen::Vector2d step_m;  ///< the change of the bend that leads to the least cost, as far as a parabola says
+  Eigen::VectorXd params_step;  ///< the change of the intrinsics with it
+  double drop = 0;              ///< of twice the cost by this step, px^2 of a corner of weight 1
+  /// (J^T W J)^-1 restricted to the bend, m^2 / px^2, and to the intrinsics, with bend and poses free: times
+  /// the variance of a corner of weight 1, covariances.
+  Eigen::Matrix2d bend_inverse;
+  Eigen::MatrixXd params_inverse;
+  /// What each view says at the end of the step: the information without the loss' weights.
+  std::vector<Reduced> pulls;
+  Eigen::MatrixXd prior;  ///< what is known besides, per px^2, with rows as those of the pulls
+};
+
+/// Free directions of the intrinsics, see freeDirections(), and behind them the two of the bend.
+[[nodiscard]] Eigen::MatrixXd withBend(const Eigen::MatrixXd& directions);
+
+/// @param fit  of one camera and one board, at the optimum for the board's present shape
+/// @returns nothing where the views do not determine bend and intrinsics
+[[nodiscard]] std::optional<ShapeInformation> shapeInformation(const Fit& fit);
+
+}  // namespace alidade

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/view_kernel.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "alidade/adjust/elimination.h"
+#include "alidade/adjust/vector_call.h"
+#include "alidade/adjust/view_equations.h"
+#include "alidade/camera/model_list.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+using detail::ViewCamera;
+
+template <CameraModel M>
+class ModelKernel final : public ViewKernel {
+ public:
+  [[nodiscard]] int numParams() const override { return kParams; }
+
+  [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board,
+                            std::span<const CornerGroup> corners, HuberLoss loss,
+                            double* rows) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    bool is_seen = true;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      detail::ViewEquations<M> equations;
+      is_seen = detail::sumView<M>(camera, corners, loss, Unseen::kRefuse, equations);
+      if (!is_seen) return;
+      constexpr std::size_t kLast = kSize - 1;
+      std::array<double, kSize> diagonal;
+      for (std::size_t i = 0; i < kSize; ++i) {
+        diagonal[i] = equations.at(i, i);
+        for (std::size_t j = 0; j < i && i < kLast; ++j) equations.at(i, j) = equations.at(j, i);
+      }
+      equations.template eliminate<0, kLast>(diagonal, rows, kSize);
+      double* last = rows + kLast * kSize;
+      std::fill_n(last, kLast, 0.0);
+      // With the sum of rho in place of r^T r, this is what the other rows leave missing.
+      last[kLast] = std::sqrt(std::max(equations.at(kLast, kLast), 0.0));
+    });
+    return is_seen;
+  }
+
+  [[nodiscard]] double sumOfRho(const double* params, const SE3& camera_from_board,
+                                std::span<const CornerGroup> corners, HuberLoss loss) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    double sum = 0;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      Lanes rho = {};
+      for (const CornerGroup& group : corners) {
+        const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
+        const Lanes of_group = detail::GroupError(at, group, loss).rho;
+        rho += lane::select(at.is_seen, of_group, Lanes{} + batch::kNaN);
+      }
+      sum = detail::sumOfLanes(rho);
+    });
+    return sum;
+  }
+
+  [[nodiscard]] bool reduce(const double* params, const SE3& camera_from_board,
+                            std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
+                            PoseRows& rows, SharedSums& sums) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    bool is_seen = true;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      detail::ViewEquations<M> equations;
+      is_seen = detail::sumView<M>(camera, corners, loss, unseen, equations);
+      if (!is_seen) return;
+      std::array<double, kSize> diagonal;
+      for (std::size_t i = 0; i < kSize; ++i) diagonal[i] = equations.at(i, i);
+      equations.template eliminate<0, kPose>(diagonal, rows.data(), kSize);
+      addShared(equations, sums.gram);
+      for (std::size_t i = kPose; i + 1 < kSize; ++i)
+        sums.diagonal(static_cast<Eigen::Index>(i - kPose)) += diagonal[i];
+    });
+    return is_seen;
+  }
+
+  void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+              std::span<Eigen::Vector2d> errors) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      std::size_t i = 0;
+      for (const CornerGroup& group : corners) {
+        const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
+        const Lanes nothing = lane::select(at.is_seen, Lanes{}, Lanes{} + batch::kNaN);
+        double u[kNumLanes];
+        double v[kNumLanes];
+        lane::store(at.px[0] - lane::load(group.u.data()) + nothing, u);
+        lane::store(at.px[1] - lane::load(group.v.data()) + nothing, v);
+        for (std::size_t l = 0; l < kNumLanes && i < errors.size(); ++l, ++i) errors[i] = {u[l], v[l]};
+      }
+    });
+  }
+
+  void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+            std::span<double> rows) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    std::fill(rows.begin(), rows.end(), 0.0);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      std::size_t corner = 0;
+      for (const CornerGroup& group : corners) {
+        Lanes of[2][Rows::kWidth];
+        Lanes rho = {};
+        Rows::write(local, group, kNoLoss, of[0], of[1], rho);
+        const std::size_t count = std::min<std::size_t>(kNumLanes, rows.size() / (2 * kSize) - corner);
+        for (int axis = 0; axis < 2; ++axis) {
+          for (int c = 0; c < Rows::kWidth; ++c) {
+            double values[kNumLanes];
+            lane::store(of[axis][c], values);
+            double* to = rows.data() + (2 * corner + static_cast<std::size_t>(axis)) * kSize +
+                         static_cast<std::size_t>(Rows::columnOf(axis, c));
+            for (std::size_t l = 0; l < count; ++l) to[l * 2 * kSize] = values[l];
+          }
+        }
+        corner += count;
+      }
+    });
+  }
+
+  void quadraticForms(const double* params, const SE3& camera_from_board,
+                      std::span<const CornerGroup> corners, const Eigen::MatrixXd& K,
+                      std::span<double> forms) const override {
+    constexpr int kColumns = Rows::kSize - 1;
+    const ViewCamera<M> camera(params, camera_from_board);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      const double* k = K.data();
+      std::size_t at = 0;
+      for (const CornerGroup& group : corners) {
+        Lanes rows[2][Rows::kWidth];
+        Lanes rho = {};
+        Rows::write(local, group, kNoLoss, rows[0], rows[1], rho);
+        Lanes form = {};
+        for (int axis = 0; axis < 2; ++axis) {
+          for (int i = 0; i < Rows::kWidth; ++i) {
+            if (i == Rows::kError) continue;
+            Lanes product = {};
+            for (int j = 0; j < Rows::kWidth; ++j) {
+              if (j == Rows::kError) continue;
+              product += k[Rows::columnOf(axis, i) * kColumns + Rows::columnOf(axis, j)] * rows[axis][j];
+            }
+            form += product * rows[axis][i];
+          }
+        }
+        double values[kNumLanes];
+        lane::store(form, values);
+        for (std::size_t l = 0; l < kNumLanes && at < forms.size(); ++l, ++at) forms[at] = values[l];
+      }
+    });
+  }
+
+ private:
+  using Rows = detail::ViewRows<M>;
+  static constexpr int kParams = kNumParams<M>;
+  static constexpr std::size_t kPose = Rows::kPose;
+  static constexpr std::size_t kSize = Rows::kSize;
+
+  ALIDADE_ALWAYS_INLINE static void addShared(const detail::ViewEquations<M>& equations,
+                                              Eigen::MatrixXd& to_lower) {
+    for (std::size_t i = kPose; i < kSize; ++i) {
+      double* to = to_lower.col(static_cast<Eigen::Index>(i - kPose)).data();
+      for (std::size_t j = i; j < kSize; ++j) to[j - kPose] += equations.at(i, j);
+    }
+  }
+};
+
+}  // namespace
+
+const ViewKernel& viewKernel(std::string_view model_id) {
+  const ViewKernel* kernel = nullptr;
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    static const ModelKernel<M> of_model;
+    if (M::kId == model_id) kernel = &of_model;
+  });
+  expect(kernel != nullptr, "the model's id is known");
+  return *kernel;
+}
+
+}  // namespace alidade

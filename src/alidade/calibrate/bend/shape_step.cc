@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/bend/shape_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/larger_model.h"
+#include "alidade/adjust/solve.h"
+
+namespace alidade {
+namespace {
+
+std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info) {
+  const FitCamera& camera = fit.cameras.front();
+  const BoardShape& shape = fit.boards.front().shape;
+  return bendByViews(info, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + info.step_m,
+                     freeDirections(static_cast<int>(camera.params.size()), camera.constraint),
+                     meanSlope(weightedErrors(fit), fit.loss));
+}
+
+// Twice the cost by the degrees of freedom that are left with the bend free: the variance of a coordinate.
+double varianceLeft(const Fit& fit, double drop) {
+  const auto num_corners = static_cast<double>(numCorners(fit));
+  const double freedom = 2.0 * num_corners - static_cast<double>(fit.cameras.front().params.size()) -
+                         6.0 * static_cast<double>(fit.views.size()) - kNumBends;
+  const double floor = 2 * kMinSigmaPx * kMinSigmaPx * num_corners;
+  return std::max(2 * fit.summary.cost - drop, floor) / freedom;
+}
+
+// Sigmas and agreement of the views; nothing where these do not determine the bend.
+std::optional<ShapeInformation> describeBend(const Fit& fit, ShapeReport& report) {
+  auto info = shapeInformation(fit);
+  report.is_determined = info.has_value();
+  if (!info) return info;
+  report.std_m = (varianceLeft(fit, info->drop) * info->bend_inverse.diagonal()).cwiseSqrt();
+  report.by_views = byViews(fit, *info);
+  return info;
+}
+
+// On the same corners.
+Fit flattened(Fit fit, const std::vector<double>& params) {
+  fit.boards.front() = {.target = fit.boards.front().target};
+  fit.cameras.front().params = params;
+  return fit;
+}
+
+}  // namespace
+
+bool isShapeEstimated(const Fit& fit) {
+  return !fit.boards.front().is_shape_fixed;
+}
+
+BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel) {
+  BentFit result{.settled = std::move(flat), .report = {}};
+  if (mode == BoardShapeMode::kFlat) return result;
+  ShapeReport& report = result.report;
+  SettledFit& now = result.settled;
+  report.is_requested = mode == BoardShapeMode::kWarp;
+  const auto info = describeBend(now.fit, report);
+  if (!info) return result;
+  report.f = info->drop / kNumBends / varianceLeft(now.fit, info->drop);
+  if (mode == BoardShapeMode::kAuto && !isBent(report.f, report.by_views)) return result;
+  const auto larger = mode == BoardShapeMode::kAuto ? betterModel(now.fit, cancel) : std::nullopt;
+  const Fit before = now.fit;
+  FitBoard& board = now.fit.boards.front();
+  board.is_shape_fixed = false;
+  board.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()};
+  now.fit = solve(std::move(now.fit), {.cancel = cancel});
+  // What looked like noise was the bend: weights and loss are settled anew.
+  now = settledWeights(std::move(now.fit), cancel);
+  const bool is_determined = describeBend(now.fit, report).has_value();
+  // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
+  if (is_determined && !(larger && larger->rms_px < weightedRms(now.fit))) {
+    report.flat_params = before.cameras.front().params;
+    return result;
+  }
+  now.fit = flattened(std::move(now.fit), before.cameras.front().params);
+  now.fit.placements = before.placements;
+  now.fit = solve(std::move(now.fit), {.cancel = cancel});
+  now = settledWeights(std::move(now.fit), cancel);
+  return result;
+}
+
+BentFit bendTestedAgain(BentFit bent, BoardShapeMode mode, const CancelFlag* cancel) {
+  constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
+  Fit& fit = bent.settled.fit;
+  ShapeReport& report = bent.report;
+  if (!isShapeEstimated(fit)) return bent;
+  const bool is_determined = describeBend(fit, report).has_value();
+  Fit flat =
+      solve(flattened(fit, report.flat_params), {.function_tolerance = kFlatTolerance, .cancel = cancel});
+  report.f = 2 * (flat.summary.cost - fit.summary.cost) / kNumBends / varianceLeft(fit, 0);
+  report.flat_params = flat.cameras.front().params;
+  report.flat_rms_px = weightedRms(flat);
+  if (is_determined && (mode == BoardShapeMode::kWarp || isBent(report.f, report.by_views))) return bent;
+  // What looked like a bend was outliers.
+  report.flat_params.clear();
+  report.flat_rms_px = std::numeric_limits<double>::quiet_NaN();
+  fit = solve(std::move(flat), {.cancel = cancel});
+  return bent;
+}
+
+std::optional<IgnoredBend> ignoredBend(const Fit& fit) {
+  const auto info = shapeInformation(fit);
+  if (!info) return std::nullopt;
+  const double f = info->drop / kNumBends / varianceLeft(fit, info->drop);
+  if (!isBent(f, byViews(fit, *info))) return std::nullopt;
+  return IgnoredBend{.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()},
+                     .params_step = info->params_step,
+                     .cost_share = 1 - info->drop / (2 * fit.summary.cost)};
+}
+
+}  // namespace alidade

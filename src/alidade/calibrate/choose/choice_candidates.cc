@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/choose/choice_candidates.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include "alidade/adjust/larger_model.h"
+#include "alidade/camera/model_list.h"
+#include "alidade/core/error.h"
+#include "alidade/core/parallel.h"
+
+namespace alidade {
+namespace {
+
+// Up to the first field across, perspective lenses with distortion follow every other lens, and radtan and
+// rational are what all programs read. Beyond, fisheye models are considered where one fits better than
+// radtan; beyond the second always.
+constexpr double kWideFieldRad = 100 * std::numbers::pi / 180;
+constexpr double kVeryWideFieldRad = 110 * std::numbers::pi / 180;
+// What a larger model must take off the cost to come into question. Less than what three parameters, the
+// fewest that one has, must take off the RMS.
+constexpr double kNeededDrop = 0.02;
+static_assert(kNeededDrop < 2 * 3 * kShareOfParameter);
+
+void fit(Candidate& candidate, const Checkerboard& board, const PreparedViews& given,
+         const CalibratorOptions& options) {
+  CalibratorOptions own = options;
+  own.model = candidate.id;
+  own.jobs = 1;
+  try {
+    candidate.solution = fittedPlainly(board, given, own);
+  } catch (const Error&) {
+    candidate.error = std::current_exception();
+  }
+  if (candidate.solution && candidate.solution->fit.summary.termination != Termination::kFailed) return;
+  candidate.solution.reset();
+  candidate.unsoundness =
+      Unsoundness{.id = "no_solution", .text = "no camera of this model explains the views"};
+}
+
+void fitAll(std::span<Candidate> candidates, const Checkerboard& board, const PreparedViews& given,
+            const CalibratorOptions& options) {
+  parallelFor(
+      candidates.size(), options.jobs, [&](std::size_t i) { fit(candidates[i], board, given, options); },
+      options.cancel);
+}
+
+// Sum of rho over all corners; those of views that the camera does not explain count as far off.
+double costOf(const Fit& fit, HuberLoss loss, const PreparedViews& given) {
+  double cost = 0;
+  for (const FitView& view : fit.views) {
+    cost += noiseFloor(view.errors.size());
+    for (const Eigen::Vector2d& error : view.errors) cost += loss.rho(error.squaredNorm());
+  }
+  for (const std::size_t v : viewsLeftOut(given, fit))
+    cost += static_cast<double>(given.views[v].corners.size()) * farOff(loss);
+  return cost;
+}
+
+AnyCamera cameraOf(const Fit& fit) {
+  return AnyCamera::make(fit.cameras.front().model, fit.cameras.front().params);
+}
+
+// Between the middles of the image's shorter sides; infinite where these have no ray.
+double fieldOf(const Fit& fit) {
+  const ImageSize size = fit.cameras.front().size;
+  const AnyCamera camera = cameraOf(fit);
+  const double x = size.width - 1;
+  const double y = size.height - 1;
+  const bool is_upright = size.height > size.width;
+  const auto a = camera.unproject(is_upright ? Eigen::Vector2d(0.5 * x, 0) : Eigen::Vector2d(0, 0.5 * y));
+  const auto b = camera.unproject(is_upright ? Eigen::Vector2d(0.5 * x, y) : Eigen::Vector2d(x, 0.5 * y));
+  if (!a || !b) return std::numeric_limits<double>::infinity();
+  const auto fromAxis = [](const Eigen::Vector3d& ray) { return std::atan2(ray.head<2>().norm(), ray.z()); };
+  return fromAxis(*a) + fromAxis(*b);
+}
+
+// Does a camera see any corner that no plane in front of it has?
+bool seesSideways(const Fit& fit) {
+  for (const FitView& view : fit.views) {
+    const SE3 pose = cameraFromBoard(fit, view);
+    for (const Observation& corner : view.corners) {
+      if ((pose * corner.p_board).z() <= 0) return true;
+    }
+  }
+  return false;
+}
+
+void requireAny(const Candidates& candidates) {
+  if (std::any_of(candidates.begin(), candidates.end(),
+                  [](const Candidate& c) { return c.solution.has_value(); }))
+    return;
+  for (const Candidate& c : candidates) {
+    if (c.error) std::rethrow_exception(c.error);
+  }
+  throw inputError({.where = "calibration",
+                    .found = "views that no camera model explains",
+                    .expected = "views of one flat board by one camera",
+                    .next_step = "check the board's size, and name a model with --model"});
+}
+
+// Is a model on the right way, so that a few steps of a larger one start from something?
+bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
+  constexpr double kRoughly = 2;  // times the noise that the best one leaves
+  if (!candidate.solution) return false;
+  const double threshold = candidate.solution->fit.loss.threshold_px;
+  return std::all_of(candidates.begin(), candidates.end(), [&](const Candidate& c) {
+    return !c.solution || threshold <= kRoughly * c.solution->fit.loss.threshold_px;
+  });
+}
+
+bool foldsInsideImage(const Candidate& candidate) {
+  const Fit& fit = candidate.solution->fit;
+  return foldsInsideImage(certifyDomain(cameraOf(fit), fit.cameras.front().size));
+}
+
+// The models that contain radtan, each after a glance at what it gains over the one before it. One that folds
+// leaves something to gain that the errors do not show.
+void addLargerThanRadtan(Candidates& candidates, const Checkerboard& board, const PreparedViews& given,
+                         const CalibratorOptions& options) {
+  std::string lean(Radtan::kId);
+  for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
+    const auto at =
+        std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == lean; });
+    Candidate larger(id);
+    if (!fitsRoughly(*at, candidates) || foldsInsideImage(*at) ||
+        dropAtAGlance(at->solution->fit, larger.id, options.cancel) > kNeededDrop) {
+      fit(larger, board, given, options);
+      if (larger.solution) lean = larger.id;
+    } else {
+      larger.not_better_than = lean;
+    }
+    candidates.push_back(std::move(larger));
+  }
+}
+
+}  // namespace
+
+Candidate::Candidate(std::string_view model_id) : id(model_id), num_params(parameterNames(model_id).size()) {}
+
+Candidates fitCandidates(const Checkerboard& board, const PreparedViews& given,
+                         const CalibratorOptions& options, ModelChoice& choice) {
+  // Two lenses that stand for all: one of them explains the views of any, at least roughly, and tells how
+  // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
+  Candidates candidates;
+  candidates.emplace_back(Radtan::kId);
+  candidates.emplace_back(KannalaBrandt::kId);
+  fitAll(candidates, board, given, options);
+  requireAny(candidates);
+  const Candidate& better = fittest(candidates, given);
+  const Fit& widest = better.solution->fit;
+  choice.field_rad = fieldOf(widest);
+  const double limit = better.id == Radtan::kId ? kVeryWideFieldRad : kWideFieldRad;
+  choice.is_wide = choice.field_rad > limit;
+  const bool is_sideways = seesSideways(widest);
+  if (choice.is_wide) {
+    Candidates fisheyes;
+    for (const std::string_view id : {Fov::kId, Ucm::kId, Eucm::kId, DoubleSphere::kId, Omni::kId})
+      fisheyes.emplace_back(id);
+    fitAll(fisheyes, board, given, options);
+    std::move(fisheyes.begin(), fisheyes.end(), std::back_inserter(candidates));
+  } else if (candidates.front().solution) {
+    candidates.pop_back();
+  }
+  candidates.emplace_back(Pinhole::kId);
+  if (is_sideways) {
+    for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
+      candidates.emplace_back(id).unsoundness = Unsoundness{
+          .id = "corners_outside_domain", .text = "some corners lie 90 degrees from the axis or more"};
+    }
+  } else {
+    addLargerThanRadtan(candidates, board, given, options);
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.num_params < b.num_params; });
+  return candidates;
+}
+
+Candidate& fittest(Candidates& candidates, const PreparedViews& given) {
+  HuberLoss loss = kNoLoss;
+  for (const Candidate& c : candidates) {
+    if (c.solution) loss.threshold_px = std::min(loss.threshold_px, c.solution->fit.loss.threshold_px);
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (const Candidate& c : candidates) {
+    if (c.solution) least = std::min(least, costOf(c.solution->fit, loss, given));
+  }
+  const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
+    return c.solution && costOf(c.solution->fit, loss, given) <= (1 + kNeededDrop) * least;
+  });
+  expect(found != candidates.end(), "a model that fits");
+  return *found;
+}
+
+}  // namespace alidade

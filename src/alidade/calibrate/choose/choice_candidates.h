@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <exception>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/adjust/model_comparison.h"
+#include "alidade/adjust/model_soundness.h"
+#include "alidade/calibrate/choose/model_candidate.h"
+#include "alidade/calibrate/choose/model_solution.h"
+
+namespace alidade {
+
+/// A model on the way to a choice.
+struct Candidate {
+  explicit Candidate(std::string_view model_id);
+
+  std::string id;
+  std::size_t num_params;
+  /// As fittedPlainly() leaves it. None: see `unsoundness` and `not_better_than`; with neither, the model
+  /// needs no search of its own.
+  std::optional<ModelSolution> solution;
+  std::exception_ptr error;  ///< why no camera of the model explains the views
+  std::optional<Unsoundness> unsoundness;
+  std::string not_better_than;  ///< a smaller model that fits the corners as well at a glance
+
+  // On the corners in common.
+  std::vector<double> params;
+  std::optional<HeldOutScore> score;
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
+  double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
+};
+
+using Candidates = std::vector<Candidate>;
+
+/// Fits the models that come into question, by number of parameters.
+/// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
+[[nodiscard]] Candidates fitCandidates(const Checkerboard& board, const PreparedViews& given,
+                                       const CalibratorOptions& options, ModelChoice& choice);
+
+/// The smallest of the fitted models that fits all corners about as well as any; there is one.
+[[nodiscard]] Candidate& fittest(Candidates& candidates, const PreparedViews& given);
+
+}  // namespace alidade

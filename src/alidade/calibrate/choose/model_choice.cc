@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/choose/model_choice.h"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "alidade/adjust/cross_validation.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/solve.h"
+#include "alidade/calibrate/choose/choice_candidates.h"
+#include "alidade/calibrate/clean/view_fit.h"
+#include "alidade/camera/lens_shapes.h"
+#include "alidade/camera/model_list.h"
+#include "alidade/core/parallel.h"
+
+namespace alidade {
+namespace {
+
+// The reference's corners, weights, loss and board, with the candidate's camera and, where it has them,
+// poses.
+Fit onCornersOf(const Fit& reference, const Candidate& candidate, const PreparedViews& given) {
+  Fit fit = reference;
+  fit.boards.front().is_shape_fixed = true;
+  FitCamera& camera = fit.cameras.front();
+  camera.model = candidate.id;
+  camera.weak_prior = {};
+  if (!candidate.solution) {
+    camera.params = parametersByName(reference.cameras.front().model, camera.params, candidate.id);
+    return fit;
+  }
+  const Fit& own = candidate.solution->fit;
+  camera.params = own.cameras.front().params;
+  for (const FitView& view : fit.views) {
+    SE3& pose = fit.placements[view.placement].rig_from_board;
+    const auto at = std::find_if(own.views.begin(), own.views.end(),
+                                 [&](const FitView& other) { return other.source == view.source; });
+    if (at != own.views.end()) {
+      pose = cameraFromBoard(own, *at);
+    } else if (const auto alone = fitAlone(own, given.views[view.source])) {
+      pose = alone->camera_from_board;
+    }
+  }
+  return fit;
+}
+
+// Solves and cross-validates a candidate on the reference's corners, with its weights and loss.
+void evaluate(Candidate& candidate, const Fit& reference, const PreparedViews& given,
+              const CancelFlag* cancel) {
+  if (candidate.unsoundness || !candidate.not_better_than.empty()) return;
+  const bool is_reference = candidate.id == reference.cameras.front().model;
+  const Fit fit = is_reference ? reference
+                               : solve(onCornersOf(reference, candidate, given),
+                                       {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
+  candidate.params = fit.cameras.front().params;
+  candidate.rms_px = weightedRms(fit);
+  candidate.unsoundness = unsoundnessOf(fit);
+  // A prior hides what the views leave open, and a fold where no corner was seen.
+  if (!candidate.unsoundness && !fit.cameras.front().weak_prior.isNone()) {
+    candidate.unsoundness = Unsoundness{.id = "ill_conditioned",
+                                        .text =
+                                            "these views leave its parameters undetermined, and only a "
+                                            "weak prior holds it together",
+                                        .folds = true};
+  }
+  if (candidate.unsoundness && !candidate.unsoundness->folds) return;
+  const auto held_out = heldOutErrors(fit, cancel);
+  candidate.holdout_rms_px = holdoutReport(held_out).rms_px;
+  if (held_out) {
+    candidate.score = scoreOf(*held_out, fit);
+  } else {
+    candidate.unsoundness =
+        Unsoundness{.id = "no_holdout", .text = "some of the views alone leave its parameters undetermined"};
+  }
+}
+
+const Candidate* bestOf(const Candidates& candidates) {
+  const Candidate* best = nullptr;
+  for (const Candidate& c : candidates) {
+    if (c.score && (best == nullptr || c.score->sum < best->score->sum)) best = &c;
+  }
+  return best;
+}
+
+// The model that predicts corners so much better that its further parameters are worth it; the one that does
+// so by most.
+const Candidate* betterThan(const Candidate& lean, const Candidates& candidates) {
+  const Candidate* better = nullptr;
+  for (const Candidate& c : candidates) {
+    if (!c.score || c.num_params < lean.num_params) continue;
+    if (!excessOf(*lean.score, *c.score).isWorth(c.num_params - lean.num_params)) continue;
+    if (better == nullptr || c.score->sum < better->score->sum) better = &c;
+  }
+  return better;
+}
+
+// The smallest model that is worse than none, better one that does not fold or needs a prior. Where all do,
+// the finding on that says what to do; a model that does not even fit would not.
+const Candidate& smallestAsGoodAs(const Candidate& best, const Candidates& candidates) {
+  const auto rank = [](const Candidate& c) {
+    return std::tuple(c.unsoundness.has_value(), c.num_params, c.score->sum);
+  };
+  const Candidate* smallest = &best;
+  for (const Candidate& c : candidates) {
+    if (c.score && !betterThan(c, candidates) && rank(c) < rank(*smallest)) smallest = &c;
+  }
+  return *smallest;
+}
+
+bool isPerspective(std::string_view id) {
+  return id == Pinhole::kId || id == Radtan::kId || id == Rational::kId || id == ThinPrism::kId;
+}
+
+// Models that predict corners no worse than the best one beyond chance, or no worse than the chosen one. One
+// that folds in the image is not the lens there, and up to the fold it shows what else the corners allow. In
+// a wide field models of the plane z = 1 have nothing to say: their coefficients are set by the corners far
+// out, where that plane is stretched without bounds, and beyond them they go anywhere.
+std::vector<RivalCamera> rivalsOf(const Candidate& chosen, const Candidate& best,
+                                  const Candidates& candidates, bool is_wide) {
+  std::vector<RivalCamera> rivals;
+  for (const Candidate& c : candidates) {
+    if (&c == &chosen || !c.score || (c.unsoundness && !c.unsoundness->folds)) continue;
+    if (is_wide && isPerspective(c.id)) continue;
+    if (c.score->sum > chosen.score->sum && excessOf(*c.score, *best.score).is_significant) continue;
+    rivals.push_back({.id = c.id, .params = c.params});
+  }
+  return rivals;
+}
+
+ModelCandidate report(const Candidate& c, const Candidates& candidates, const Candidate* best,
+                      const Candidate& chosen) {
+  ModelCandidate entry{.id = c.id, .num_params = static_cast<int>(c.num_params), .verdict = {}, .reason = {}};
+  entry.rms_px = c.rms_px;
+  entry.holdout_rms_px = c.holdout_rms_px;
+  const Candidate* better = c.score ? betterThan(c, candidates) : nullptr;
+  if (c.score) {
+    const HeldOutExcess excess = excessOf(*c.score, *best->score);
+    entry.excess = excess.share;
+    entry.excess_std = excess.std;
+  }
+  if (&c == &chosen) {
+    entry.verdict = "chosen";
+  } else if (c.unsoundness) {
+    entry.verdict = c.unsoundness->id;
+    entry.reason = c.unsoundness->text;
+  } else if (!c.not_better_than.empty()) {
+    entry.verdict = "larger";
+    entry.reason = "fits no better than " + c.not_better_than;
+  } else if (better != nullptr) {
+    entry.verdict = "worse";
+    entry.reason = "predicts corners worse than " + better->id;
+  } else {
+    entry.verdict = "larger";
+    entry.reason = "predicts no better than " + chosen.id + ", with " +
+                   (c.num_params > chosen.num_params ? "more" : "as many") + " parameters";
+  }
+  return entry;
+}
+
+}  // namespace
+
+ChosenModel chooseModel(const Checkerboard& board, const PreparedViews& given,
+                        const CalibratorOptions& options) {
+  ModelChoice choice;
+  Candidates candidates = fitCandidates(board, given, options, choice);
+  Candidate& reference = fittest(candidates, given);
+  reference.solution = withDataSettled(*std::move(reference.solution), given, options);
+  choice.reference = reference.id;
+  const Fit& reference_fit = reference.solution->fit;
+  parallelFor(
+      candidates.size(), options.jobs,
+      [&](std::size_t i) { evaluate(candidates[i], reference_fit, given, options.cancel); }, options.cancel);
+  const Candidate* best = bestOf(candidates);
+  // Where no model is sound, the findings on the one that fits say why.
+  const Candidate& chosen = best != nullptr ? smallestAsGoodAs(*best, candidates) : reference;
+  std::vector<RivalCamera> rivals;
+  if (best != nullptr) {
+    choice.best = best->id;
+    rivals = rivalsOf(chosen, *best, candidates, choice.is_wide);
+  }
+  for (const Candidate& c : candidates) choice.candidates.push_back(report(c, candidates, best, chosen));
+  Candidate& winner = candidates[static_cast<std::size_t>(&chosen - candidates.data())];
+  if (&winner != &reference) {
+    CalibratorOptions own = options;
+    own.model = winner.id;
+    if (!winner.solution) winner.solution = fittedPlainly(board, given, own);
+    winner.solution = withDataSettled(*std::move(winner.solution), given, own);
+  }
+  return {.solution = *std::move(winner.solution),
+          .choice = std::move(choice),
+          .params = std::move(winner.params),
+          .rivals = std::move(rivals)};
+}
+
+}  // namespace alidade

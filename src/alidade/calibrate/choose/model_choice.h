@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/calibrate/choose/model_candidate.h"
+#include "alidade/calibrate/choose/model_solution.h"
+
+namespace alidade {
+
+/// A camera of another model that predicts corners as well as the chosen one.
+struct RivalCamera {
+  std::string id;
+  std::vector<double> params;  ///< in storage order, solved on the same corners
+};
+
+struct ChosenModel {
+  ModelSolution solution;  ///< with what withDataSettled() leaves
+  ModelChoice choice;
+  std::vector<double> params;  ///< of the chosen model on the corners in common; empty if it was not solved
+  std::vector<RivalCamera> rivals;  ///< the models on the same corners that predict them as well
+};
+
+/// Chooses the smallest model beside which none with further parameters has significantly smaller held-out
+/// errors, by a share that is worth them, among those that the views determine. One that folds inside the
+/// image is chosen only where no other fits as well, and the findings then say no. See docs/model_choice.md.
+///
+/// Models that other models contain are given up where a few steps of the larger one take less off the cost
+/// than would count.
+///
+/// All candidates are compared on the same corners with the same weights, those that the smallest model which
+/// fits as well as any settles on: a lean model would leave out as outliers what a better one explains.
+/// The chosen model then settles by itself what an outlier is, as if it had been named.
+/// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
+[[nodiscard]] ChosenModel chooseModel(const Checkerboard& board, const PreparedViews& given,
+                                      const CalibratorOptions& options);
+
+}  // namespace alidade

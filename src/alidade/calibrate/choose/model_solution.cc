@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/choose/model_solution.h"
+
+#include <utility>
+
+#include "alidade/adjust/weak_prior.h"
+#include "alidade/calibrate/clean/outliers.h"
+#include "alidade/calibrate/start/start_fit.h"
+
+namespace alidade {
+
+ModelSolution fittedPlainly(const Checkerboard& board, const PreparedViews& given,
+                            const CalibratorOptions& options) {
+  StartedFit started = startedFit(board, given, options);
+  SettledFit settled = settledFromStart(std::move(started.fit), options.cancel);
+  ComparedFit compared = comparedWithRivals(std::move(settled.fit), started.rivals, options.cancel);
+  return {.fit = std::move(compared.fit),
+          .is_settled = settled.is_settled,
+          .shape = {},
+          .start = started.report,
+          .close_params = std::move(compared.close_params)};
+}
+
+ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
+                              const CalibratorOptions& options) {
+  const CancelFlag* cancel = options.cancel;
+  SettledFit settled{.fit = regularised(std::move(solution.fit), cancel), .is_settled = solution.is_settled};
+  BentFit now = bent(std::move(settled), options.board_shape, cancel);
+  now.settled = withoutOutliers(std::move(now.settled), given, cancel);
+  const bool was_bent = isShapeEstimated(now.settled.fit);
+  now = bendTestedAgain(std::move(now), options.board_shape, cancel);
+  if (was_bent && !isShapeEstimated(now.settled.fit))
+    now.settled = withoutOutliers(std::move(now.settled), given, cancel);
+  // On the corners that are left.
+  solution.fit = regularised(std::move(now.settled.fit), cancel);
+  solution.is_settled = now.settled.is_settled;
+  solution.shape = std::move(now.report);
+  return solution;
+}
+
+}  // namespace alidade

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "alidade/calibrate/bend/shape_step.h"
+#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/prepared_views.h"
+#include "alidade/calibrate/start/start.h"
+
+namespace alidade {
+
+/// A camera of one model that fits the views, and how it was found.
+struct ModelSolution {
+  Fit fit;
+  bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
+  ShapeReport shape;
+  StartReport start;
+  /// Parameters of other optima that were about as good on all views, for otherOptima().
+  std::vector<std::vector<double>> close_params;
+};
+
+/// From views to a camera that fits them, all corners counting by the robust loss alone.
+/// @param options  with a model that is named
+/// @throws Error (kInput) if no camera of the model explains the views
+[[nodiscard]] ModelSolution fittedPlainly(const Checkerboard& board, const PreparedViews& given,
+                                          const CalibratorOptions& options);
+
+/// Settles what the corners are: the board's bend, outliers, views that do not fit, weights. Regularises a
+/// lens that they do not determine.
+[[nodiscard]] ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
+                                            const CalibratorOptions& options);
+
+}  // namespace alidade

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/fit.h"
+#include "alidade/target/view.h"
+
+namespace alidade {
+
+/// How a view fits a camera: that of the fit, or another one.
+struct ViewFit {
+  SE3 camera_from_board;
+  std::vector<Observation> corners;     ///< all that the view has, weighted; on the flat board
+  std::vector<Eigen::Vector2d> errors;  ///< one a corner; NaN where it does not project
+};
+
+/// Beyond this many standard deviations a corner is not noise (chance 1e-14) and is left out by name.
+inline constexpr double kOutlierSigmas = 8.0;
+
+/// View `v` of the fit with all corners of `view`, which is its source.
+[[nodiscard]] ViewFit fitInUse(const Fit& fit, std::size_t v, const View& view);
+
+/// Any view, posed and refined by the fit's camera. Nothing where no pose explains it.
+[[nodiscard]] std::optional<ViewFit> fitAlone(const Fit& fit, const View& view);
+
+/// Is a corner farther off than noise ever is?
+[[nodiscard]] bool isOutlier(const Observation& corner, const Eigen::Vector2d& error, double sigma_px);
+
+[[nodiscard]] std::size_t countOutliers(const ViewFit& fit, double sigma_px);
+
+/// Root mean square of the weighted errors over that of noise, each error counted as kOutlierSigmas at most:
+/// 1 for a view like the others, whatever a few outliers do.
+[[nodiscard]] double misfitRatio(const ViewFit& fit, double sigma_px);
+
+/// Is this what noise leaves, and a camera that is not exact itself?
+[[nodiscard]] bool isExplained(const ViewFit& fit, double sigma_px);
+
+/// Do the errors vary smoothly over the board, other than noise?
+[[nodiscard]] bool isSmooth(const Checkerboard& board, const ViewFit& fit);
+
+/// The misfit ratio beyond which a view stands out among views of these. Where no lens of the model follows
+/// the real one, ratios differ from view to view without any view being to blame.
+[[nodiscard]] double standOutRatio(std::vector<double> ratios);
+
+/// Does the view not fit where others do: does its misfit stand out, and is it no mere noise?
+[[nodiscard]] bool isForeign(const Checkerboard& board, const ViewFit& fit, double sigma_px,
+                             double stand_out_ratio);
+
+}  // namespace alidade

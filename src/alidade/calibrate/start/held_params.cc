@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/start/held_params.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string_view>
+
+#include "alidade/camera/model_fit.h"
+#include "alidade/camera/model_list.h"
+#include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kFx = 0;
+constexpr int kFy = 1;
+constexpr int kCx = 2;
+constexpr int kNumAffine = static_cast<int>(kAffineParamNames.size());
+
+// Can the parameter be held without being given? A focal length cannot, nor a lens parameter that may not be
+// zero.
+bool hasOwnValue(std::string_view model_id, int i) {
+  if (i < kNumAffine) return i >= kCx;
+  bool may_be_zero = true;
+  forEachModel(AllModels{}, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    if (M::kId != model_id) return;
+    for (int k = 0; k < M::kNumLensParams; ++k) {
+      const ParamRange range = M::kLensRanges[static_cast<std::size_t>(k)];
+      if (k == i - kNumAffine) may_be_zero = range.min <= 0 && range.max >= 0;
+    }
+  });
+  return may_be_zero;
+}
+
+bool isHeld(const ParamConstraint& constraint, int i) {
+  return std::find(constraint.held.begin(), constraint.held.end(), i) != constraint.held.end();
+}
+
+}  // namespace
+
+std::string namedModel(const CalibratorOptions& options) {
+  const bool is_open = options.model == kAutoModel && options.initial.has_value();
+  return is_open ? std::string(options.initial->camera.modelId()) : options.model;
+}
+
+ParamConstraint constraintOf(const CalibratorOptions& options) {
+  const std::string model = namedModel(options);
+  const bool is_open = model == kAutoModel;
+  const auto names = is_open ? std::span<const std::string_view>(kAffineParamNames) : parameterNames(model);
+  const std::vector<std::string> known(names.begin(), names.end());
+  ParamConstraint constraint{.held = {}, .same_focal = options.same_focal};
+  for (const std::string& name : options.held) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end()) {
+      const auto nearest = nearestName(name, known);
+      throw usageError({.where = "parameters to hold",
+                        .found = "'" + name + "'",
+                        .expected = (is_open ? "parameters that all models have, since the model is to be "
+                                               "chosen: "
+                                             : "parameters of " + model + ": ") +
+                                    join(known, ", "),
+                        .next_step = is_open   ? "name the model with --model"
+                                     : nearest ? "did you mean '" + *nearest + "'?"
+                                               : ""});
+    }
+    const int i = static_cast<int>(at - known.begin());
+    if (!options.initial && !hasOwnValue(model, i)) {
+      throw usageError({.where = "parameters to hold",
+                        .found = "'" + name + "' without a value",
+                        .expected = "a camera to start from, whose value it keeps",
+                        .next_step = "give a camera file with --init"});
+    }
+    if (!isHeld(constraint, i)) constraint.held.push_back(i);
+  }
+  std::sort(constraint.held.begin(), constraint.held.end());
+  return constraint;
+}
+
+std::vector<double> initialParameters(const CalibratorOptions& options, ImageSize size) {
+  const InitialCamera& initial = *options.initial;
+  if (initial.size != size) {
+    throw inputError({.where = "camera to start from",
+                      .found = "images of " + sizeText(initial.size),
+                      .expected = sizeText(size) + " as the views have",
+                      .next_step = "alidade convert --resize or --crop makes the camera of other images"});
+  }
+  const AnyCamera camera = initial.camera.modelId() == options.model
+                               ? initial.camera
+                               : fitModel(initial.camera, size, options.model).camera;
+  return {camera.parameters().begin(), camera.parameters().end()};
+}
+
+bool applyConstraint(const CalibratorOptions& options, const ParamConstraint& constraint, ImageSize size,
+                     std::vector<double>& params) {
+  const std::vector<double> before = params;
+  if (!options.initial) {
+    for (const int i : constraint.held) {
+      const double centre = i == kCx ? 0.5 * (size.width - 1) : 0.5 * (size.height - 1);
+      params[static_cast<std::size_t>(i)] = i < kNumAffine ? centre : 0.0;
+    }
+  }
+  if (constraint.same_focal) {
+    const double mean = std::sqrt(params[kFx] * params[kFy]);
+    const double focal = isHeld(constraint, kFx) ? params[kFx] : isHeld(constraint, kFy) ? params[kFy] : mean;
+    params[kFx] = params[kFy] = focal;
+  }
+  return params != before;
+}
+
+}  // namespace alidade

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/cancel.h"
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// The model name that stands for a choice among models by held-out error.
+inline constexpr const char* kAutoModel = "auto";
+
+/// A camera to start from.
+struct InitialCamera {
+  AnyCamera camera;  ///< of another model: the one in its place by fitModel()
+  ImageSize size;
+};
+
+/// Whether the board's bend (BoardShape) is estimated.
+enum class BoardShapeMode {
+  kFlat,  ///< the board is taken as flat
+  kWarp,  ///< the bend is estimated
+  kAuto,  ///< the bend is estimated if a test says that there is one
+};
+
+struct CalibratorOptions {
+  /// An id of the model list, or kAutoModel: that of the initial camera, or the one chosen by held-out error.
+  std::string model = "radtan";
+  std::optional<InitialCamera> initial = std::nullopt;  ///< nothing: a start is searched for
+  /// Names of parameters that keep their value: that of `initial`; without one, the image's centre for cx and
+  /// cy and 0 for the lens.
+  std::vector<std::string> held = {};
+  bool same_focal = false;  ///< fx = fy in pixels
+  BoardShapeMode board_shape = BoardShapeMode::kAuto;
+  int jobs = 1;  ///< threads; 0 = one per processor. The result does not depend on it.
+  const CancelFlag* cancel = nullptr;
+};
+
+}  // namespace alidade

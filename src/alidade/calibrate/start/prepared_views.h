@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "alidade/adjust/fit.h"
+#include "alidade/target/checkerboard.h"
+#include "alidade/target/view.h"
+
+namespace alidade {
+
+/// Fewest views from which a calibration is attempted. Two would determine four parameters, with nothing left
+/// to notice a mistake by.
+inline constexpr int kMinViews = 3;
+
+/// Fewest corners from which a view is used.
+inline constexpr std::size_t kMinCornersPerView = 6;
+
+/// A view that was given but not used.
+struct ExcludedView {
+  std::string image;
+  std::string reason;
+};
+
+/// A view that was taken together with another one of the same pose, see mergeRepeatedViews().
+struct RepeatedView {
+  std::string image;
+  std::string same_as;  ///< the view that stands for both
+};
+
+/// What a calibration is made from.
+struct PreparedViews {
+  std::vector<View> views;  ///< in order of their names, corners in order of their ids; FitView::source is
+                            ///< an index into these
+  std::vector<ExcludedView> excluded;  ///< with too few corners
+  std::vector<RepeatedView> repeated;
+};
+
+/// Checks what was given, puts it in order, and leaves out views with too few corners and copies of others.
+/// @throws Error (kInput), see calibrate()
+[[nodiscard]] PreparedViews prepareViews(const Checkerboard& board, std::vector<View> views);
+
+/// The views that a fit does not use, in their order.
+[[nodiscard]] std::vector<std::size_t> viewsLeftOut(const PreparedViews& given, const Fit& fit);
+
+/// @throws Error (kInput) with the reasons of the views left out if the fit has fewer than kMinViews
+void requireViews(const PreparedViews& given, const Fit& fit);
+
+}  // namespace alidade

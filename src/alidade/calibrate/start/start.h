@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "alidade/adjust/pose_search.h"
+#include "alidade/core/cancel.h"
+#include "alidade/target/checkerboard.h"
+#include "alidade/target/view.h"
+
+namespace alidade {
+
+/// How the search for a start went.
+struct StartReport {
+  int num_tried = 0;   ///< fields of view at which the views could be explained at all
+  int num_solved = 0;  ///< of these, the best, solved to convergence until two agreed or none was left
+  int num_agreed = 0;  ///< of these, those that came to the optimum of the lowest cost
+  int num_optima = 1;  ///< optima of about this cost that other shapes of the lens led to, this one with them
+};
+
+struct Start {
+  PosedCamera camera;  ///< of the model that was asked for
+  /// Other optima of about the same cost, by other shapes of the lens: only all views can tell which is best.
+  std::vector<PosedCamera> rivals;
+  StartReport report;
+};
+
+struct StartOptions {
+  int jobs = 1;  ///< threads, 0: one per processor; the start is the same bit by bit
+  const CancelFlag* cancel = nullptr;
+};
+
+/// A start at a given camera: poses by the corners' rays. Nothing if it explains fewer than three views.
+[[nodiscard]] std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
+                                             const Checkerboard& board, std::span<const View> views);
+
+/// A camera and poses to start from, without any guess, for lenses of 15 to 210 degrees.
+///
+/// A spread of the views is first solved for a lens that has one good way to every answer: without distortion
+/// for a model without, `radtan` for the models that contain it, `kannala_brandt`, a polynomial, for all
+/// others. It starts from several fields of view with the principal point in the image's middle; poses come
+/// from the corners' rays. Then all lenses of the model that look like this one are solved in turn
+/// (lensShapes), and the one with the lowest robust cost wins. Corners count alike, whatever their sigma: a
+/// start need not be precise. Nothing if no start can explain the views at all.
+[[nodiscard]] std::optional<Start> findStart(std::string_view model_id, const Checkerboard& board,
+                                             std::span<const View> views, const StartOptions& options = {});
+
+}  // namespace alidade

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/start/start_fit.h"
+
+#include <utility>
+
+#include "alidade/adjust/solve.h"
+#include "alidade/calibrate/start/held_params.h"
+#include "alidade/core/error.h"
+
+namespace alidade {
+namespace {
+
+std::optional<Start> searchedOrGivenStart(const Checkerboard& board, const PreparedViews& given,
+                                          const CalibratorOptions& options) {
+  if (!options.initial) {
+    return findStart(options.model, board, given.views, {.jobs = options.jobs, .cancel = options.cancel});
+  }
+  return startFrom(options.model, initialParameters(options, given.views.front().size), board, given.views);
+}
+
+// The fit with the camera and the poses of another solution; nothing if that explains fewer views.
+std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
+  fit.cameras.front().params = other.params;
+  for (const FitView& view : fit.views) {
+    const auto& pose = other.poses[view.source];
+    if (!pose) return std::nullopt;
+    fit.placements[view.placement].rig_from_board = *pose;
+  }
+  return fit;
+}
+
+// May the corners that will be left out, or the board's shape, still bring the two within noise of each
+// other?
+bool isClose(const Fit& fit, double cost) {
+  constexpr double kCloseChi2 = 100;  // about ten times what noise makes
+  const double num_coordinates = 2 * static_cast<double>(numCorners(fit));
+  return cost <= (1 + kCloseChi2 / num_coordinates) * fit.summary.cost;
+}
+
+}  // namespace
+
+StartedFit startedFit(const Checkerboard& board, const PreparedViews& given,
+                      const CalibratorOptions& options) {
+  auto start = searchedOrGivenStart(board, given, options);
+  if (!start) {
+    throw inputError({.where = "calibration",
+                      .found = "no " + options.model + " camera that explains these views even roughly",
+                      .expected = "views of one flat board by one camera",
+                      .next_step = "check the board's size; a wide-angle lens may need another model"});
+  }
+  const ImageSize size = given.views.front().size;
+  const HuberLoss loss = startLoss(size);
+  const ParamConstraint constraint = constraintOf(options);
+  std::vector<std::vector<Observation>> corners;
+  for (const View& view : given.views) corners.push_back(observationsOf(board, view));
+  const auto constrain = [&](PosedCamera& camera) {
+    if (applyConstraint(options, constraint, size, camera.params))
+      improvePoses(options.model, corners, loss, camera);
+  };
+  constrain(start->camera);
+  for (PosedCamera& rival : start->rivals) constrain(rival);
+  StartedFit started{.fit = emptyFit(options.model, size, start->camera.params, board, loss),
+                     .rivals = std::move(start->rivals),
+                     .report = start->report};
+  started.fit.cameras.front().constraint = constraint;
+  for (std::size_t v = 0; v < corners.size(); ++v) {
+    if (const auto& pose = start->camera.poses[v]) addView(started.fit, v, std::move(corners[v]), *pose);
+  }
+  requireViews(given, started.fit);
+  return started;
+}
+
+ComparedFit comparedWithRivals(Fit fit, const std::vector<PosedCamera>& rivals, const CancelFlag* cancel) {
+  constexpr double kTolerance = 1e-9;  // of the cost
+  struct Solved {
+    std::vector<double> params;
+    double cost = 0;
+  };
+  std::vector<Solved> others;
+  for (const PosedCamera& camera : rivals) {
+    auto rival = movedTo(camera, fit);
+    if (!rival) continue;
+    *rival = solve(*std::move(rival), {.function_tolerance = kTolerance, .cancel = cancel});
+    if (rival->summary.termination == Termination::kFailed) continue;
+    const bool is_better = rival->summary.cost < (1 - kTolerance) * fit.summary.cost;
+    if (is_better) std::swap(fit, *rival);
+    others.push_back({.params = rival->cameras.front().params, .cost = rival->summary.cost});
+    if (is_better) fit = solve(std::move(fit), {.cancel = cancel});
+  }
+  ComparedFit compared{.fit = std::move(fit), .close_params = {}};
+  for (Solved& other : others) {
+    if (isClose(compared.fit, other.cost)) compared.close_params.push_back(std::move(other.params));
+  }
+  return compared;
+}
+
+}  // namespace alidade

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "alidade/adjust/fit.h"
+#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/prepared_views.h"
+#include "alidade/calibrate/start/start.h"
+
+namespace alidade {
+
+/// A fit to go on from, not solved for all views.
+struct StartedFit {
+  Fit fit;                          ///< of the views that the start explains
+  std::vector<PosedCamera> rivals;  ///< see Start; a pose for each prepared view
+  StartReport report;
+};
+
+/// Finds a camera and poses to start from.
+/// @param options  with a model that is named
+/// @throws Error (kInput) if no camera explains the views, or too few of them
+[[nodiscard]] StartedFit startedFit(const Checkerboard& board, const PreparedViews& given,
+                                    const CalibratorOptions& options);
+
+/// A fit beside the other optima of its start.
+struct ComparedFit {
+  Fit fit;
+  /// Parameters of the others that were about as good on all views, for otherOptima().
+  std::vector<std::vector<double>> close_params;
+};
+
+/// Other optima that were about as good on the views of the start: on all views the lowest cost decides.
+[[nodiscard]] ComparedFit comparedWithRivals(Fit fit, const std::vector<PosedCamera>& rivals,
+                                             const CancelFlag* cancel);
+
+}  // namespace alidade

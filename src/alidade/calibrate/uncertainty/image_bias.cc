@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/image_bias.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include "alidade/adjust/reduced.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kCellsAlong = 6;  // the longer side
+
+// Nodes of the field, and its two displacements at each.
+class FieldGrid {
+ public:
+  explicit FieldGrid(ImageSize size)
+      : side_(static_cast<double>(std::max(size.width, size.height)) / kCellsAlong),
+        columns_(static_cast<int>(std::ceil(size.width / side_))),
+        rows_(static_cast<int>(std::ceil(size.height / side_))) {}
+
+  [[nodiscard]] int size() const { return 2 * (columns_ + 1) * (rows_ + 1); }
+
+  // The four displacements along an axis that a corner's pixel depends on.
+  [[nodiscard]] ExtraElements<4> elements(const CornerRows& rows, int axis) const {
+    const Eigen::Vector2d& pixel = rows.corner.pixel;
+    const double w = rows.root_weight;
+    const double x = (pixel.x() + 0.5) / side_;
+    const double y = (pixel.y() + 0.5) / side_;
+    const int column = std::clamp(static_cast<int>(std::floor(x)), 0, columns_ - 1);
+    const int row = std::clamp(static_cast<int>(std::floor(y)), 0, rows_ - 1);
+    const double a = x - column;
+    const double b = y - row;
+    const auto node = [&](int c, int r) { return 2 * ((row + r) * (columns_ + 1) + column + c) + axis; };
+    return {.column = {node(0, 0), node(1, 0), node(0, 1), node(1, 1)},
+            .value = {w * (1 - a) * (1 - b), w * a * (1 - b), w * (1 - a) * b, w * a * b}};
+  }
+
+ private:
+  double side_;
+  int columns_;
+  int rows_;
+};
+
+// What the views say of intrinsics and field, their poses following.
+struct Votes {
+  Eigen::MatrixXd information;  // of all views
+  Eigen::MatrixXd gradients;    // a column a view
+};
+
+Votes votesOf(const Fit& fit, const FieldGrid& grid) {
+  const auto size = static_cast<Eigen::Index>(fit.cameras.front().params.size()) + grid.size();
+  Votes votes{.information = Eigen::MatrixXd::Zero(size, size),
+              .gradients = Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(fit.views.size()))};
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    const Reduced view = reduced(fit, fit.views[v], LossWeights::kUse, grid);
+    votes.information += view.information;
+    votes.gradients.col(static_cast<Eigen::Index>(v)) = view.gradient;
+  }
+  return votes;
+}
+
+// Inverse on what the views determine.
+Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
+  constexpr double kUndetermined = 1e-11;
+  if (matrix.size() == 0) return matrix;  // all parameters are held
+  const Eigen::VectorXd scale =
+      matrix.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
+                                                              scale.asDiagonal());
+  const double largest = solver.eigenvalues().maxCoeff();
+  const Eigen::VectorXd inverse = solver.eigenvalues().unaryExpr(
+      [&](double value) { return value > kUndetermined * largest ? 1 / value : 0.0; });
+  return scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
+         solver.eigenvectors().transpose() * scale.asDiagonal();
+}
+
+}  // namespace
+
+ImageBias imageBias(const Fit& fit) {
+  const FitCamera& camera = fit.cameras.front();
+  const FieldGrid grid(camera.size);
+  const Votes votes = votesOf(fit, grid);
+  const auto n = static_cast<Eigen::Index>(camera.params.size());
+  const Eigen::Index m = grid.size();
+  // The intrinsics follow as well.
+  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(n), camera.constraint);
+  const Eigen::MatrixXd coupling = directions.transpose() * votes.information.topRightCorner(n, m);
+  const Eigen::MatrixXd back =
+      coupling.transpose() *
+      inverseOfDetermined(directions.transpose() * votes.information.topLeftCorner(n, n) * directions);
+  const Eigen::MatrixXd scores =
+      votes.gradients.bottomRows(m) - back * (directions.transpose() * votes.gradients.topRows(n));
+  Eigen::MatrixXd information = votes.information.bottomRightCorner(m, m) - back * coupling;
+  // What poses and intrinsics would take up of the field has next to no information: it must not be divided
+  // by.
+  constexpr double kPrior = 0.05;  // of the mean information
+  const double prior = kPrior * information.trace() / static_cast<double>(m);
+  if (!(prior > 0)) return {};
+  information.diagonal().array() += prior;
+  const Eigen::MatrixXd whitened = information.llt().matrixL().solve(scores);
+  const Eigen::MatrixXd products = whitened.transpose() * whitened;  // of two views each
+  const double agreed = products.sum() - products.trace();
+  // Flipping the sign of whole views leaves everything as it is if they have nothing in common. Over all
+  // flips the sum has the mean 0 and this variance.
+  const double variance = 2 * (products.squaredNorm() - products.diagonal().squaredNorm());
+  if (!(variance > 0)) return {};
+  return {.z = agreed / std::sqrt(variance),
+          .rms_px = std::sqrt(std::max(0.0, agreed / static_cast<double>(numCorners(fit))))};
+}
+
+}  // namespace alidade

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/other_optima.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/model_soundness.h"
+#include "alidade/adjust/pose_search.h"
+#include "alidade/adjust/shape_information.h"
+#include "alidade/adjust/solve.h"
+#include "alidade/calibrate/uncertainty/far_difference.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kBeyondSigmas = 3;
+
+// The variance by which a difference of costs is no more than noise.
+double variance(const Uncertainty& known) {
+  const double by_noise = known.coordinate_sigma_px * known.coordinate_sigma_px;
+  return known.isNoiseExceeded() ? by_noise * std::max(1.0, known.by_views->excess) : by_noise;
+}
+
+// Of twice the cost, what a bend of the other camera's own would save.
+double savedByBend(const Fit& fit, const Fit& other) {
+  if (!isShapeEstimated(fit)) return 0;
+  const auto info = shapeInformation(other);
+  return info ? info->drop : 0;
+}
+
+double largestSigmas(const Fit& fit, const Uncertainty& known, std::span<const double> params) {
+  double largest = 0;
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    const double std = known.statedStd(static_cast<int>(i));
+    const double difference = std::abs(params[i] - fit.cameras.front().params[i]);
+    if (std > 0) largest = std::max(largest, difference / std);
+  }
+  return largest;
+}
+
+double projectionDifference(const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels) {
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  for (const double difference : farDifferences(a, b, pixels, pixels))
+    largest = std::fmax(largest, difference);
+  return largest;
+}
+
+std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<double>& params,
+                                         const Uncertainty& known, const CancelFlag* cancel) {
+  // Poses by the corners' rays: since the search, views may have gone out of use or come back.
+  Fit start = fit;
+  start.cameras.front().params = params;
+  start.boards.front().is_shape_fixed = true;
+  auto posed = posedAnew(std::move(start));
+  if (!posed) return std::nullopt;
+  const Fit at = solve(*std::move(posed), {.cancel = cancel});
+  if (unsoundnessOf(at)) return std::nullopt;
+  const FitCamera& camera = at.cameras.front();
+  const double twice_more = 2 * (at.summary.cost - fit.summary.cost) - savedByBend(fit, at);
+  OtherOptimum other{.params = camera.params,
+                     .rms_px = weightedRms(at),
+                     .excess_chi2 = twice_more / variance(known),
+                     .sigmas = largestSigmas(fit, known, camera.params)};
+  if (!(other.excess_chi2 < kNoiseChi2) || !(other.sigmas > kBeyondSigmas)) return std::nullopt;
+  other.projection_px =
+      projectionDifference(AnyCamera::make(camera.model, fit.cameras.front().params),
+                           AnyCamera::make(camera.model, other.params), known.projection_far->pixels);
+  return other;
+}
+
+}  // namespace
+
+std::vector<OtherOptimum> otherOptima(const Fit& fit, const std::vector<std::vector<double>>& close_params,
+                                      const Uncertainty& known, const CancelFlag* cancel) {
+  std::vector<OtherOptimum> others;
+  if (!known.covariance || !known.projection_far) return others;
+  for (const std::vector<double>& params : close_params) {
+    if (auto other = otherOptimum(fit, params, known, cancel)) others.push_back(std::move(*other));
+  }
+  std::stable_sort(others.begin(), others.end(), [](const OtherOptimum& a, const OtherOptimum& b) {
+    return a.excess_chi2 < b.excess_chi2;
+  });
+  return others;
+}
+
+}  // namespace alidade

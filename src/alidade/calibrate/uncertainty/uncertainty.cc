@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/uncertainty.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/local_sigma.h"
+#include "alidade/adjust/shape_information.h"
+#include "alidade/adjust/weak_prior.h"
+#include "alidade/calibrate/uncertainty/other_optima.h"
+#include "alidade/core/median.h"
+
+namespace alidade {
+namespace {
+
+// The information whose inverse along the directions is given; it is zero across them.
+Eigen::MatrixXd informationOf(const Eigen::MatrixXd& inverse, const Eigen::MatrixXd& directions) {
+  if (directions.cols() == 0) return Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
+  const Eigen::MatrixXd onto = squares.cwiseInverse().asDiagonal() * directions.transpose();
+  const Eigen::MatrixXd along = onto * inverse * onto.transpose();
+  return onto.transpose() * along.inverse() * onto;
+}
+
+// What the prior says of what is free.
+Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& prior) {
+  if (prior.isNone()) return Eigen::MatrixXd::Zero(directions.rows(), directions.rows());
+  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
+  const Eigen::MatrixXd onto = directions * squares.cwiseInverse().asDiagonal() * directions.transpose();
+  return onto * Eigen::Map<const Eigen::VectorXd>(prior.precision.data(), onto.rows()).asDiagonal() * onto;
+}
+
+// What is known of the parameters, by the corners and by the views.
+struct Known {
+  double variance = 0;               // of the coordinate of a corner of weight 1
+  Eigen::MatrixXd information = {};  // by the corners, what else is unknown being free
+  std::optional<Eigen::MatrixXd> covariance = {};
+  std::optional<ViewCovariance> by_views = {};
+};
+
+// The same under the camera's prior.
+void applyPrior(const FitCamera& camera, Known& known) {
+  if (camera.weak_prior.isNone()) return;
+  const auto held = HeldCovariance::make(known.information, camera, known.variance);
+  known.covariance.reset();
+  if (!held) known.by_views.reset();
+  if (!held) return;
+  known.covariance = held->byNoise();
+  if (!known.by_views) return;
+  known.by_views->covariance = held->byViews(known.by_views->covariance);
+  known.by_views->larger = held->byViews(known.by_views->larger);
+}
+
+// What is asked of a fit again and again.
+struct Residuals {
+  explicit Residuals(const Fit& fit)
+      : directions(freeDirections(static_cast<int>(fit.cameras.front().params.size()),
+                                  fit.cameras.front().constraint)),
+        weighted(weightedErrors(fit)),
+        slope(meanSlope(weighted, fit.loss)) {
+    const int num_bends = isShapeEstimated(fit) ? kNumBends : 0;
+    const int num_free =
+        static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.views.size())) + num_bends;
+    variance = coordinateVariance(weighted, fit.loss, num_free);
+  }
+  Eigen::MatrixXd directions;
+  std::vector<Eigen::Vector2d> weighted;
+  double slope;
+  double variance = 0;  // of the coordinate of a corner of weight 1, px^2; infinite if unknown
+};
+
+// With the board's shape as it is.
+Known withShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information) {
+  const Eigen::MatrixXd& directions = residuals.directions;
+  Known known{.variance = residuals.variance, .information = information.information};
+  if (information.inverse) {
+    known.covariance = known.variance * *information.inverse;
+    known.by_views = viewCovariance(reduced(fit, LossWeights::kLeaveOut), directions,
+                                    static_cast<int>(directions.rows()), known.variance, residuals.slope);
+  }
+  applyPrior(fit.cameras.front(), known);
+  return known;
+}
+
+// With the bend among the unknowns.
+Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
+                    const ShapeInformation& bent) {
+  const FitCamera& camera = fit.cameras.front();
+  const Eigen::MatrixXd& directions = residuals.directions;
+  Known known{.variance = variance,
+              .information = informationOf(bent.params_inverse, directions) -
+                             precisionOn(directions, camera.weak_prior.prior),
+              .covariance = variance * bent.params_inverse};
+  known.by_views = viewCovariance(bent.pulls, withBend(directions), static_cast<int>(directions.rows()),
+                                  variance, residuals.slope);
+  applyPrior(camera, known);
+  return known;
+}
+
+// The sigmas of a bend that was estimated: where the views disagree, theirs if larger.
+void setBendStd(const Fit& fit, const Residuals& residuals, const ShapeInformation& bent,
+                Uncertainty& result) {
+  result.bend_std_m = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
+  const BoardShape& shape = fit.boards.front().shape;
+  const auto by_views = bendByViews(bent, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + bent.step_m,
+                                    residuals.directions, residuals.slope);
+  if (by_views && result.isNoiseExceeded()) result.bend_std_m = result.bend_std_m.cwiseMax(by_views->std_m);
+}
+
+void setCovariances(const Fit& fit, const Residuals& residuals, Uncertainty& result) {
+  const IntrinsicsInformation information = intrinsicsInformation(fit);
+  result.scaled_condition = information.scaled_condition;
+  result.free_directions = residuals.directions;
+  result.information = information.information;
+  // Without a corner more than are needed there is no telling how good they are.
+  if (!std::isfinite(residuals.variance)) return;
+  const bool is_estimated = isShapeEstimated(fit);
+  const auto bent = is_estimated || result.ignored_bend ? shapeInformation(fit) : std::nullopt;
+  // Without the bend's share the covariance would be too small, so there is none then.
+  if (is_estimated && !bent) return;
+  Known known = is_estimated ? withShapeFree(fit, residuals, residuals.variance, *bent)
+                             : withShapeGiven(fit, residuals, information);
+  result.information = known.information;
+  result.covariance = std::move(known.covariance);
+  result.by_views = std::move(known.by_views);
+  if (is_estimated) setBendStd(fit, residuals, *bent, result);
+  if (!result.ignored_bend || !bent || !result.covariance) return;
+  // Where the views show a bend that the user wants ignored, what is missing is known: the camera with the
+  // bend has the uncertainty that it states, and the one without lies so far from it.
+  IgnoredBend& ignored = *result.ignored_bend;
+  const Known with_bend = withShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent);
+  ignored.covariance = with_bend.covariance;
+  result.by_views = with_bend.by_views;
+  if (result.by_views) result.by_views->common_error = ignored.params_step;
+}
+
+// Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
+double unexplainedSigma(const Fit& fit, double variance) {
+  const CornerNoise& noise = fit.cameras.front().noise;
+  if (!noise.isStated()) return std::numeric_limits<double>::quiet_NaN();
+  if (!noise.isUniform()) return noise.unexplainedSigma();
+  const double stated = noise.statedVariance(fit.views.front().corners.front().sigma_px);
+  return std::sqrt(std::max(0.0, variance - stated));
+}
+
+void setProjection(const Fit& fit, const AnyCamera& camera, Uncertainty& result) {
+  std::vector<double> distances;
+  const Eigen::Vector3d middle = fit.boards.front().target.middle();
+  for (const FitView& view : fit.views) distances.push_back((cameraFromBoard(fit, view) * middle).norm());
+  result.board_distance_m = medianOf(distances);
+  if (!result.covariance) return;
+  const Eigen::MatrixXd stated = result.statedCovariance();
+  const auto grid = [&](double distance_m) {
+    return ProjectionUncertainty(camera, fit.cameras.front().size, distance_m).grid(stated);
+  };
+  result.projection_far = grid(std::numeric_limits<double>::infinity());
+  result.projection_near = grid(result.board_distance_m);
+}
+
+}  // namespace
+
+Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
+                          const std::vector<std::vector<double>>& close_params, const CancelFlag* cancel) {
+  const Residuals residuals(fit);
+  const AnyCamera camera = AnyCamera::make(fit.cameras.front().model, fit.cameras.front().params);
+  Uncertainty result;
+  result.ignored_bend = std::move(ignored_bend);
+  result.coordinate_sigma_px = std::sqrt(residuals.variance);
+  result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
+  result.local_sigma_px = localSigma(fit);
+  setCovariances(fit, residuals, result);
+  const auto scores = reduced(fit, LossWeights::kUse, StretchColumn{});
+  result.board_stretch = boardStretch(scores, residuals.directions, residuals.variance);
+  result.influences = viewInfluences(scores, residuals.directions, residuals.variance);
+  result.variations = viewVariations(fit);
+  setProjection(fit, camera, result);
+  result.other_optima = otherOptima(fit, close_params, result, cancel);
+  result.holdout = holdoutReport(heldOutErrors(fit, cancel));
+  result.image_bias = imageBias(fit);
+  return result;
+}
+
+double Uncertainty::parameterStd(int i) const {
+  if (!covariance) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt((*covariance)(i, i));
+}
+
+bool Uncertainty::isNoiseExceeded() const {
+  constexpr double kExactPx = 1e-4;  // corners without noise: rounding is no disagreement
+  return by_views && coordinate_sigma_px > kExactPx && by_views->excess_sigmas > kBeyondChance;
+}
+
+Eigen::MatrixXd Uncertainty::statedCovariance() const {
+  const bool is_other = ignored_bend && ignored_bend->covariance;
+  Eigen::MatrixXd stated = isNoiseExceeded() ? by_views->larger
+                           : is_other        ? *ignored_bend->covariance
+                                             : *covariance;
+  if (ignored_bend) stated += ignored_bend->params_step * ignored_bend->params_step.transpose();
+  // Inverses are symmetric but for rounding, which a nearly singular covariance carries to the digits of
+  // pixels. Files state the lower triangle, and whoever recomputes from it shall find the same.
+  return stated.selfadjointView<Eigen::Lower>();
+}
+
+double Uncertainty::statedStd(int i) const {
+  if (!covariance) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt(statedCovariance()(i, i));
+}
+
+std::optional<Uncertainty::Correlation> Uncertainty::strongestCorrelation() const {
+  constexpr double kStrong = 0.95;
+  constexpr double kSame = 1 - 1e-9;
+  if (!covariance) return std::nullopt;
+  const Eigen::MatrixXd stated = statedCovariance();
+  Correlation strongest;
+  for (int i = 0; i < stated.rows(); ++i) {
+    for (int j = 0; j < i; ++j) {
+      const double value = stated(i, j) / std::sqrt(stated(i, i) * stated(j, j));  // NaN if one is held
+      if (std::abs(value) > std::abs(strongest.value) && std::abs(value) < kSame)
+        strongest = {.first = j, .second = i, .value = value};
+    }
+  }
+  if (!(std::abs(strongest.value) > kStrong)) return std::nullopt;
+  return strongest;
+}
+
+bool Uncertainty::hasBias() const {
+  constexpr double kBiasSigmas = 0.3;  // of a corner's coordinate: less is no harm
+  return image_bias.isSeen() && image_bias.rms_px > kBiasSigmas * coordinate_sigma_px;
+}
+
+}  // namespace alidade

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/cross_validation.h"
+#include "alidade/calibrate/bend/shape_step.h"
+#include "alidade/calibrate/uncertainty/image_bias.h"
+#include "alidade/calibrate/uncertainty/model_spread.h"
+#include "alidade/calibrate/uncertainty/other_optimum.h"
+#include "alidade/calibrate/uncertainty/view_covariance.h"
+#include "alidade/calibrate/uncertainty/view_scores.h"
+#include "alidade/calibrate/uncertainty/view_variation.h"
+#include "alidade/camera/projection_uncertainty.h"
+
+namespace alidade {
+
+/// How well a fit knows its camera.
+struct Uncertainty {
+  /// One standard deviation of the coordinate of a corner of weight 1, from the residuals: as many corners
+  /// all as good as this would know as much as these do.
+  double coordinate_sigma_px = 0;
+  /// tau of CornerNoise: one standard deviation an axis that detection's own noise does not explain. NaN
+  /// where no corner states its sigma.
+  double unexplained_sigma_px = std::numeric_limits<double>::quiet_NaN();
+  /// coordinate_sigma_px from differences between neighbouring corners alone, in which errors that vary
+  /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
+  /// neighbours.
+  double local_sigma_px = 0;
+  /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
+  std::optional<Eigen::MatrixXd> covariance;
+  /// The same without taking the corners of one view for independent, and with a bend that was ignored as a
+  /// common error; nothing where there is no covariance, or the views are too few. Where it is much larger,
+  /// the views have errors that the model and the noise do not explain.
+  std::optional<ViewCovariance> by_views;
+  /// Where the board was held flat although a test says that it is bent.
+  std::optional<IgnoredBend> ignored_bend;
+  /// One sigma of the board's bend_x and bend_y; NaN if they were not estimated, or are unknown.
+  Eigen::Vector2d bend_std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  /// N x N, per px^2: what the corners say about the parameters with all poses free, and the board's bend
+  /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
+  /// inverse.
+  Eigen::MatrixXd information;
+  Eigen::MatrixXd free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
+  double scaled_condition = 0;      ///< see IntrinsicsInformation
+  /// What statedCovariance() makes of the pixel of a point: infinitely far away with the best rotation taken
+  /// out, and near with the best pose. Nothing where there is no covariance.
+  std::optional<UncertaintyGrid> projection_far;
+  std::optional<UncertaintyGrid> projection_near;
+  double board_distance_m = 0;            ///< median of the boards' middles from the camera
+  std::vector<ViewInfluence> influences;  ///< one a view; empty where the views do not determine the camera
+  HoldoutReport holdout;
+  ImageBias image_bias;
+  /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
+  std::optional<BoardStretch> board_stretch;
+  ViewVariations variations;                ///< what changes from view to view although it should not
+  std::vector<OtherOptimum> other_optima;   ///< that the corners do not rule out, the likeliest first
+  std::optional<ModelSpread> model_spread;  ///< where other models predict corners as well
+
+  /// One standard deviation of parameter i; NaN without a covariance.
+  [[nodiscard]] double parameterStd(int i) const;
+  /// Whether the views disagree by more than the corners' noise makes them, beyond chance: then `covariance`
+  /// is too small, and `by_views` is what counts.
+  [[nodiscard]] bool isNoiseExceeded() const;
+  /// The covariance to go by: where noise is exceeded, in every direction the larger of both. Where a bend
+  /// was ignored, that of the camera with the bend, and on top the square of what the bend would change.
+  /// Exactly symmetric: its lower triangle, as files state it, is all of it. There must be a covariance.
+  [[nodiscard]] Eigen::MatrixXd statedCovariance() const;
+  /// Its one standard deviation of parameter i; NaN without a covariance.
+  [[nodiscard]] double statedStd(int i) const;
+  /// Two parameters of which the views tell a combination well and each alone badly.
+  struct Correlation {
+    int first = 0;
+    int second = 0;
+    double value = 0;  ///< -1 to 1
+  };
+  /// The strongest of statedCovariance() if it is above 0.95 in size. fx and fy that are held equal do not
+  /// count.
+  [[nodiscard]] std::optional<Correlation> strongestCorrelation() const;
+  /// Do all views err in the same way at the same place of the image, and by enough to matter?
+  [[nodiscard]] bool hasBias() const;
+};
+
+/// Of a fit of one camera and one board, solved.
+/// @param ignored_bend  see ignoredBend()
+/// @param close_params  see ModelSolution
+[[nodiscard]] Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
+                                        const std::vector<std::vector<double>>& close_params,
+                                        const CancelFlag* cancel);
+
+}  // namespace alidade

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/view_covariance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+
+#include "alidade/adjust/view_shares.h"
+#include "alidade/core/statistics.h"
+
+namespace alidade {
+namespace {
+
+double inflation(double freedom) {
+  return studentT95(freedom) / kNormal95;
+}
+
+// In every direction the larger of two covariances, of which the first is `variance` times the identity.
+Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(variance);
+  return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
+}
+
+}  // namespace
+
+double ViewCovariance::effectiveStd(int i) const {
+  const double variance = is_pooled ? larger(i, i) : covariance(i, i);
+  const double inflated = is_pooled || !(variance > 0) ? 1.0 : inflation(freedom(i));
+  const double by_views = inflated * std::sqrt(std::max(0.0, variance));
+  return common_error.size() > 0 ? std::hypot(by_views, common_error(i)) : by_views;
+}
+
+std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
+                                             const Eigen::MatrixXd& directions, int num_params,
+                                             double variance, double mean_slope) {
+  constexpr std::size_t kFewestViews = 3;  // two disagree with each other in any case
+  constexpr double kLeastFreedom = 2;      // with less no factor is large enough
+  const Eigen::Index m = directions.cols();
+  if (m == 0 || pulls.size() < kFewestViews) return std::nullopt;
+  const auto shares = ViewShares::make(pulls, directions, mean_slope);
+  if (!shares) return std::nullopt;
+  const Eigen::MatrixXd& meat = shares->covariance();
+
+  ViewCovariance result;
+  const Eigen::MatrixXd root = shares->basis().topRows(num_params);
+  result.covariance = root * meat * root.transpose();
+  result.freedom.resize(num_params);
+  double most = 1;
+  for (int i = 0; i < num_params; ++i) {
+    result.freedom(i) = shares->freedomOf(root.row(i).transpose());
+    if (result.covariance(i, i) > 0) most = std::max(most, inflation(result.freedom(i)));
+  }
+  const auto num_free = static_cast<double>(m);
+  result.excess = meat.trace() / (num_free * variance);
+  result.excess_sigmas = normalOfMeanSquare(result.excess, num_free * num_free / shares->squaresOfShares());
+  result.is_pooled = static_cast<Eigen::Index>(pulls.size()) <= m || !std::isfinite(most);
+  if (result.is_pooled) {
+    const auto most_freedom = static_cast<double>(pulls.size()) - 1;
+    const double freedom = std::clamp(num_free / shares->squaresOfShares() - 1, kLeastFreedom, most_freedom);
+    const double pooled = inflation(freedom) * inflation(freedom) * result.excess;
+    const double capped = inflation(kLeastFreedom) * inflation(kLeastFreedom);
+    result.larger = root * larger(variance * std::max(1.0, pooled), capped * meat) * root.transpose();
+  } else {
+    result.larger = root * larger(variance, most * most * meat) * root.transpose();
+  }
+  return result;
+}
+
+}  // namespace alidade

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/view_kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/bundle_set.h"
+#include "support/loop_variants.h"
+#include "support/reprojection.h"
+
+namespace alidade {
+namespace {
+
+constexpr HuberLoss kLoss{.threshold_px = 1.5};
+// Corners in one group, in one chunk and in several of them, filled up and not.
+const Checkerboard kBoards[] = {{.columns = 4, .rows = 1, .square_m = 0.025},
+                                {.columns = 9, .rows = 6, .square_m = 0.025},
+                                {.columns = 19, .rows = 15, .square_m = 0.012}};
+
+template <class M>
+using Gram = Eigen::Matrix<double, kNumParams<M> + 7, kNumParams<M> + 7>;
+
+// A view's normal equations, corner by corner; those that cannot be projected are left out.
+template <class M>
+Gram<M> plainGram(const double* params, const SE3& pose, const std::vector<Observation>& view,
+                  HuberLoss loss) {
+  Gram<M> gram = Gram<M>::Zero();
+  double sum_rho = 0;
+  Reprojection<M> corner;
+  for (const Observation& observation : view) {
+    if (!reproject<M>(params, pose.rotation.matrix(), pose.translation, observation.p_board, corner))
+      continue;
+    const Eigen::Vector2d error = corner.pixel - observation.pixel;
+    const double s = observation.weight * error.squaredNorm();
+    Eigen::Matrix<double, 2, kNumParams<M> + 7> rows;
+    rows << corner.J_px_pose, corner.J_px_params, error;
+    gram += observation.weight * loss.weight(s) * rows.transpose() * rows;
+    sum_rho += loss.rho(s);
+  }
+  gram(kNumParams<M> + 6, kNumParams<M> + 6) = sum_rho;
+  return gram;
+}
+
+// What the kernel's six rows and its sums make up together.
+template <class M>
+Gram<M> gramOf(const PoseRows& rows, const SharedSums& sums) {
+  Gram<M> gram = rows.transpose() * rows;
+  constexpr int kShared = kNumParams<M> + 1;
+  gram.template bottomRightCorner<kShared, kShared>() +=
+      Eigen::MatrixXd(sums.gram.selfadjointView<Eigen::Lower>());
+  return gram;
+}
+
+// What the factor makes up.
+template <class M>
+Gram<M> gramOf(const std::vector<double>& factor) {
+  using Rows = Eigen::Matrix<double, kNumParams<M> + 7, kNumParams<M> + 7, Eigen::RowMajor>;
+  const Eigen::Map<const Rows> rows(factor.data());
+  return rows.transpose() * rows;
+}
+
+template <class M>
+void expectEqual(const Gram<M>& actual, const Gram<M>& expected) {
+  for (int i = 0; i < expected.rows(); ++i) {
+    for (int j = 0; j < expected.cols(); ++j) {
+      const double scale = std::sqrt(expected(i, i) * expected(j, j));
+      ASSERT_NEAR(actual(i, j), expected(i, j), 1e-11 * scale) << i << "," << j;
+    }
+  }
+}
+
+template <class M>
+class ViewKernelOf : public testing::Test {};
+TYPED_TEST_SUITE(ViewKernelOf, AllModelTypes, ModelName);
+
+TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
+  using M = TypeParam;
+  const ViewKernel& kernel = viewKernel(M::kId);
+  ASSERT_EQ(kernel.numParams(), kNumParams<M>);
+  int num_checked = 0;
+  int num_far = 0;
+  for (const Checkerboard& board : kBoards) {
+    const Fit fit = bundleSet<M>(3, 15.0, kNoLoss, board);
+    const double* params = fit.cameras.front().params.data();
+    for (const FitView& view : fit.views) {
+      const SE3 pose = cameraFromBoard(fit, view);
+      const CornerGroups corners(view.corners);
+      const Gram<M> expected = plainGram<M>(params, pose, view.corners, kLoss);
+      withAndWithoutAvx2([&] {
+        PoseRows rows(6, kNumParams<M> + 7);
+        SharedSums sums(kNumParams<M>);
+        ASSERT_TRUE(kernel.reduce(params, pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
+        expectEqual<M>(gramOf<M>(rows, sums), expected);
+        for (int i = 0; i < kNumParams<M>; ++i)
+          EXPECT_NEAR(sums.diagonal(i), expected(6 + i, 6 + i), 1e-11 * expected(6 + i, 6 + i));
+        std::vector<double> factor((kNumParams<M> + 7) * (kNumParams<M> + 7));
+        ASSERT_TRUE(kernel.factor(params, pose, corners.view(0), kLoss, factor.data()));
+        expectEqual<M>(gramOf<M>(factor), expected);
+        const double sum_rho = expected(kNumParams<M> + 6, kNumParams<M> + 6);
+        EXPECT_NEAR(kernel.sumOfRho(params, pose, corners.view(0), kLoss), sum_rho, 1e-12 * sum_rho);
+        std::vector<Eigen::Vector2d> errors(view.corners.size());
+        kernel.errors(params, pose, corners.view(0), errors);
+        for (std::size_t i = 0; i < errors.size(); ++i) {
+          Reprojection<M> corner;
+          const Observation& observation = view.corners[i];
+          ASSERT_TRUE(
+              reproject<M>(params, pose.rotation.matrix(), pose.translation, observation.p_board, corner));
+          EXPECT_LE((errors[i] - (corner.pixel - observation.pixel)).norm(), 1e-9);
+          num_far += kLoss.weight(observation.weight * errors[i].squaredNorm()) < 1;
+        }
+        ++num_checked;
+      });
+    }
+  }
+  EXPECT_EQ(num_checked, 3 * 3 * 2);
+  EXPECT_GT(num_far, 0);
+}
+
+// A lens that sees behind itself takes such a pose exactly if it sees all corners there.
+TYPED_TEST(ViewKernelOf, RefusesCornersBehindTheCamera) {
+  using M = TypeParam;
+  const Fit fit = bundleSet<M>(1, 0);
+  const std::vector<Observation>& view = fit.views[0].corners;
+  const std::vector<double>& params = fit.cameras.front().params;
+  SE3 pose = cameraFromBoard(fit, fit.views[0]);
+  pose.translation.z() = -1;
+  const AnyCamera camera = AnyCamera::make(M::kId, params);
+  const bool sees_all = std::all_of(
+      view.begin(), view.end(), [&](const Observation& o) { return camera.project(pose * o.p_board).ok(); });
+  if (M::kMaxAngle <= std::numbers::pi / 2) {
+    EXPECT_FALSE(sees_all);
+  }
+  const CornerGroups corners(view);
+  const ViewKernel& kernel = viewKernel(M::kId);
+  withAndWithoutAvx2([&] {
+    PoseRows rows(6, kNumParams<M> + 7);
+    SharedSums sums(kNumParams<M>);
+    EXPECT_EQ(kernel.reduce(params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums),
+              sees_all);
+    std::vector<double> factor((kNumParams<M> + 7) * (kNumParams<M> + 7));
+    EXPECT_EQ(kernel.factor(params.data(), pose, corners.view(0), kLoss, factor.data()), sees_all);
+    EXPECT_EQ(std::isfinite(kernel.sumOfRho(params.data(), pose, corners.view(0), kLoss)), sees_all);
+  });
+}
+
+// A board that the camera stands in the middle of, so that a part of it is in front.
+TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
+  const Fit fit = bundleSet<Radtan>(1, 0);
+  const std::vector<Observation>& view = fit.views[0].corners;
+  const double* params = fit.cameras.front().params.data();
+  SE3 pose;
+  pose.rotation = SO3::exp({0, 1.2, 0});
+  pose.translation = {-0.05, -0.05, 0.1};
+  const CornerGroups corners(view);
+  const ViewKernel& kernel = viewKernel("radtan");
+  std::size_t num_seen = 0;
+  Reprojection<Radtan> corner;
+  for (const Observation& o : view)
+    num_seen += reproject<Radtan>(params, pose.rotation.matrix(), pose.translation, o.p_board, corner);
+  ASSERT_GT(num_seen, 10U);
+  ASSERT_LT(num_seen, view.size());
+  withAndWithoutAvx2([&] {
+    PoseRows rows(6, 16);
+    SharedSums sums(9);
+    EXPECT_FALSE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kRefuse, rows, sums));
+    EXPECT_EQ(sums.gram, Eigen::MatrixXd::Zero(10, 10));
+    EXPECT_TRUE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kLeaveOut, rows, sums));
+    expectEqual<Radtan>(gramOf<Radtan>(rows, sums), plainGram<Radtan>(params, pose, view, kNoLoss));
+    std::vector<Eigen::Vector2d> errors(view.size());
+    kernel.errors(params, pose, corners.view(0), errors);
+    const auto num_finite =
+        std::count_if(errors.begin(), errors.end(), [](const auto& e) { return e.allFinite(); });
+    EXPECT_EQ(static_cast<std::size_t>(num_finite), num_seen);
+  });
+}
+
+TEST(ViewKernel, RefusesAFoldedLens) {
+  Fit fit = bundleSet<Radtan>(1, 0);
+  std::vector<double>& params = fit.cameras.front().params;
+  const CornerGroups corners(fit.views[0].corners);
+  const SE3 pose = cameraFromBoard(fit, fit.views[0]);
+  const ViewKernel& kernel = viewKernel("radtan");
+  PoseRows rows(6, 16);
+  SharedSums sums(9);
+  EXPECT_TRUE(kernel.reduce(params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
+  params[4] = -30;  // folds at six degrees from the axis
+  EXPECT_FALSE(kernel.reduce(params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
+}
+
+// Columns that the others determine leave rows that must not blow up.
+TEST(ViewKernel, FactorsWhatOneFlatViewTells) {
+  const Fit fit = bundleSet<Rational>(1, 0);
+  const CornerGroups corners(fit.views[0].corners);
+  constexpr int kSize = kNumParams<Rational> + 7;
+  const double* params = fit.cameras.front().params.data();
+  const SE3 pose = cameraFromBoard(fit, fit.views[0]);
+  std::vector<double> factor(kSize * kSize);
+  ASSERT_TRUE(viewKernel("rational").factor(params, pose, corners.view(0), kLoss, factor.data()));
+  const Gram<Rational> again = gramOf<Rational>(factor);
+  ASSERT_TRUE(again.allFinite());
+  const Gram<Rational> expected = plainGram<Rational>(params, pose, fit.views[0].corners, kLoss);
+  int num_checked = 0;
+  for (int j = 0; j < kSize; ++j) {
+    const double scale = std::sqrt(expected(j, j) * expected(kSize - 1, kSize - 1));
+    EXPECT_NEAR(again(j, kSize - 1), expected(j, kSize - 1), 1e-10 * scale);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, kSize);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/choose/model_choice.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/core/error.h"
+#include "support/choice_sweep.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr ImageSize kSize{.width = 640, .height = 480};
+const std::vector<double> kTruth = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+
+SimulatedSet noisySet(const AnyCamera& camera, int num_views, std::uint64_t seed, double noise_px = 0.1) {
+  return simulateSet(camera, kSize, num_views, noise_px, seed);
+}
+
+CalibrationResult chosenFor(const SimulatedSet& set, const CalibratorOptions& options = {.model = "auto"}) {
+  return calibrate(set.board, set.views, options);
+}
+
+const ModelCandidate& candidate(const CalibrationResult& result, const std::string& id) {
+  const auto& all = result.model_choice->candidates;
+  const auto at = std::find_if(all.begin(), all.end(), [&](const auto& c) { return c.id == id; });
+  EXPECT_NE(at, all.end()) << id;
+  return *at;
+}
+
+std::string messageOf(const SimulatedSet& set, const CalibratorOptions& options) {
+  try {
+    static_cast<void>(calibrate(set.board, set.views, options));
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+// The bench choice_bench draws more of these.
+TEST(ModelChoice, IsTheTrueModelOrOneThatIsAsGood) {
+  int num_sets = 0;
+  for (const std::string& model : modelIds()) {
+    constexpr std::uint64_t kSeed = 11;
+    const std::uint64_t num_of_model = model == "pinhole" || model == "radtan" ? 5 : 2;
+    for (std::uint64_t number = 0; number < num_of_model; ++number, ++num_sets) {
+      const ChoiceSet set = drawChoiceSet(model, kSeed, number);
+      const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = "auto"});
+      const ChoiceVerdict verdict = judgeChoice(model, result);
+      EXPECT_NE(verdict, ChoiceVerdict::kOther) << model << " " << number << ": " << result.camera.modelId();
+      if (model == "pinhole" || model == "radtan") {
+        EXPECT_EQ(result.camera.modelId(), model);
+      }
+      EXPECT_EQ(result.model_choice->candidates.size(), result.model_choice->is_wide ? 10u : 4u);
+    }
+  }
+  EXPECT_EQ(num_sets, 26);
+}
+
+TEST(ModelChoice, GivesWhatTheChosenModelGivesByName) {
+  const SimulatedSet set = noisySet(AnyCamera::make("radtan", kTruth), 15, 1);
+  const CalibrationResult chosen = chosenFor(set);
+  const CalibrationResult named = chosenFor(set, {.model = "radtan"});
+  ASSERT_EQ(chosen.camera.modelId(), "radtan");
+  for (std::size_t i = 0; i < kTruth.size(); ++i)
+    EXPECT_EQ(chosen.camera.parameters()[i], named.camera.parameters()[i]);
+  EXPECT_EQ(chosen.rms_px, named.rms_px);
+  EXPECT_EQ(chosen.holdout.rms_px, named.holdout.rms_px);
+  EXPECT_EQ(*chosen.covariance, *named.covariance);
+  EXPECT_TRUE(chosen.findings.empty());
+  EXPECT_FALSE(named.model_choice);
+}
+
+TEST(ModelChoice, DoesNotDependOnThreadsAndOrder) {
+  ChoiceSet set = drawChoiceSet("double_sphere", 3, 1);
+  const CalibrationResult one = calibrate(set.set.board, set.set.views, {.model = "auto"});
+  std::reverse(set.set.views.begin(), set.set.views.end());
+  const CalibrationResult two = calibrate(set.set.board, set.set.views, {.model = "auto", .jobs = 3});
+  ASSERT_EQ(one.camera.modelId(), two.camera.modelId());
+  EXPECT_TRUE(std::equal(one.camera.parameters().begin(), one.camera.parameters().end(),
+                         two.camera.parameters().begin()));
+  int num_compared = 0;
+  for (const ModelCandidate& c : one.model_choice->candidates) {
+    const ModelCandidate& other = candidate(two, c.id);
+    EXPECT_EQ(c.verdict, other.verdict);
+    if (!(c.holdout_rms_px > 0)) continue;
+    EXPECT_EQ(c.holdout_rms_px, other.holdout_rms_px) << c.id;
+    EXPECT_EQ(c.excess, other.excess) << c.id;
+    ++num_compared;
+  }
+  EXPECT_GE(num_compared, 5);
+}
+
+TEST(ModelChoice, ComparesOnTheCornersThatTheBestModelKeeps) {
+  const CalibrationResult result = chosenFor(noisySet(AnyCamera::make("radtan", kTruth), 15, 2));
+  EXPECT_EQ(result.model_choice->reference, "radtan");
+  EXPECT_EQ(result.model_choice->best, "radtan");
+  const ModelCandidate& pinhole = candidate(result, "pinhole");
+  EXPECT_EQ(pinhole.verdict, "worse");
+  EXPECT_GT(pinhole.rms_px, 1);  // by itself it would leave out half of the corners
+  EXPECT_GT(pinhole.excess, 5 * pinhole.excess_std);
+  EXPECT_EQ(candidate(result, "rational").verdict, "larger");
+}
+
+TEST(ModelChoice, HoldsWithoutNoise) {
+  const CalibrationResult lens = chosenFor(noisySet(AnyCamera::make("radtan", kTruth), 10, 3, 0));
+  EXPECT_EQ(lens.camera.modelId(), "radtan");
+  const CalibrationResult none =
+      chosenFor(noisySet(AnyCamera::make("pinhole", std::vector<double>{535, 534, 322, 238}), 10, 4, 0));
+  EXPECT_EQ(none.camera.modelId(), "pinhole");
+}
+
+TEST(ModelChoice, IsThatOfTheInitialCamera) {
+  const SimulatedSet set = noisySet(AnyCamera::make("radtan", kTruth), 10, 5);
+  std::vector<double> rational = kTruth;
+  rational.resize(12, 0.0);
+  const InitialCamera initial{.camera = AnyCamera::make("rational", rational), .size = kSize};
+  const CalibrationResult result = chosenFor(set, {.model = "auto", .initial = initial});
+  EXPECT_EQ(result.camera.modelId(), "rational");
+  EXPECT_FALSE(result.model_choice);
+}
+
+TEST(ModelChoice, HoldsWhatAllModelsHave) {
+  const SimulatedSet set = noisySet(AnyCamera::make("radtan", kTruth), 12, 6);
+  const CalibrationResult result = chosenFor(set, {.model = "auto", .held = {"cx"}, .same_focal = true});
+  EXPECT_EQ(result.camera.parameters()[2], 319.5);
+  EXPECT_EQ(result.camera.parameters()[0], result.camera.parameters()[1]);
+  EXPECT_THAT(messageOf(set, {.model = "auto", .held = {"k1"}}),
+              HasSubstr("parameters that all models have"));
+  EXPECT_THAT(messageOf(set, {.model = "auto", .held = {"fx"}}), HasSubstr("give a camera file with --init"));
+  EXPECT_THAT(messageOf(set, {.model = "automatic"}), HasSubstr("automatic"));
+}
+
+// A named model is called too lean only where the choice would have gone by it.
+TEST(ModelChoice, AgreesWithTheWarningOfALeanModel) {
+  int num_lean = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    std::vector<double> params = kTruth;
+    const double strength = 0.01 * static_cast<double>(seed);  // from nothing to clearly more than noise
+    for (std::size_t i = 4; i < params.size(); ++i) params[i] *= strength;
+    const SimulatedSet set = noisySet(AnyCamera::make("radtan", params), 15, seed);
+    const CalibrationResult lean = chosenFor(set, {.model = "pinhole"});
+    const CalibrationResult chosen = chosenFor(set);
+    EXPECT_EQ(lean.better_model.has_value(), chosen.camera.modelId() != "pinhole") << seed;
+    if (lean.better_model) ++num_lean;
+  }
+  EXPECT_GE(num_lean, 3);
+  EXPECT_LE(num_lean, 11);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/start/repeated_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/core/error.h"
+#include "support/simulated_set.h"
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{.width = 1280, .height = 960};
+constexpr int kNumCopies = 50;
+
+SimulatedSet baseSet() {
+  const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+  return simulateSet(AnyCamera::make("radtan", truth), kSize, 20, 0.1, 4);
+}
+
+// Adds copies of a view whose corners differ from it by noise.
+void addCopies(std::vector<View>& views, std::size_t of, double noise_px) {
+  Random random(5);
+  for (int i = 0; i < kNumCopies; ++i) {
+    View copy = views[of];
+    copy.image = "w_copy_" + std::to_string(i);
+    for (Corner& corner : copy.corners)
+      corner.pixel += noise_px * Eigen::Vector2d(random.normal(), random.normal());
+    views.push_back(std::move(copy));
+  }
+}
+
+// By how much, in sigmas, and by what factor the largest change of a parameter and of a sigma is.
+struct Change {
+  double move_sigmas = 0;
+  double std_ratio = 1;
+};
+
+Change changeBetween(const CalibrationResult& before, const CalibrationResult& after) {
+  Change change;
+  for (int i = 0; i < 9; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double move = after.camera.parameters()[k] - before.camera.parameters()[k];
+    change.move_sigmas = std::max(change.move_sigmas, std::abs(move) / before.parameterStd(i));
+    const double ratio = after.parameterStd(i) / before.parameterStd(i);
+    change.std_ratio = std::max({change.std_ratio, ratio, 1 / ratio});
+  }
+  return change;
+}
+
+bool hasFinding(const CalibrationResult& result, const std::string& id) {
+  return std::any_of(result.findings.begin(), result.findings.end(),
+                     [&](const Finding& finding) { return finding.id == id; });
+}
+
+TEST(RepeatedViews, FiftyCopiesChangeNothing) {
+  const SimulatedSet set = baseSet();
+  const CalibrationResult alone = calibrate(set.board, set.views);
+  EXPECT_TRUE(alone.repeated_views.empty());
+  // Exact copies; noise of the axes whose length is below 0.25 px.
+  for (const double noise_px : {0.0, 0.05, 0.15}) {
+    std::vector<View> views = set.views;
+    addCopies(views, 3, noise_px);
+    const CalibrationResult result = calibrate(set.board, views);
+    EXPECT_EQ(result.views.size(), 20U);
+    EXPECT_EQ(result.repeated_views.size(), static_cast<std::size_t>(kNumCopies));
+    EXPECT_TRUE(hasFinding(result, "repeated_views"));
+    EXPECT_TRUE(result.excluded_views.empty());
+    const Change change = changeBetween(alone, result);
+    EXPECT_LT(change.move_sigmas, 0.1) << noise_px;
+    EXPECT_LT(change.std_ratio, 1.1) << noise_px;
+  }
+}
+
+TEST(RepeatedViews, ASeriesFromATripodIsOneView) {
+  SimulatedSet set = baseSet();
+  const CalibrationResult alone = calibrate(set.board, set.views);
+  Random random(6);
+  for (int i = 0; i < kNumCopies; ++i) {
+    View view = exactView(set.camera, kSize, set.board, set.poses[7], "w_series_" + std::to_string(i));
+    addCornerNoise(view, 0.1, random);
+    set.views.push_back(std::move(view));
+  }
+  const CalibrationResult result = calibrate(set.board, set.views);
+  EXPECT_EQ(result.views.size(), 20U);
+  EXPECT_LT(changeBetween(alone, result).std_ratio, 1.1);
+}
+
+TEST(RepeatedViews, AMoveOfAHalfPixelIsAnotherView) {
+  SimulatedSet set = baseSet();
+  View moved = exactView(set.camera, kSize, set.board, set.poses[7], "w_moved");
+  for (Corner& corner : moved.corners) corner.pixel.x() += 0.5;
+  set.views.push_back(moved);
+  EXPECT_TRUE(calibrate(set.board, set.views).repeated_views.empty());
+}
+
+TEST(RepeatedViews, DoNotDependOnTheOrderOfTheFiles) {
+  const SimulatedSet set = baseSet();
+  std::vector<View> views = set.views;
+  addCopies(views, 3, 0.1);
+  const CalibrationResult result = calibrate(set.board, views);
+  std::reverse(views.begin(), views.end());
+  const CalibrationResult reversed = calibrate(set.board, views);
+  for (std::size_t k = 0; k < 9; ++k)
+    EXPECT_EQ(result.camera.parameters()[k], reversed.camera.parameters()[k]);
+  ASSERT_EQ(result.repeated_views.size(), reversed.repeated_views.size());
+  EXPECT_EQ(result.repeated_views.front().image, reversed.repeated_views.front().image);
+}
+
+TEST(RepeatedViews, OneBlunderInACopyDoesNotCount) {
+  const SimulatedSet set = baseSet();
+  std::vector<View> views = set.views;
+  addCopies(views, 3, 0.02);
+  views.back().corners[10].pixel.x() += 300;
+  views.back().corners.erase(views.back().corners.begin());
+  const CalibrationResult result = calibrate(set.board, views);
+  EXPECT_EQ(result.views.size(), 20U);
+  EXPECT_TRUE(result.outliers.empty());
+}
+
+TEST(RepeatedViews, TooFewPlacesAreAnError) {
+  SimulatedSet set = baseSet();
+  set.views.resize(2);
+  addCopies(set.views, 0, 0.1);
+  EXPECT_THROW(static_cast<void>(calibrate(set.board, set.views)), Error);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/view_covariance.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/reduced.h"
+#include "alidade/adjust/shape_information.h"
+#include "alidade/adjust/solve.h"
+#include "alidade/core/statistics.h"
+#include "support/fit_set.h"
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{.width = 1280, .height = 960};
+constexpr HuberLoss kLoss{.threshold_px = 0.2};
+
+struct RobustFit {
+  Fit fit;
+
+  [[nodiscard]] std::vector<Eigen::Vector2d> errors() const {
+    Fit now = fit;
+    for (FitView& view : now.views) view.errors = viewErrors(now, view);
+    std::vector<Eigen::Vector2d> all;
+    for (const FitView& view : now.views) all.insert(all.end(), view.errors.begin(), view.errors.end());
+    return all;
+  }
+  [[nodiscard]] double variance() const {
+    return coordinateVariance(errors(), kLoss, 9 + 6 * static_cast<int>(fit.views.size()));
+  }
+  [[nodiscard]] std::optional<ViewCovariance> byViews(const ParamConstraint& constraint = {}) const {
+    return viewCovariance(reduced(fit, LossWeights::kLeaveOut), freeDirections(9, constraint), 9, variance(),
+                          meanSlope(errors(), kLoss));
+  }
+};
+
+RobustFit fitViews(int num_views) {
+  const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, num_views, 0.1, 1);
+  RobustFit robust{solve(fitAt(set, "radtan", truth, kLoss))};
+  EXPECT_EQ(robust.fit.summary.termination, Termination::kConverged);
+  return robust;
+}
+
+// Every corner seen twice with the same error brings no news, which only the views' own pulls can tell.
+TEST(ViewCovariance, IsNotFooledByRepeatedCorners) {
+  RobustFit fit = fitViews(20);
+  ASSERT_LT(meanSlope(fit.errors(), kLoss), 0.99);
+  const auto once = fit.byViews();
+  const auto plain_once = intrinsicsInformation(fit.fit).inverse;
+  for (FitView& view : fit.fit.views) {
+    const std::vector<Observation> copy = view.corners;
+    view.corners.insert(view.corners.end(), copy.begin(), copy.end());
+  }
+  const auto twice = fit.byViews();
+  const auto plain_twice = intrinsicsInformation(fit.fit).inverse;
+  ASSERT_TRUE(once && twice && plain_once && plain_twice);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR(twice->covariance(i, i), once->covariance(i, i), 1e-6 * once->covariance(i, i)) << i;
+    EXPECT_NEAR(twice->freedom(i), once->freedom(i), 1e-6 * once->freedom(i)) << i;
+    EXPECT_NEAR((*plain_twice)(i, i), 0.5 * (*plain_once)(i, i), 1e-6 * (*plain_once)(i, i)) << i;
+  }
+}
+
+// Independent corners: both covariances estimate the same. The sums over 400 views scatter by about 7 %.
+TEST(ViewCovariance, AgreesWithThePlainOneOnIndependentCorners) {
+  const RobustFit fit = fitViews(400);
+  const auto robust = fit.byViews();
+  const auto inverse = intrinsicsInformation(fit.fit).inverse;
+  ASSERT_TRUE(robust && inverse);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR(robust->covariance(i, i) / (fit.variance() * (*inverse)(i, i)), 1.0, 0.3) << i;
+    EXPECT_GT(robust->freedom(i), 40) << i;
+    EXPECT_LT(robust->freedom(i), 400) << i;
+  }
+  EXPECT_NEAR(robust->excess, 1, 0.1);
+  EXPECT_LT(std::abs(robust->excess_sigmas), 4);
+}
+
+// Where only one direction is free and the views say equally much, it is the textbook: the jackknife's
+// neighbour with V - 1 degrees of freedom.
+TEST(ViewCovariance, IsTheVarianceOfAMeanForEqualViews) {
+  const std::vector<double> samples = {1, 4, -2, 0.5, 3, -1};
+  double mean = 0;
+  for (const double x : samples) mean += x / 6;
+  std::vector<Reduced> pulls;
+  double squares = 0;
+  for (const double x : samples) {
+    pulls.push_back({.information = Eigen::MatrixXd::Constant(1, 1, 2.0),
+                     .gradient = Eigen::VectorXd::Constant(1, 2.0 * (mean - x))});
+    squares += (x - mean) * (x - mean);
+  }
+  const auto by_views = viewCovariance(pulls, Eigen::MatrixXd::Identity(1, 1), 1, 1.0, 1.0);
+  ASSERT_TRUE(by_views);
+  EXPECT_NEAR(by_views->covariance(0, 0), squares / 5 / 6, 1e-12);
+  EXPECT_NEAR(by_views->freedom(0), 5, 1e-9);
+  EXPECT_NEAR(by_views->effectiveStd(0) * kNormal95, 2.5706 * std::sqrt(squares / 30), 2e-3);
+}
+
+TEST(ViewCovariance, IsLargerThanBothInEveryDirection) {
+  const RobustFit fit = fitViews(14);
+  const auto by_views = fit.byViews();
+  ASSERT_TRUE(by_views);
+  const Eigen::MatrixXd plain = fit.variance() * *intrinsicsInformation(fit.fit).inverse;
+  Random random(3);
+  for (int trial = 0; trial < 100; ++trial) {
+    Eigen::VectorXd direction(9);
+    for (double& x : direction) x = random.normal();
+    direction.array() /= plain.diagonal().array().sqrt();
+    const auto along = [&](const Eigen::MatrixXd& matrix) { return direction.dot(matrix * direction); };
+    EXPECT_GE(along(by_views->larger), along(plain) * (1 - 1e-9));
+    EXPECT_GE(along(by_views->larger), along(by_views->covariance) * (1 - 1e-9));
+  }
+}
+
+TEST(ViewCovariance, IsZeroForWhatIsHeld) {
+  const auto by_views = fitViews(20).byViews({.held = {8}});
+  ASSERT_TRUE(by_views);
+  EXPECT_EQ(by_views->covariance(8, 8), 0);
+  EXPECT_EQ(by_views->larger(8, 8), 0);
+  EXPECT_EQ(by_views->effectiveStd(8), 0);
+  EXPECT_GT(by_views->effectiveStd(0), 0);
+}
+
+TEST(ViewCovariance, HasTheBendAmongTheFree) {
+  const RobustFit fit = fitViews(20);
+  const auto pulls = reduced(fit.fit, LossWeights::kLeaveOut, BendColumns{fit.fit.boards.front().target});
+  const auto without = reduced(fit.fit, LossWeights::kLeaveOut);
+  ASSERT_EQ(pulls.size(), without.size());
+  for (std::size_t v = 0; v < pulls.size(); ++v) {
+    ASSERT_EQ(pulls[v].gradient.size(), 11);
+    EXPECT_LE((pulls[v].gradient.head(9) - without[v].gradient).norm(), 1e-6 * without[v].gradient.norm());
+    EXPECT_LE((pulls[v].information.topLeftCorner(9, 9) - without[v].information).norm(),
+              1e-6 * without[v].information.norm());
+  }
+  const auto by_views = viewCovariance(pulls, Eigen::MatrixXd::Identity(11, 11), 9, fit.variance(), 1.0);
+  ASSERT_TRUE(by_views);
+  EXPECT_EQ(by_views->covariance.rows(), 9);
+  EXPECT_EQ(by_views->larger.rows(), 9);
+}
+
+TEST(ViewCovariance, IsNoLessThanThatByNoiseTimesTheExcessWhereViewsAreFew) {
+  const RobustFit fit = fitViews(9);
+  const auto by_views = fit.byViews();
+  const auto inverse = intrinsicsInformation(fit.fit).inverse;
+  ASSERT_TRUE(by_views && inverse);
+  EXPECT_TRUE(by_views->is_pooled);
+  EXPECT_NEAR(by_views->excess, 1, 0.6);
+  const double times = std::max(1.0, std::pow(studentT95(8) / kNormal95, 2) * by_views->excess);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_GE(by_views->larger(i, i), (1 - 1e-9) * times * fit.variance() * (*inverse)(i, i)) << i;
+    EXPECT_GE(by_views->larger(i, i), by_views->covariance(i, i)) << i;
+    EXPECT_LE(by_views->larger(i, i), 100 * fit.variance() * (*inverse)(i, i)) << i;
+    EXPECT_EQ(by_views->effectiveStd(i), std::sqrt(by_views->larger(i, i))) << i;
+  }
+  EXPECT_FALSE(fitViews(10).byViews()->is_pooled);
+}
+
+// A few views that know nearly everything leave the others' disagreement without a say: hardly any degrees of
+// freedom, by which no finite covariance can be made from them alone.
+TEST(ViewCovariance, IsFiniteWhereAFewViewsKnowNearlyEverything) {
+  RobustFit fit = fitViews(12);
+  for (std::size_t v = 0; v < 3; ++v) {
+    for (Observation& corner : fit.fit.views[v].corners) corner.weight = 1e6;
+  }
+  const auto by_views = fit.byViews();
+  ASSERT_TRUE(by_views);
+  EXPECT_LT(by_views->freedom.minCoeff(), 2);
+  EXPECT_TRUE(by_views->is_pooled);
+  EXPECT_TRUE(by_views->larger.allFinite());
+  const double by_noise = fit.variance() * (*intrinsicsInformation(fit.fit).inverse)(0, 0);
+  EXPECT_GE(by_views->effectiveStd(0), std::sqrt(by_noise));
+}
+
+TEST(ViewCovariance, NeedsThreeViews) {
+  const RobustFit fit = fitViews(9);
+  const auto pulls = reduced(fit.fit, LossWeights::kLeaveOut);
+  const Eigen::MatrixXd focal = Eigen::MatrixXd::Identity(9, 1);
+  const auto of = [&](std::size_t count) {
+    return viewCovariance(std::span(pulls).first(count), focal, 9, fit.variance(), 1.0);
+  };
+  EXPECT_FALSE(of(2));
+  ASSERT_TRUE(of(3));
+  EXPECT_TRUE(of(3)->larger.allFinite());
+}
+
+}  // namespace
+}  // namespace alidade
