@@ -18,7 +18,7 @@
 
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
-#include "alidade/io/image_file.h"
+#include "alidade/imagery/image_file.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
 

@@ -9,7 +9,7 @@
 
 #include "alidade/core/decimal.h"
 #include "alidade/core/text.h"
-#include "alidade/io/csv.h"
+#include "alidade/files/csv.h"
 #include "command.h"
 
 namespace alidade {

@@ -111,15 +111,15 @@ std::string verdictText(const CalibrationResult& result) {
 
 }  // namespace
 
-CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput& input,
-                        std::vector<Setting> settings) {
-  CameraFile file{.camera = result.camera,
-                  .image_size = result.image_size,
-                  .domain = DomainClaim{.max_angle_rad = result.domain.cone.max_angle_rad,
-                                        .full_image = result.domain.full_image},
-                  .self_check = makeSelfCheck(result.camera, result.image_size),
-                  .calibration = {},
-                  .created_by = programName()};
+CameraRecord cameraFileOf(const CalibrationResult& result, const CalibrationInput& input,
+                          std::vector<Setting> settings) {
+  CameraRecord file{.camera = result.camera,
+                    .image_size = result.image_size,
+                    .domain = DomainClaim{.max_angle_rad = result.domain.cone.max_angle_rad,
+                                          .full_image = result.domain.full_image},
+                    .self_check = makeSelfCheck(result.camera, result.image_size),
+                    .calibration = {},
+                    .created_by = programName()};
   CalibrationRecord record;
   record.holdout_rms_px = result.holdout.rms_px;
   if (result.model_choice) record.model_choice = modelRecords(*result.model_choice);

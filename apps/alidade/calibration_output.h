@@ -6,7 +6,7 @@
 
 #include "advice_output.h"
 #include "alidade/calibrate/calibration_result.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 #include "alidade/target/checkerboard.h"
 
 namespace alidade {
@@ -22,8 +22,8 @@ struct CalibrationInput {
 };
 
 /// The camera file of a result.
-[[nodiscard]] CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput& input,
-                                      std::vector<Setting> settings);
+[[nodiscard]] CameraRecord cameraFileOf(const CalibrationResult& result, const CalibrationInput& input,
+                                        std::vector<Setting> settings);
 
 /// The summary for people.
 [[nodiscard]] std::string summaryText(const CalibrationResult& result, const CalibrationInput& input,

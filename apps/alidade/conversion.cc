@@ -37,7 +37,7 @@ std::vector<int> wholeNumbers(const std::string& flag, const std::string& text, 
   return numbers;
 }
 
-std::vector<Conversion::Reason> reasonsAgainst(const CameraFile& source, const std::string& path,
+std::vector<Conversion::Reason> reasonsAgainst(const CameraRecord& source, const std::string& path,
                                                const Conversion& conversion, double max_error_px) {
   std::vector<Conversion::Reason> reasons;
   if (source.calibration && source.calibration->verdict == Verdict::kNo)
@@ -67,7 +67,7 @@ std::vector<Conversion::Reason> reasonsAgainst(const CameraFile& source, const s
 }
 
 // "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml (alidade 0.1.0)"
-std::string provenance(const CameraFile& source, const std::string& path, const Conversion& conversion) {
+std::string provenance(const CameraRecord& source, const std::string& path, const Conversion& conversion) {
   std::vector<std::string> steps;
   for (const Conversion::Step& step : conversion.steps) steps.push_back(step.name + " " + step.value);
   return programName() + " convert" + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path +
@@ -76,7 +76,7 @@ std::string provenance(const CameraFile& source, const std::string& path, const 
 
 }  // namespace
 
-Conversion convertCamera(const CameraFile& source, const std::string& path,
+Conversion convertCamera(const CameraRecord& source, const std::string& path,
                          const ConversionRequest& request) {
   Conversion conversion{
       .edit = rotateCamera(source.camera, source.image_size, 0), .steps = {}, .fit = {}, .reasons = {}};
@@ -112,11 +112,12 @@ Conversion convertCamera(const CameraFile& source, const std::string& path,
   return conversion;
 }
 
-CameraFile convertedFile(const CameraFile& source, const std::string& path, const Conversion& conversion) {
+CameraRecord convertedFile(const CameraRecord& source, const std::string& path,
+                           const Conversion& conversion) {
   const AnyCamera& camera = conversion.camera();
   const ImageSize size = conversion.edit.size;
   const DomainCertificate domain = conversion.fit ? conversion.fit->domain : certifyDomain(camera, size);
-  CameraFile file{
+  CameraRecord file{
       .camera = camera,
       .image_size = size,
       .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},

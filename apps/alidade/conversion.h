@@ -8,7 +8,7 @@
 
 #include "alidade/camera/camera_edit.h"
 #include "alidade/camera/model_fit.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 
 namespace alidade {
 
@@ -47,11 +47,11 @@ struct Conversion {
 /// Crops, bins, resizes and rotates, in this order, and replaces the model last. `path` is for messages.
 /// @throws Error (kUsage) for a part or a size that is none; Error (kInput) where an edit does not go with
 /// the image
-[[nodiscard]] Conversion convertCamera(const CameraFile& source, const std::string& path,
+[[nodiscard]] Conversion convertCamera(const CameraRecord& source, const std::string& path,
                                        const ConversionRequest& request);
 
 /// The converted camera with what its source says of itself, as far as it still holds.
-[[nodiscard]] CameraFile convertedFile(const CameraFile& source, const std::string& path,
-                                       const Conversion& conversion);
+[[nodiscard]] CameraRecord convertedFile(const CameraRecord& source, const std::string& path,
+                                         const Conversion& conversion);
 
 }  // namespace alidade

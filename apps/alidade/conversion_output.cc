@@ -48,8 +48,8 @@ std::string fitText(const ModelFit& fit) {
 
 }  // namespace
 
-std::string conversionSummary(const std::string& path, const CameraFile& source, const Conversion& conversion,
-                              const CameraFile& file) {
+std::string conversionSummary(const std::string& path, const CameraRecord& source,
+                              const Conversion& conversion, const CameraRecord& file) {
   std::string text =
       fmt::format("From     {}: {}, {} px\n", path, source.camera.modelId(), sizeText(source.image_size));
   for (const Conversion::Step& step : conversion.steps) {
@@ -76,8 +76,8 @@ std::string conversionSummary(const std::string& path, const CameraFile& source,
   return text;
 }
 
-nlohmann::json conversionJson(const std::string& path, const CameraFile& source, const Conversion& conversion,
-                              const CameraFile& file) {
+nlohmann::json conversionJson(const std::string& path, const CameraRecord& source,
+                              const Conversion& conversion, const CameraRecord& file) {
   using nlohmann::json;
   const auto sizeJson = [](ImageSize size) { return json{{"width", size.width}, {"height", size.height}}; };
   json parameters = json::object();

@@ -14,11 +14,11 @@ namespace alidade {
 [[nodiscard]] std::string pixelText(const Eigen::Vector2d& pixel);
 
 /// What was done and what came out, for people; without an end of line.
-[[nodiscard]] std::string conversionSummary(const std::string& path, const CameraFile& source,
-                                            const Conversion& conversion, const CameraFile& file);
+[[nodiscard]] std::string conversionSummary(const std::string& path, const CameraRecord& source,
+                                            const Conversion& conversion, const CameraRecord& file);
 
 /// The same for programs.
-[[nodiscard]] nlohmann::json conversionJson(const std::string& path, const CameraFile& source,
-                                            const Conversion& conversion, const CameraFile& file);
+[[nodiscard]] nlohmann::json conversionJson(const std::string& path, const CameraRecord& source,
+                                            const Conversion& conversion, const CameraRecord& file);
 
 }  // namespace alidade

@@ -10,9 +10,9 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/io/atomic_file.h"
-#include "alidade/io/camera_source.h"
-#include "alidade/io/formats/camera_format.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_format.h"
 #include "camera_options.h"
 #include "command.h"
 #include "conversion.h"
@@ -29,9 +29,9 @@ constexpr std::string_view kOwnFormat = "alidade";
 struct Converted {
   std::string where;  // "rig.yaml#cam1"
   std::string name;
-  CameraFile source;
+  CameraRecord source;
   Conversion conversion;
-  CameraFile file;
+  CameraRecord file;
 };
 
 std::vector<std::string> formatIds() {
@@ -89,7 +89,7 @@ class ConvertCommand final : public Command {
           {.where = "convert", .found = "no --output", .expected = "-o FILE, or -o - for standard output"});
     checkOutput(output_, {cameraFilePath(path_), common_.config}, common_);
     const CameraFormat& format = cameraFormat(format_);
-    const CameraSource source = readCameras(path_, camera_.readOptions());
+    const CameraSource source = loadCameras(path_, camera_.readOptions());
     const std::vector<Converted> cameras = convertAll(source, format);
     const bool is_good = std::all_of(cameras.begin(), cameras.end(),
                                      [](const Converted& c) { return c.conversion.reasons.empty(); });
@@ -140,9 +140,9 @@ class ConvertCommand final : public Command {
     for (std::size_t i = 0; i < source.cameras.size(); ++i) {
       const StatedCamera& stated = source.cameras[i];
       const std::string where = source.cameras.size() > 1 ? source.path + "#" + cameraLabel(stated) : path_;
-      CameraFile file = cameraFileOf(stated, where);
+      CameraRecord file = cameraFileOf(stated, where);
       Conversion conversion = convertCamera(file, where, request);
-      CameraFile converted = convertedFile(file, where, conversion);
+      CameraRecord converted = convertedFile(file, where, conversion);
       all.push_back({.where = where,
                      .name = stated.name,
                      .source = std::move(file),

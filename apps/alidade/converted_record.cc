@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "uncertainty_record.h"
+#include "alidade/record/projection_record.h"
 
 namespace alidade {
 namespace {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/io/board_file.h"
-#include "alidade/io/corners_file.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/corners_file.h"
 #include "command.h"
 #include "detection_stage.h"
 #include "interrupt.h"

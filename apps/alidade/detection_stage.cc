@@ -15,9 +15,9 @@
 #include "alidade/core/text.h"
 #include "alidade/detect/draw_detection.h"
 #include "alidade/detect/triage.h"
-#include "alidade/io/csv.h"
-#include "alidade/io/image_file.h"
-#include "alidade/io/image_list.h"
+#include "alidade/files/csv.h"
+#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_list.h"
 #include "image_names.h"
 #include "progress.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/io/camera_source.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/validate/camera_checks.h"
 
 namespace alidade {

@@ -7,8 +7,8 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/io/board_file.h"
-#include "alidade/io/corners_file.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/corners_file.h"
 #include "alidade/target/board_spec.h"
 #include "detection_stage.h"
 

@@ -8,7 +8,7 @@
 
 #include "alidade/calibrate/cross_validation.h"
 #include "alidade/calibrate/model_candidate.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 
 namespace alidade {
 

@@ -12,7 +12,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/io/atomic_file.h"
+#include "alidade/files/atomic_file.h"
 
 namespace alidade {
 namespace {

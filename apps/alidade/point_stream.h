@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/io/table_lines.h"
+#include "alidade/files/table_lines.h"
 
 namespace alidade {
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "uncertainty_record.h"
+#include "alidade/record/projection_record.h"
 
 namespace alidade {
 namespace {

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/calibrate/calibration_result.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 
 namespace alidade {
 

@@ -15,13 +15,13 @@
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/text.h"
-#include "alidade/image/remap.h"
-#include "alidade/image/undistortion_view.h"
-#include "alidade/io/camera_file.h"
-#include "alidade/io/camera_source.h"
-#include "alidade/io/image_file.h"
-#include "alidade/io/image_list.h"
-#include "alidade/io/projection_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_list.h"
+#include "alidade/imagery/projection_file.h"
+#include "alidade/imagery/remap.h"
+#include "alidade/imagery/undistortion_view.h"
 #include "camera_options.h"
 #include "command.h"
 #include "image_names.h"
@@ -99,7 +99,7 @@ class UndistortCommand final : public Command {
   int run(const CLI::App& app) override {
     checkUsage(app);
     const CancelFlag* cancel = catchInterrupts();
-    const CameraFile source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+    const CameraRecord source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
     const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
     std::vector<std::string> sources = paths;
     sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
@@ -241,7 +241,7 @@ class UndistortCommand final : public Command {
   static void writeView(const OutputView& view, const PendingFolder& folder) {
     if (view.projection != ViewProjection::kRectilinear)
       return writeProjectionFile(folder.path(kProjectionName), {.view = view, .created_by = programName()});
-    writeCameraFile(folder.path(kCameraName), bareCameraFile(pinholeOf(view), view.size, programName()));
+    writeCameraFile(folder.path(kCameraName), bareRecord(pinholeOf(view), view.size, programName()));
   }
 
   static std::vector<std::string> notesOn(const ViewChoice& choice,

@@ -3,8 +3,8 @@
 // checked as `validate` does. Which of this is done goes by the input's length: all of it would be slow.
 #include <array>
 
-#include "alidade/io/camera_source.h"
-#include "alidade/io/formats/camera_format.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_format.h"
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/file_checks.h"
 #include "fuzz.h"

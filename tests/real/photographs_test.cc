@@ -10,8 +10,8 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
-#include "alidade/io/image_file.h"
-#include "alidade/io/image_list.h"
+#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_list.h"
 #include "alidade/target/board_spec.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 

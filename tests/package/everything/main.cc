@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 
 namespace {
 
@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
                                   .self_check = {},
                                   .calibration = {},
                                   .created_by = "package test"});
-  const alidade::CameraFile file = alidade::readCameraFile(path);
+  const alidade::CameraRecord file = alidade::readCameraFile(path);
 
   const auto params = file.camera.parameters();
   if (file.camera.modelId() != "radtan" || params.size() != kTrueParams.size()) return 1;
