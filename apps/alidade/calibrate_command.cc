@@ -8,6 +8,7 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/held_params.h"
+#include "alidade/calibrate/record_of.h"
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
@@ -116,7 +117,8 @@ class CalibrateCommand final : public Command {
 
     const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
-    const CameraRecord file = cameraFileOf(result, input, effectiveSettings(app));
+    const CameraRecord file = recordOf(
+        result, {.board = input.board, .created_by = programName(), .settings = effectiveSettings(app)});
     const bool to_stdout = output_ == "-";
     if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "alidade/files/camera_source.h"
+#include "alidade/validate/file_judgement.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 #include "command.h"
-#include "file_judgement.h"
 #include "given_views.h"
 
 namespace CLI {

@@ -13,11 +13,14 @@ namespace alidade {
 namespace {
 
 void check(const StatedCamera& stated, ImageSize image_size) {
-  CameraClaims claims;
-  claims.camera = &stated.camera;
-  claims.image_size = image_size;
-  if (stated.own) claims.self_check = stated.own->self_check;
-  (void)checkCamera(claims);
+  CameraRecord record{.camera = stated.camera,
+                      .image_size = image_size,
+                      .domain = {},
+                      .self_check = {},
+                      .calibration = {},
+                      .created_by = {}};
+  if (stated.own) record.self_check = stated.own->self_check;
+  (void)checkCamera(record);
   (void)checkStatement({.camera = &stated.camera,
                         .image_size = stated.image_size,
                         .half_units = stated.half_units,

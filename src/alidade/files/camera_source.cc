@@ -231,7 +231,7 @@ CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& opti
   return readAsStated(path, options);
 }
 
-CameraRecord cameraFileOf(const StatedCamera& camera, const std::string& where) {
+CameraRecord recordOf(const StatedCamera& camera, const std::string& where) {
   if (camera.own) return *camera.own;
   if (!camera.image_size) {
     throw inputError(
@@ -258,7 +258,7 @@ CameraRecord onlyCamera(const CameraSource& source) {
                       .expected = "one camera",
                       .next_step = "name one: " + source.path + "#" + cameraLabel(source.cameras.front())});
   }
-  return cameraFileOf(source.cameras.front(), source.path);
+  return recordOf(source.cameras.front(), source.path);
 }
 
 CameraRecord loadCamera(const std::string& path, const ReadOptions& options) {

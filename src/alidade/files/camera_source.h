@@ -63,6 +63,6 @@ void requireAll(const CameraSource& source);
 [[nodiscard]] CameraRecord onlyCamera(const CameraSource& source);
 
 /// A stated camera as a camera file; `where` is for messages. @throws Error (kInput) without an image size
-[[nodiscard]] CameraRecord cameraFileOf(const StatedCamera& camera, const std::string& where);
+[[nodiscard]] CameraRecord recordOf(const StatedCamera& camera, const std::string& where);
 
 }  // namespace alidade

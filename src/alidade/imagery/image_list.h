@@ -15,4 +15,8 @@ namespace alidade {
 /// is a video, or gives no image.
 [[nodiscard]] std::vector<std::string> listImages(std::span<const std::string> inputs);
 
+/// Names as short as they can be while telling the images apart: paths without the folders that all share.
+/// @param paths  at least one
+[[nodiscard]] std::vector<std::string> shortNames(const std::vector<std::string>& paths);
+
 }  // namespace alidade

@@ -8,6 +8,7 @@
 namespace alidade {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 const Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.025};
@@ -51,6 +52,9 @@ TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
   EXPECT_TRUE(outcomes[2].detection.corners.empty());
   EXPECT_TRUE(outcomes[3].detection.hasCorners()) << "moved by more than a quarter of a pixel";
   EXPECT_EQ(outcomes[4].detection.detail, "shows the same as b");
+  EXPECT_EQ(outcomes[2].same_as, 0U);
+  EXPECT_EQ(outcomes[4].same_as, 1U);
+  EXPECT_FALSE(outcomes[3].same_as.has_value());
 }
 
 TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
@@ -60,7 +64,9 @@ TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
   EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kOtherSize);
   EXPECT_THAT(outcomes[1].detection.detail, HasSubstr("641x480"));
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_THAT(notes[0], HasSubstr("2 of 640x480"));
+  EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kSeveralSizes);
+  EXPECT_THAT(notes[0].images, ElementsAre(1));
+  EXPECT_EQ(noteText(notes[0], {}), "images of two sizes were given; the 2 of 640x480 are used");
 }
 
 TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
@@ -125,7 +131,10 @@ TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
   outcomes[1].detection.measures.blur_px = 2.4;
   const auto notes = triage(outcomes, kBoard);
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_THAT(notes[0], HasSubstr("more blurred than the others: b"));
+  EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kBlurred);
+  EXPECT_THAT(notes[0].images, ElementsAre(1));
+  const BoardSurvey survey{.board = kBoard, .paths = {}, .outcomes = outcomes, .notes = {}};
+  EXPECT_EQ(noteText(notes[0], survey), "much more blurred than the others: b");
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
 }
 
@@ -155,11 +164,36 @@ TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
   EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));
 }
 
-TEST(AmbiguityText, SpeaksOfAmbiguousBoardsOnly) {
-  EXPECT_EQ(ambiguityText(kBoard), "");
-  EXPECT_THAT(ambiguityText({.columns = 8, .rows = 6, .square_m = 0.02}), HasSubstr("turned by 180 degrees"));
-  EXPECT_THAT(ambiguityText({.columns = 7, .rows = 7, .square_m = 0.02}), HasSubstr("turned by 180 degrees"));
-  EXPECT_THAT(ambiguityText({.columns = 6, .rows = 6, .square_m = 0.02}), HasSubstr("90, 180 or 270"));
+TEST(NoteText, SaysHowAnAmbiguousBoardCanBeTurned) {
+  const auto text = [](int columns, int rows) {
+    return noteText({.kind = SurveyNote::Kind::kAmbiguousBoard},
+                    {.board = {.columns = columns, .rows = rows, .square_m = 0.02},
+                     .paths = {},
+                     .outcomes = {},
+                     .notes = {}});
+  };
+  EXPECT_THAT(text(8, 6), HasSubstr("turned by 180 degrees"));
+  EXPECT_THAT(text(7, 7), HasSubstr("turned by 180 degrees"));
+  EXPECT_THAT(text(6, 6), HasSubstr("90, 180 or 270"));
+}
+
+TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
+  const std::string folder = ALIDADE_SOURCE_DIR "/testdata/checkerboard/images/";
+  const std::vector<std::string> paths = {folder + "view_001.png", folder + "missing.png",
+                                          folder + "view_001.png"};
+  const BoardSurvey survey = surveyImages(paths, kBoard);
+  ASSERT_EQ(survey.outcomes.size(), 3U);
+  EXPECT_EQ(survey.paths, paths);
+  EXPECT_EQ(survey.outcomes[0].image, "view_001.png");
+  EXPECT_EQ(survey.outcomes[0].detection.reason, DetectionReason::kFound);
+  EXPECT_EQ(survey.outcomes[1].detection.reason, DetectionReason::kUnreadable);
+  EXPECT_EQ(survey.outcomes[2].detection.reason, DetectionReason::kDuplicate);
+  EXPECT_EQ(survey.outcomes[2].same_as, 0U);
+  EXPECT_EQ(survey.numFound(), 1U);
+  EXPECT_EQ(survey.numWhole(), 1U);
+  ASSERT_EQ(survey.views().size(), 1U);
+  EXPECT_EQ(survey.views()[0].corners.size(), 54U);
+  EXPECT_TRUE(survey.notes.empty());
 }
 
 TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {

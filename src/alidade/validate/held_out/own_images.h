@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "alidade/files/camera_file.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/record/camera_record.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/held_out/held_out_images.h"

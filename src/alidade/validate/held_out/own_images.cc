@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "own_images.h"
+#include "alidade/validate/held_out/own_images.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "converted_record.h"
+#include "alidade/record/converted_record.h"
 
 #include <cmath>
 #include <cstddef>

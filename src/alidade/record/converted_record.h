@@ -2,7 +2,7 @@
 #pragma once
 
 #include "alidade/camera/camera_edit.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/record/camera_record.h"
 
 namespace alidade {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "file_judgement.h"
+#include "alidade/validate/file_judgement.h"
 
 #include <algorithm>
 #include <utility>
@@ -11,30 +11,15 @@
 namespace alidade {
 namespace {
 
-CameraClaims claimsOf(const StatedCamera& stated) {
-  CameraClaims claims;
-  claims.camera = &stated.camera;
-  claims.image_size = stated.image_size.value_or(sizeAround(stated.camera));
-  claims.is_size_guessed = !stated.image_size;
-  claims.can_say_more = stated.own.has_value();
-  if (!stated.own) return claims;
-  claims.domain = stated.own->domain;
-  claims.self_check = stated.own->self_check;
-  if (const auto& record = stated.own->calibration) {
-    claims.verdict = record->verdict;
-    claims.parameter_std = record->parameter_std;
-    claims.covariance = record->covariance;
-    claims.stated_covariance = record->stated_covariance;
-    if (const auto& std = record->projection_std) {
-      claims.projection_std = ProjectionStdClaim{.center_px = std->center_px,
-                                                 .worst_px = std->worst_px,
-                                                 .worst_pixel = std->worst_pixel,
-                                                 .columns = std->columns,
-                                                 .rows = std->rows,
-                                                 .std_px = std->std_px};
-    }
-  }
-  return claims;
+// What the file says of the camera, with the size to check it by.
+CameraRecord recordToCheck(const StatedCamera& stated) {
+  if (stated.own) return *stated.own;
+  return {.camera = stated.camera,
+          .image_size = stated.image_size.value_or(sizeAround(stated.camera)),
+          .domain = {},
+          .self_check = {},
+          .calibration = {},
+          .created_by = {}};
 }
 
 }  // namespace
@@ -75,8 +60,10 @@ FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
                               .status = CheckStatus::kPass,
                               .value = fmt::format("{}, {}", source.format_name, stated.camera.modelId()),
                               .limit = "a known format",
-                              .message = "what has to be there is there, and all numbers are finite"});
-  for (auto& checks : {checkStatement(file), checkCamera(claimsOf(stated))})
+                              .message = "all required keys are present and all numbers are finite"});
+  for (auto& checks :
+       {checkStatement(file), checkCamera(recordToCheck(stated), {.can_say_more = stated.own.has_value(),
+                                                                 .is_size_guessed = !stated.image_size})})
     judgement.checks.insert(judgement.checks.end(), checks.begin(), checks.end());
   return judgement;
 }
