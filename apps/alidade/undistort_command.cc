@@ -14,6 +14,7 @@
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
@@ -45,10 +46,6 @@ std::optional<ImageSize> parseSize(const std::string& text) {
   const auto height = parseInt(sides[1]);
   if (!width || !height || *width < 1 || *height < 1) return std::nullopt;
   return ImageSize{*width, *height};
-}
-
-std::string sizeText(ImageSize size) {
-  return fmt::format("{}x{}", size.width, size.height);
 }
 
 // What comes of one image.

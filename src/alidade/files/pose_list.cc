@@ -42,7 +42,7 @@ class PoseTable {
   void line(std::string_view text) {
     const TableLines::Kind kind = lines_.take(text);
     if (kind == TableLines::Kind::kNothing) return;
-    if (kind == TableLines::Kind::kHeader) return readHeader(lines_.fields());
+    if (kind == TableLines::Kind::kHeader) return readHeader(lines_.names());
     if (list_.poses.empty() && rotation_.empty()) withoutHeader();
     list_.poses.push_back(row());
   }
@@ -107,7 +107,8 @@ class PoseTable {
   double number(std::size_t index) {
     const double value = lines_.number(index, names_[index]);
     if (!std::isfinite(value))
-      throw lines_.error("'" + lines_.fields()[index] + "' as " + names_[index], "a finite number");
+      throw lines_.error("'" + std::string(lines_.fields()[index]) + "' as " + names_[index],
+                         "a finite number");
     return value;
   }
 
@@ -127,7 +128,7 @@ class PoseTable {
 
   NamedPose row() {
     NamedPose pose;
-    pose.id = id_ ? lines_.fields()[*id_] : std::to_string(list_.poses.size());
+    pose.id = id_ ? std::string(lines_.fields()[*id_]) : std::to_string(list_.poses.size());
     if (id_ && !ids_.insert(pose.id).second)
       throw lines_.error("the pose '" + pose.id + "' twice", "each " + names_[*id_] + " once");
     SE3 stated;

@@ -11,10 +11,8 @@
 namespace alidade::detail {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r";
-
 bool isBlank(char c) {
-  return kBlanks.find(c) != std::string_view::npos;
+  return c == ' ' || c == '\t' || c == '\r';
 }
 
 std::string lowerCase(std::string_view text) {
@@ -55,6 +53,23 @@ std::optional<std::string> unitBehind(std::string_view field, const std::string&
   return std::string(symbol);
 }
 
+// The first place from `start` on that ends a field, outside of quotes; or the line's end.
+template <class IsEnd>
+std::size_t endOfField(std::string_view line, std::size_t start, const IsEnd& isEnd) {
+  bool is_quoted = false;
+  std::size_t i = start;
+  for (; i < line.size() && (is_quoted || !isEnd(line[i])); ++i) {
+    if (line[i] == '"') is_quoted = !is_quoted;
+  }
+  return i;
+}
+
+std::string_view withoutBlanks(std::string_view text) {
+  while (!text.empty() && isBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && isBlank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
 }  // namespace
 
 ColumnSearch findColumn(const std::vector<std::string>& names, const TableColumn& column) {
@@ -85,14 +100,14 @@ TableLines::Kind TableLines::take(std::string_view line) {
       throw error("UTF-16 text", "UTF-8 or ASCII", "save the table as CSV (UTF-8)");
     if (line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);
   }
-  line = trim(line);
+  line = withoutBlanks(line);
   if (line.empty()) return Kind::kNothing;
   if (line.starts_with('#')) {
     if (num_fields_ != 0) return Kind::kNothing;
     line = trim(line.substr(std::min(line.find_first_not_of('#'), line.size())));
     try {
       split(line);
-      comment_names_ = fields_;
+      comment_names_ = names();
     } catch (const Error&) {
       comment_names_.clear();  // a remark may hold anything, such as one quotation mark
     }
@@ -113,50 +128,52 @@ TableLines::Kind TableLines::take(std::string_view line) {
 
 void TableLines::split(std::string_view line) {
   fields_.clear();
-  bool has_comma = false;
-  bool has_semicolon = false;
+  unquoted_.clear();
+  bool has_comma = line.find(',') != std::string_view::npos;
+  bool has_semicolon = line.find(';') != std::string_view::npos;
   bool is_quoted = false;
-  for (const char c : line) {
-    if (c == '"') is_quoted = !is_quoted;
-    if (is_quoted) continue;
-    has_comma = has_comma || c == ',';
-    has_semicolon = has_semicolon || c == ';';
+  if (line.find('"') != std::string_view::npos) {  // what stands in quotes does not count
+    has_comma = has_semicolon = false;
+    for (const char c : line) {
+      if (c == '"') is_quoted = !is_quoted;
+      if (is_quoted) continue;
+      has_comma = has_comma || c == ',';
+      has_semicolon = has_semicolon || c == ';';
+    }
   }
   if (is_quoted) throw error("an open quote", "a quote at the field's end too");
   if (has_comma && has_semicolon)
     throw error("commas beside semicolons", "one of them between fields, and a point in numbers",
                 "if the numbers have decimal commas, write points instead");
   if (has_comma || has_semicolon) return splitAt(line, has_comma ? ',' : ';');
-  for (std::size_t i = 0; i < line.size();) {
-    i = takeField(line, i, kBlanks);
-    while (i < line.size() && isBlank(line[i])) ++i;
-  }
+  splitAtBlanks(line);
 }
 
 void TableLines::splitAt(std::string_view line, char separator) {
-  const std::string_view ends(&separator, 1);
-  for (std::size_t i = 0;;) {
-    while (i < line.size() && isBlank(line[i])) ++i;
-    i = takeField(line, i, ends);
-    if (i == line.size()) return;
-    ++i;
+  for (std::size_t start = 0;;) {
+    const std::size_t end = endOfField(line, start, [separator](char c) { return c == separator; });
+    addField(withoutBlanks(line.substr(start, end - start)));
+    if (end == line.size()) return;
+    start = end + 1;
   }
 }
 
-// Adds the field that starts at `start` and goes on to one of `ends` outside of quotes. @returns its end
-std::size_t TableLines::takeField(std::string_view line, std::size_t start, std::string_view ends) {
-  std::size_t i = start;
-  bool is_quoted = false;
-  for (; i < line.size() && (is_quoted || ends.find(line[i]) == std::string_view::npos); ++i) {
-    if (line[i] == '"') is_quoted = !is_quoted;
+void TableLines::splitAtBlanks(std::string_view line) {
+  for (std::size_t start = 0; start < line.size();) {
+    const std::size_t end = endOfField(line, start, isBlank);
+    addField(line.substr(start, end - start));
+    start = end;
+    while (start < line.size() && isBlank(line[start])) ++start;
   }
-  const std::string_view text = trim(line.substr(start, i - start));
+}
+
+void TableLines::addField(std::string_view text) {
   if (!text.starts_with('"')) {
-    fields_.emplace_back(text);
-    return i;
+    fields_.push_back(text);
+    return;
   }
   std::string field;
-  is_quoted = false;
+  bool is_quoted = false;
   for (std::size_t k = 0; k < text.size(); ++k) {
     if (text[k] != '"') {
       field += text[k];
@@ -165,16 +182,15 @@ std::size_t TableLines::takeField(std::string_view line, std::size_t start, std:
       is_quoted = !is_quoted;
     }
   }
-  fields_.push_back(std::move(field));
-  return i;
+  fields_.emplace_back(unquoted_.emplace_back(std::move(field)));
 }
 
 double TableLines::number(std::size_t index, const std::string& column) const {
-  const std::string& field = fields_[index];
+  const std::string_view field = fields_[index];
   const auto value = parseDouble(field);
   if (!value) {
-    const bool is_decimal_comma = field.find(',') != std::string::npos;
-    throw error("'" + field.substr(0, 40) + "' as " + column, "a number",
+    const bool is_decimal_comma = field.find(',') != std::string_view::npos;
+    throw error("'" + std::string(field.substr(0, 40)) + "' as " + column, "a number",
                 is_decimal_comma ? "write a decimal point instead of the comma" : "");
   }
   return *value;

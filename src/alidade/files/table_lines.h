@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,11 +41,13 @@ class TableLines {
   /// Takes the next line (without its end) and says what it is.
   /// @throws Error (kInput): an open quote, commas beside semicolons, another number of fields than before
   Kind take(std::string_view line);
-  /// Counts lines that were understood elsewhere.
-  void countLines(std::size_t count) { line_ += count; }
+  /// Counts a line that could not be taken.
+  void countLine() { ++line_; }
 
-  /// Fields of the line taken last.
-  [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }
+  /// Fields of the line taken last; they refer to it.
+  [[nodiscard]] const std::vector<std::string_view>& fields() const { return fields_; }
+  /// The same to keep.
+  [[nodiscard]] std::vector<std::string> names() const { return {fields_.begin(), fields_.end()}; }
   /// Field `index` of the row as a finite or infinite number or NaN. @throws Error (kInput) naming `column`
   [[nodiscard]] double number(std::size_t index, const std::string& column) const;
   /// Names in the last comment before the first row that has as many fields as the row; none otherwise.
@@ -58,12 +61,14 @@ class TableLines {
  private:
   void split(std::string_view line);
   void splitAt(std::string_view line, char separator);
-  [[nodiscard]] std::size_t takeField(std::string_view line, std::size_t start, std::string_view ends);
+  void splitAtBlanks(std::string_view line);
+  void addField(std::string_view text);
 
   std::string name_;
   std::size_t line_ = 0;
   std::size_t num_fields_ = 0;  // a row's; 0 = not known yet
-  std::vector<std::string> fields_;
+  std::vector<std::string_view> fields_;
+  std::deque<std::string> unquoted_;  // what fields with quotes refer to
   std::vector<std::string> comment_names_;
 };
 

@@ -55,48 +55,6 @@ TEST(FormatContradictions, OfMatlabAreNoneToPrintedDigits) {
   }
 }
 
-TEST(FormatContradictions, OfMatlabsTextAreNotWhatItDoesNotPrint) {
-  const std::string printed =
-      "FocalLength: [714.1900 710.3800]\nPrincipalPoint: [563.6511 355.7254]\nImageSize: [712 1072]\n"
-      "RadialDistortion: [-0.3932 0.1522]\nTangentialDistortion: [0 0]\n";
-  EXPECT_EQ(parseCameras(printed + "K: [3\u00D73 double]\n", "file").cameras.at(0).camera.parameters()[0],
-            714.19);
-  struct Case {
-    std::string text;
-    std::string place;
-    std::string advice;
-  };
-  for (const auto& [text, place, advice] : std::vector<Case>{
-           {"params =\n  Intrinsics: [1\u00D71 cameraIntrinsics]\n", "file:2: Intrinsics",
-            "params.Intrinsics"},
-           {"  Intrinsics: [1x1 struct]\n", "file:1: Intrinsics", "jsonencode(toStruct(params))"},
-           {"CameraParameters1: [1x1 cameraParameters]\n", "file:1: CameraParameters1",
-            "params.CameraParameters1.Intrinsics"},
-           {"RadialDistortion: [0 0]\nK: [3x3 double]\n", "file:2: K", "jsonencode(toStruct(params))"},
-           {"Intrinsics: [1x1 fisheyeIntrinsics]\n", "file:1: Intrinsics", "alidade calibrate"}}) {
-    EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(place), HasSubstr(advice)));
-  }
-}
-
-TEST(FormatContradictions, OfMatlabAMatrixAloneIsNoCamera) {
-  const std::string rows =
-      "\n  714.1885         0  563.6481\n         0  710.3785  355.7254\n         0         0    1.0000\n";
-  int num_printed = 0;
-  for (const auto& [text, place] :
-       {std::pair(">> K = cameraParams.K\n\nK =\n" + rows, "file:3: "), std::pair("K =\n" + rows, "file:1: "),
-        std::pair("\nans =\n\n   1.0e+03 *\n" + rows, "file:2: ")}) {
-    EXPECT_THAT(complaintAbout(text),
-                AllOf(testing::StartsWith(place), HasSubstr("as the command window prints it"),
-                      HasSubstr("jsonencode(toStruct(params))")));
-    ++num_printed;
-  }
-  EXPECT_EQ(num_printed, 3);
-  // Two rows, or rows of two, are none.
-  for (const char* other :
-       {"K =\n\n 1 2 3\n 4 5 6\n", "K =\n 1 2\n 3 4\n 5 6\n", "K =\n 1 2 3\n 4 5 6\n x\n 7 8 9\n"})
-    EXPECT_THAT(complaintAbout(other), testing::Not(HasSubstr("command window")));
-}
-
 TEST(FormatContradictions, OfRosKeysOfTwoKindsAreRefused) {
   const std::string five = "[-0.281, 0.025, 0.0012, -0.0001, 0.163]\n";
   EXPECT_THAT(complaintAbout(kRosSize + kRosMatrix + "D: " + five),

@@ -499,25 +499,6 @@ Camera.bf: 19.3
        {{"CameraParameters1", "radtan", kVga, {500, 501, 319, 239, -0.1, 0.02, 0.001, 0.002, 0.03}},
         {"CameraParameters2", "radtan", kVga, {510, 511, 320, 240, 0, 0, 0, 0, 0}}},
        {"not_carried"}},
-      {"matlab",
-       "the command window",
-       R"(
-intrinsics =
-
-  cameraIntrinsics with properties:
-
-             FocalLength: [714.1885 710.3785]
-          PrincipalPoint: [563.6511 355.7254]
-               ImageSize: [712 1072]
-        RadialDistortion: [-0.3361 0.0921]
-    TangentialDistortion: [0 0]
-                    Skew: 0
-                       K: [3×3 double]
-)",
-       {{"",
-         "radtan",
-         {.width = 1072, .height = 712},
-         {714.1885, 710.3785, 562.6511, 354.7254, -0.3361, 0.0921, 0, 0, 0}}}},
   };
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/format_text.h"
@@ -18,6 +20,7 @@ namespace {
 using detail::CameraDocument;
 using detail::LensLayout;
 using detail::YamlNode;
+using json = nlohmann::ordered_json;
 
 constexpr std::array<LensLayout, 7> kLenses = {
     {{"pinhole", "pinhole", "fx fy cx cy"},
@@ -124,49 +127,40 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   return all;
 }
 
-std::string intrinsicsText(const AnyCamera& camera) {
+json intrinsicsJson(const AnyCamera& camera) {
   const LensLayout& lens = detail::layoutOf(kLenses, camera.modelId());
   const std::vector<std::string> names = detail::listedNames(lens);
   const std::vector<double> values = detail::listedOrder(lens, camera);
-  std::vector<std::string> parts;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    parts.push_back("\"" + names[i] + "\": " + detail::realText(values[i]));
-  if (camera.modelId() == "rational")
-    parts.push_back("\"rpmax\": " + detail::realText(std::tan(camera.cone().max_angle_rad)));
-  return "{\"camera_type\": \"" + std::string(lens.name) + "\", \"intrinsics\": {" + join(parts, ", ") + "}}";
+  json numbers = json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) numbers[names[i]] = values[i];
+  if (camera.modelId() == "rational") numbers["rpmax"] = std::tan(camera.cone().max_angle_rad);
+  return {{"camera_type", lens.name}, {"intrinsics", std::move(numbers)}};
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
-  std::vector<std::string> poses;
-  std::vector<std::string> intrinsics;
-  std::vector<std::string> sizes;
+  const json no_turn = {{"px", 0.0}, {"py", 0.0}, {"pz", 0.0}, {"qx", 0.0},
+                        {"qy", 0.0}, {"qz", 0.0}, {"qw", 1.0}};
+  json intrinsics = json::array();
+  json sizes = json::array();
   for (const NamedCamera& named : cameras) {
-    poses.emplace_back(R"({"px": 0.0, "py": 0.0, "pz": 0.0, "qx": 0.0, "qy": 0.0, "qz": 0.0, "qw": 1.0})");
-    intrinsics.push_back(intrinsicsText(named.camera));
-    sizes.push_back("[" + std::to_string(named.image_size.width) + ", " +
-                    std::to_string(named.image_size.height) + "]");
+    intrinsics.push_back(intrinsicsJson(named.camera));
+    sizes.push_back({named.image_size.width, named.image_size.height});
   }
-  const std::string separator = ",\n      ";
-  const auto zeros = [](int count) {
-    return detail::listText(std::vector<double>(static_cast<std::size_t>(count)));
-  };
   // basalt reads no file without the rest. It is what its own calibration of cameras writes before it knows
   // an IMU.
-  return "{\n  \"value0\": {\n    \"T_imu_cam\": [\n      " + join(poses, separator) +
-         "\n    ],\n    \"intrinsics\": [\n      " + join(intrinsics, separator) +
-         "\n    ],\n    \"resolution\": [\n      " + join(sizes, separator) +
-         "\n    ],\n    \"calib_accel_bias\": " + zeros(9) + ",\n    \"calib_gyro_bias\": " + zeros(12) +
-         R"(,
-    "imu_update_rate": 200.0,
-    "accel_noise_std": [0.016, 0.016, 0.016],
-    "gyro_noise_std": [0.000282, 0.000282, 0.000282],
-    "accel_bias_std": [0.001, 0.001, 0.001],
-    "gyro_bias_std": [0.0001, 0.0001, 0.0001],
-    "cam_time_offset_ns": 0,
-    "vignette": []
-  }
-}
-)";
+  const json values = {{"T_imu_cam", json::array_t(cameras.size(), no_turn)},
+                       {"intrinsics", std::move(intrinsics)},
+                       {"resolution", std::move(sizes)},
+                       {"calib_accel_bias", std::vector<double>(9)},
+                       {"calib_gyro_bias", std::vector<double>(12)},
+                       {"imu_update_rate", 200.0},
+                       {"accel_noise_std", {0.016, 0.016, 0.016}},
+                       {"gyro_noise_std", {0.000282, 0.000282, 0.000282}},
+                       {"accel_bias_std", {0.001, 0.001, 0.001}},
+                       {"gyro_bias_std", {0.0001, 0.0001, 0.0001}},
+                       {"cam_time_offset_ns", 0},
+                       {"vignette", json::array()}};
+  return detail::jsonFileText({{"value0", values}});
 }
 
 }  // namespace

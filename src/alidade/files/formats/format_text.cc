@@ -3,6 +3,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <nlohmann/json.hpp>
+
 #include "alidade/core/text.h"
 
 namespace alidade::detail {
@@ -25,6 +27,10 @@ std::string yamlText(const std::string& text) {
   YAML::Emitter out;
   out << text;
   return out.c_str();
+}
+
+std::string jsonFileText(const nlohmann::ordered_json& document) {
+  return document.dump(2) + "\n";
 }
 
 }  // namespace alidade::detail

@@ -4,6 +4,8 @@
 #include <span>
 #include <string>
 
+#include <nlohmann/json_fwd.hpp>
+
 namespace alidade::detail {
 
 /// The fewest digits that read back as the same number, with a point before the exponent: readers of YAML 1.1
@@ -15,5 +17,8 @@ namespace alidade::detail {
 
 /// A string as a YAML scalar, in quotation marks where it needs them.
 [[nodiscard]] std::string yamlText(const std::string& text);
+
+/// A JSON document as a file: indented, with an end of line. Doubles read back as the same.
+[[nodiscard]] std::string jsonFileText(const nlohmann::ordered_json& document);
 
 }  // namespace alidade::detail

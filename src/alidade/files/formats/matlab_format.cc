@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // MATLAB's cameraIntrinsics, cameraParameters and stereoParameters (Computer Vision Toolbox), as JSON by
-// jsonencode(toStruct(params)) or jsonencode(params), or as the text that the command window prints.
+// jsonencode(toStruct(params)) or jsonencode(params).
 // ImageSize is [rows, columns]; IntrinsicMatrix is the transpose of K; RadialDistortion has k1 k2 [k3],
 // TangentialDistortion p1 p2, by OpenCV's formulas. Pixels count from 1: the centre of the first one is (1,
 // 1).
@@ -8,12 +8,13 @@
 #include <array>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/format_text.h"
 #include "alidade/files/formats/formats.h"
 #include "alidade/files/formats/lens_layout.h"
-#include "alidade/files/formats/matlab_text.h"
 
 namespace alidade::formats {
 namespace {
@@ -80,9 +81,7 @@ bool recognisesTree(const YamlNode& root) {
 }
 
 bool recognises(const CameraDocument& document) {
-  if (detail::isMatlabText(document.text())) return true;
-  if (!document.isMap()) return detail::isPrintedMatrix(document.text());
-  return recognisesTree(document.root());
+  return document.isMap() && recognisesTree(document.root());
 }
 
 [[noreturn]] void refuseSkew(const YamlNode& node, const std::string& value) {
@@ -107,13 +106,6 @@ std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
   return {m[0], m[4], m[6], m[7]};
 }
 
-// What the command window did not expand, "[3x3 double]", says nothing.
-std::optional<YamlNode> findMatrix(const YamlNode& node, const char* key) {
-  auto matrix = node.find(key);
-  if (matrix && matrix->isScalar() && detail::isUnexpanded(matrix->text())) matrix.reset();
-  return matrix;
-}
-
 std::vector<Pinhole> pinholesOf(const YamlNode& node) {
   std::vector<Pinhole> all;
   if (const auto focal = node.find("FocalLength")) {
@@ -121,9 +113,8 @@ std::vector<Pinhole> pinholesOf(const YamlNode& node) {
     detail::append(parameters, detail::statedNumbers(node.at("PrincipalPoint"), 2));
     all.push_back({"FocalLength and PrincipalPoint", *focal, std::move(parameters)});
   }
-  if (const auto matrix = findMatrix(node, "K"))
-    all.push_back({"K", *matrix, detail::readCameraMatrix(*matrix)});
-  if (const auto matrix = findMatrix(node, "IntrinsicMatrix"))
+  if (const auto matrix = node.find("K")) all.push_back({"K", *matrix, detail::readCameraMatrix(*matrix)});
+  if (const auto matrix = node.find("IntrinsicMatrix"))
     all.push_back({"IntrinsicMatrix", *matrix, readTransposed(*matrix)});
   return all;
 }
@@ -210,30 +201,29 @@ StatedCameras readTree(const YamlNode& root) {
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
-  if (!detail::isMatlabText(document.text())) {
-    if (!document.isMap()) detail::refusePrintedMatrix(document.text(), document.file());
-    return readTree(document.root());
-  }
-  detail::refuseUnexpanded(document.text(), document.file());
-  return readTree(CameraDocument(detail::matlabTextAsYaml(document.text()), document.file()).root());
+  return readTree(document.root());
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
   const std::vector<double> listed = detail::listedOrder(kLens, named.camera, kOrigin);
-  const std::span<const double> all(listed);
-  return "{\n  \"FocalLength\": " + detail::listText(all.first(2)) +
-         ",\n  \"PrincipalPoint\": " + detail::listText(all.subspan(2, 2)) + ",\n  \"ImageSize\": [" +
-         std::to_string(named.image_size.height) + ", " + std::to_string(named.image_size.width) +
-         "],\n  \"RadialDistortion\": " + detail::listText(all.subspan(4, 3)) +
-         ",\n  \"TangentialDistortion\": " + detail::listText(all.subspan(7, 2)) + ",\n  \"Skew\": 0.0\n}\n";
+  const auto list = [&listed](std::size_t first, std::size_t count) {
+    const auto begin = listed.begin() + static_cast<std::ptrdiff_t>(first);
+    return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
+  };
+  return detail::jsonFileText({{"FocalLength", list(0, 2)},
+                               {"PrincipalPoint", list(2, 2)},
+                               {"ImageSize", {named.image_size.height, named.image_size.width}},
+                               {"RadialDistortion", list(4, 3)},
+                               {"TangentialDistortion", list(7, 2)},
+                               {"Skew", 0.0}});
 }
 
 }  // namespace
 
 const CameraFormat& matlab() {
   static const CameraFormat kFormat = {.id = "matlab",
-                                       .title = "MATLAB camera parameters (JSON, or the printed text)",
+                                       .title = "MATLAB camera parameters (JSON)",
                                        .models = {"radtan"},
                                        .recognises = recognises,
                                        .read = read,

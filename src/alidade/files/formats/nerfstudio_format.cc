@@ -13,6 +13,8 @@
 #include <string>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/format_text.h"
@@ -371,14 +373,14 @@ std::string write(std::span<const NamedCamera> cameras) {
   const LensLayout& lens = detail::layoutOf(kWritten, named.camera.modelId());
   const std::vector<std::string> names = detail::listedNames(lens);
   const std::vector<double> values = detail::listedOrder(lens, named.camera, kOrigin);
-  std::string text = "{\n  \"camera_model\": \"" + std::string(lens.name) +
-                     "\",\n  \"w\": " + std::to_string(named.image_size.width) +
-                     ",\n  \"h\": " + std::to_string(named.image_size.height);
+  nlohmann::ordered_json document = {
+      {"camera_model", lens.name}, {"w", named.image_size.width}, {"h", named.image_size.height}};
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string key = names[i] == "fx" ? "fl_x" : (names[i] == "fy" ? "fl_y" : names[i]);
-    text += ",\n  \"" + key + "\": " + detail::realText(values[i]);
+    document[key] = values[i];
   }
-  return text + ",\n  \"frames\": []\n}\n";
+  document["frames"] = nlohmann::ordered_json::array();
+  return detail::jsonFileText(document);
 }
 
 }  // namespace
