@@ -11,6 +11,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "camera_options.h"

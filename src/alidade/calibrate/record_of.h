@@ -18,7 +18,7 @@ struct RecordDetails {
 };
 
 /// All that a camera file holds of a calibration: the camera with its domain and self-check points,
-/// uncertainty, verdict, findings and views. Write it with saveCamera() or writeCameraFile().
+/// uncertainty, verdict, findings and views. Write it with saveCamera().
 [[nodiscard]] CameraRecord recordOf(const CalibrationResult& result, RecordDetails details);
 
 }  // namespace alidade

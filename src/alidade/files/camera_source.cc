@@ -8,6 +8,7 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_file.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/utf8_check.h"

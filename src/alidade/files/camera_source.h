@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/files/camera_file.h"
 #include "alidade/files/formats/stated_camera.h"
+#include "alidade/record/camera_record.h"
 
 namespace alidade {
 

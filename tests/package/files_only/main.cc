@@ -22,9 +22,11 @@ int main(int argc, char** argv) {
                                            "image_size: {width: 640, height: 480}\n"
                                            "parameters: {fx: 500, fy: 510, cx: 320, cy: 240}\n";
   const alidade::CameraRecord given = alidade::loadCamera(folder + "/given.yaml");
-  alidade::writeCameraFile(folder + "/written.yaml", given);
+  alidade::saveCamera(folder + "/written.yaml", given);
+  alidade::saveCamera(folder + "/ros.yaml", given, "ros");
   const alidade::CameraRecord written = alidade::loadCamera(folder + "/written.yaml");
-  const bool is_same = std::ranges::equal(written.camera.parameters(), given.camera.parameters()) &&
+  const bool is_same = alidade::loadCamera(folder + "/ros.yaml").image_size == given.image_size &&
+                       std::ranges::equal(written.camera.parameters(), given.camera.parameters()) &&
                        written.camera.parameters()[1] == 510 && written.image_size == given.image_size;
   if (!is_same) std::fprintf(stderr, "files_only: the camera that was written is another one\n");
   return is_same ? 0 : 1;

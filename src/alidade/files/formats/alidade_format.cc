@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "alidade/camera/self_check.h"
+#include "alidade/files/camera_file.h"
 #include "alidade/files/camera_node.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/formats.h"

@@ -10,7 +10,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/record/camera_record.h"
 
 namespace alidade {
 
