@@ -18,8 +18,9 @@ constexpr int kParams = 9;
 struct Point {
   std::vector<double> params;
   std::vector<SE3> poses;
-  std::vector<PoseRows> rows;
-  SharedSums sums{kParams};
+  std::vector<ViewFactor> factors;
+  Eigen::Matrix<double, kParams, kParams> information;
+  Eigen::Vector<double, kParams> gradient;
   double cost = 0;
 };
 
@@ -31,16 +32,20 @@ class Solver {
 
   // False where a corner does not project.
   bool evaluate(Point& at) const {
-    at.sums = SharedSums(kParams);
-    at.rows.resize(corners_.size(), PoseRows(6, kParams + 7));
-    double squares = 0;
+    at.factors.resize(corners_.size(), ViewFactor(kParams + 7, kParams + 7));
+    at.information.setZero();
+    at.gradient.setZero();
+    at.cost = 0;
     for (std::size_t v = 0; v < corners_.size(); ++v) {
-      if (!kernel_.reduce(at.params.data(), at.poses[v], corners_[v].view(0), loss_, Unseen::kRefuse,
-                          at.rows[v], at.sums))
+      ViewFactor& factor = at.factors[v];
+      if (!kernel_.factor(at.params.data(), at.poses[v], corners_[v].view(0), loss_, Unseen::kRefuse,
+                          factor.data()))
         return false;
-      squares += at.rows[v].col(6 + kParams).squaredNorm();
+      const auto rest = factor.block<kParams, kParams>(6, 6);
+      at.information += rest.transpose() * rest;
+      at.gradient += rest.transpose() * factor.block<kParams, 1>(6, 6 + kParams);
+      at.cost += 0.5 * factor.col(6 + kParams).squaredNorm();
     }
-    at.cost = 0.5 * (at.sums.gram(kParams, kParams) + squares);
     return true;
   }
 
@@ -54,16 +59,14 @@ class Solver {
     if (!evaluate(at)) return false;
     bool is_at_rest = false;
     for (int i = 0; i < kMaxSteps && !is_at_rest; ++i) {
-      const Eigen::MatrixXd information =
-          at.sums.gram.topLeftCorner<kParams, kParams>().selfadjointView<Eigen::Lower>();
-      const Eigen::VectorXd gradient = at.sums.gram.row(kParams).head<kParams>().transpose();
-      const Eigen::VectorXd step = -information.ldlt().solve(gradient);
-      double drop = -0.5 * gradient.dot(step);
+      const Eigen::Vector<double, kParams> step = -at.information.ldlt().solve(at.gradient);
+      double drop = -0.5 * at.gradient.dot(step);
       std::vector<SE3::Vec6> pose_steps;
-      for (const PoseRows& rows : at.rows) {
-        const Eigen::Matrix<double, 6, 1> right = rows.col(6 + kParams) + rows.middleCols<kParams>(6) * step;
-        pose_steps.emplace_back(-rows.leftCols<6>().partialPivLu().solve(right));
-        drop += 0.5 * rows.col(6 + kParams).squaredNorm();
+      for (const ViewFactor& factor : at.factors) {
+        const auto error = factor.block<6, 1>(0, 6 + kParams);
+        const SE3::Vec6 right = error + factor.block<6, kParams>(0, 6) * step;
+        pose_steps.emplace_back(-factor.topLeftCorner<6, 6>().partialPivLu().solve(right));
+        drop += 0.5 * error.squaredNorm();
       }
       is_at_rest = drop <= kAtRest * at.cost;
       double share = 1;

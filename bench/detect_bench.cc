@@ -18,7 +18,7 @@
 
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
-#include "alidade/io/image_file.h"
+#include "alidade/imagery/image_file.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
 
@@ -141,9 +141,8 @@ void compare(const char* what, const std::vector<std::string>& paths, ImageSize 
   };
   const double decode = each(
       7, nullptr, [](const std::string& path) { return !cv::imread(path, cv::IMREAD_GRAYSCALE).empty(); });
-  const double ours = each(7, &found[0], [](const std::string& path) {
-    return detectCheckerboard(load(path).image, kBoard).hasCorners();
-  });
+  const double ours = each(
+      7, &found[0], [](const std::string& path) { return findBoard(load(path).image, kBoard).hasCorners(); });
   const double sectors = each(is_large ? 1 : 3, &found[1], opencvSectors);
   const double classic = each(is_large ? 1 : 3, &found[2], opencvClassic);
   std::printf("%4dx%-4d %-8s %8.2f %8.2f (%4.1f x) %9.1f (%5.1f x) %9.1f (%5.1f x)   %d %d %d of %zu\n",

@@ -17,8 +17,8 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
 #include "alidade/core/random.h"
-#include "alidade/image/remap.h"
-#include "alidade/image/undistortion_view.h"
+#include "alidade/imagery/remap.h"
+#include "alidade/imagery/undistortion_view.h"
 #include "median_reporter.h"
 
 namespace alidade {

@@ -2,32 +2,38 @@
 #include "answer_writer.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 
 #include <nlohmann/json.hpp>
 
-#include "alidade/core/decimal.h"
 #include "alidade/core/text.h"
-#include "alidade/io/csv.h"
+#include "alidade/files/csv.h"
 #include "command.h"
 
 namespace alidade {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 17U;
+// Room for one number in text: the shortest that reads back as the same has at most 24 characters.
+constexpr std::size_t kMaxNumberChars = 32;
 
 char* put(char* out, std::string_view text) {
   std::memcpy(out, text.data(), text.size());
   return out + text.size();
 }
 
+char* putDigits(char* out, double value) {
+  return std::to_chars(out, out + kMaxNumberChars, value).ptr;
+}
+
 char* putNumber(char* out, double value) {
-  return value != value ? put(out, "nan") : writeDecimal(out, value);
+  return value != value ? put(out, "nan") : putDigits(out, value);
 }
 
 char* putJsonNumber(char* out, double value) {
-  return std::isfinite(value) ? writeDecimal(out, value) : put(out, "null");
+  return std::isfinite(value) ? putDigits(out, value) : put(out, "null");
 }
 
 }  // namespace
@@ -37,7 +43,7 @@ AnswerWriter::AnswerWriter(Format format) : format_(std::move(format)) {
     std::vector<std::string> texts;
     for (const std::string& name : names) {
       texts.push_back((is_first ? "\"" : ", \"") + name + "\": ");
-      max_row_size_ += texts.back().size() + kMaxDecimalChars + 1;
+      max_row_size_ += texts.back().size() + kMaxNumberChars + 1;
       is_first = false;
     }
     return texts;

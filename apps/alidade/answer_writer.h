@@ -10,6 +10,8 @@ namespace alidade {
 
 /// Writes rows of numbers with a status to standard output, as CSV or as one JSON document, in large pieces.
 /// Numbers are written in the fewest digits that read back as the same; NaN is "nan", in JSON null.
+/// The JSON is written piece by piece and not as a document of nlohmann-json, which would need memory for all
+/// rows.
 /// @throws Error (kInput), from any method, when it does not arrive
 class AnswerWriter {
  public:

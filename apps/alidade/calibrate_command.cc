@@ -7,11 +7,12 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/record_of.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/core/error.h"
-#include "alidade/io/atomic_file.h"
-#include "alidade/io/camera_file.h"
-#include "alidade/io/camera_source.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/report/next_view_svg.h"
 #include "calibration_output.h"
 #include "camera_options.h"
@@ -90,7 +91,7 @@ class CalibrateCommand final : public Command {
                           : board_shape_ == "warp" ? BoardShapeMode::kWarp
                                                    : BoardShapeMode::kAuto;
     if (!init_.empty()) {
-      const CameraFile file = readCameraTelling(init_, {}, common_.quiet);
+      const CameraRecord file = readCameraTelling(init_, {}, common_.quiet);
       options.initial = {.camera = file.camera, .size = file.image_size};
     }
     static_cast<void>(constraintOf(options));  // wrong names are told before the images are read
@@ -116,7 +117,8 @@ class CalibrateCommand final : public Command {
 
     const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
-    const CameraFile file = cameraFileOf(result, input, effectiveSettings(app));
+    const CameraRecord file = recordOf(
+        result, {.board = input.board, .created_by = programName(), .settings = effectiveSettings(app)});
     const bool to_stdout = output_ == "-";
     if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
 

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/camera/self_check.h"
 #include "alidade/core/size_groups.h"
 #include "board_shape_output.h"
 #include "command.h"
@@ -110,39 +109,6 @@ std::string verdictText(const CalibrationResult& result) {
 }
 
 }  // namespace
-
-CameraFile cameraFileOf(const CalibrationResult& result, const CalibrationInput& input,
-                        std::vector<Setting> settings) {
-  CameraFile file{.camera = result.camera,
-                  .image_size = result.image_size,
-                  .domain = DomainClaim{.max_angle_rad = result.domain.cone.max_angle_rad,
-                                        .full_image = result.domain.full_image},
-                  .self_check = makeSelfCheck(result.camera, result.image_size),
-                  .calibration = {},
-                  .created_by = programName()};
-  CalibrationRecord record;
-  record.holdout_rms_px = result.holdout.rms_px;
-  if (result.model_choice) record.model_choice = modelRecords(*result.model_choice);
-  record.rms_px = result.rms_px;
-  record.verdict = result.verdict();
-  record.num_views = static_cast<int>(result.views.size());
-  record.num_corners = result.num_corners;
-  record.num_outliers = static_cast<int>(result.outliers.size());
-  record.termination = std::string(terminationName(result.solver.termination)) + ": " + result.solver.reason;
-  record.board = specText(input.board);
-  record.settings = std::move(settings);
-  if (result.shape.is_estimated) record.warp = WarpRecord{result.shape.shape, result.shape.std_m};
-  recordUncertainty(result, record);
-  for (const Finding& finding : result.findings) record.findings.push_back(finding.id);
-  for (const ViewResult& view : result.views) {
-    record.views.push_back({.image = view.image,
-                            .num_corners = view.num_corners,
-                            .rms_px = view.rms_px,
-                            .camera_from_board = view.camera_from_board});
-  }
-  file.calibration = std::move(record);
-  return file;
-}
 
 std::string summaryText(const CalibrationResult& result, const CalibrationInput& input,
                         const Advice& advice) {

@@ -25,9 +25,9 @@ ReadOptions CameraOptions::readOptions() const {
   return options;
 }
 
-CameraFile readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet) {
-  const CameraSource source = readCameras(path, options);
-  CameraFile file = onlyCamera(source);
+CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet) {
+  const CameraSource source = loadCameras(path, options);
+  CameraRecord file = onlyCamera(source);
   if (quiet) return file;
   for (const Remark& remark : source.cameras.front().remarks) printMessage("note: " + remark.message);
   return file;

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "alidade/io/camera_source.h"
+#include "alidade/files/camera_source.h"
 
 namespace CLI {
 class App;
@@ -22,7 +22,7 @@ struct CameraOptions {
 
 /// The one camera of a file of any format. What was passed over or assumed in reading it is told, unless
 /// `quiet`.
-[[nodiscard]] CameraFile readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet);
+[[nodiscard]] CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet);
 
 /// The flags --image-size and --read-as.
 void addCameraOptions(CLI::App& app, CameraOptions& options);

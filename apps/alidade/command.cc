@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/io/atomic_file.h"
-#include "alidade/io/board_file.h"
-#include "alidade/io/image_list.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/board_file.h"
+#include "alidade/imagery/image_list.h"
 #include "number_check.h"
 
 namespace alidade {

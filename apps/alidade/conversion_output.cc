@@ -8,14 +8,37 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "command.h"
 
 namespace alidade {
 
+namespace {
+
+// "(12.0, 34.5)"
 std::string pixelText(const Eigen::Vector2d& pixel) {
   return fmt::format("({:.1f}, {:.1f})", pixel.x(), pixel.y());
 }
 
-namespace {
+// There is a fit for all problems but the first.
+std::string problemText(ConversionProblem problem, const std::string& path, const Conversion& conversion) {
+  if (problem == ConversionProblem::kSourceUntrustworthy)
+    return path + " says of itself that it is not to be trusted";
+  const ModelFit& fit = conversion.fit.value();
+  const std::string_view model = fit.camera.modelId();
+  switch (problem) {
+    case ConversionProblem::kUnreachedPixels:
+      return fmt::format("{} does not reach {:.3g} % of the pixels, such as {}; accepted {} %", model,
+                         100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel),
+                         100 * kMaxUnreachedShare);
+    case ConversionProblem::kModelRms:
+      return fmt::format("{} misses the pixels by {:.3g} px (RMS); accepted {} px (--max-error)", model,
+                         fit.rms_px, conversion.max_error_px);
+    default:
+      return fmt::format("{} misses pixel {} by {:.3g} px; accepted {} px ({} times --max-error)", model,
+                         pixelText(fit.worst_pixel), fit.max_error_px,
+                         kMaxErrorFactor * conversion.max_error_px, kMaxErrorFactor);
+  }
+}
 
 std::string capitalised(std::string word) {
   word.front() = static_cast<char>(word.front() - 'a' + 'A');
@@ -48,8 +71,15 @@ std::string fitText(const ModelFit& fit) {
 
 }  // namespace
 
-std::string conversionSummary(const std::string& path, const CameraFile& source, const Conversion& conversion,
-                              const CameraFile& file) {
+std::string provenance(const std::string& path, const CameraRecord& source, const Conversion& conversion) {
+  std::vector<std::string> steps;
+  for (const Conversion::Step& step : conversion.steps) steps.push_back(step.name + " " + step.value);
+  return programName() + " convert" + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path +
+         (source.created_by.empty() ? "" : " (" + source.created_by + ")");
+}
+
+std::string conversionSummary(const std::string& path, const CameraRecord& source,
+                              const Conversion& conversion, const CameraRecord& file) {
   std::string text =
       fmt::format("From     {}: {}, {} px\n", path, source.camera.modelId(), sizeText(source.image_size));
   for (const Conversion::Step& step : conversion.steps) {
@@ -71,13 +101,13 @@ std::string conversionSummary(const std::string& path, const CameraFile& source,
                       file.domain->max_angle_rad * 180 / std::numbers::pi,
                       file.domain->full_image ? "every pixel of the image has a ray"
                                               : "NOT every pixel of the image has a ray");
-  for (const Conversion::Reason& reason : conversion.reasons)
-    text += fmt::format("\nFAILED   {} [{}]", reason.message, reason.id);
+  for (const ConversionProblem problem : conversion.problems)
+    text += fmt::format("\nFAILED   {} [{}]", problemText(problem, path, conversion), problemId(problem));
   return text;
 }
 
-nlohmann::json conversionJson(const std::string& path, const CameraFile& source, const Conversion& conversion,
-                              const CameraFile& file) {
+nlohmann::json conversionJson(const std::string& path, const CameraRecord& source,
+                              const Conversion& conversion, const CameraRecord& file) {
   using nlohmann::json;
   const auto sizeJson = [](ImageSize size) { return json{{"width", size.width}, {"height", size.height}}; };
   json parameters = json::object();
@@ -89,8 +119,8 @@ nlohmann::json conversionJson(const std::string& path, const CameraFile& source,
   json rotation = json::array();
   for (const auto& row : conversion.edit.new_from_old.rowwise()) rotation.push_back({row(0), row(1), row(2)});
   json reasons = json::array();
-  for (const Conversion::Reason& reason : conversion.reasons)
-    reasons.push_back({{"id", reason.id}, {"message", reason.message}});
+  for (const ConversionProblem problem : conversion.problems)
+    reasons.push_back({{"id", problemId(problem)}, {"message", problemText(problem, path, conversion)}});
   json fit = nullptr;
   if (conversion.fit) {
     const ModelFit& f = *conversion.fit;
@@ -115,7 +145,7 @@ nlohmann::json conversionJson(const std::string& path, const CameraFile& source,
       {"parameters", parameters},
       {"fit", fit},
       {"domain", {{"max_angle_rad", file.domain->max_angle_rad}, {"full_image", file.domain->full_image}}},
-      {"trustworthy", conversion.reasons.empty()},
+      {"trustworthy", conversion.problems.empty()},
       {"reasons", reasons}};
 }
 

@@ -10,12 +10,12 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/io/atomic_file.h"
-#include "alidade/io/camera_source.h"
-#include "alidade/io/formats/camera_format.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_format.h"
 #include "camera_options.h"
 #include "command.h"
-#include "conversion.h"
 #include "conversion_output.h"
 #include "number_check.h"
 
@@ -29,15 +29,31 @@ constexpr std::string_view kOwnFormat = "alidade";
 struct Converted {
   std::string where;  // "rig.yaml#cam1"
   std::string name;
-  CameraFile source;
+  CameraRecord source;
   Conversion conversion;
-  CameraFile file;
+  CameraRecord file;
 };
 
 std::vector<std::string> formatIds() {
   std::vector<std::string> ids;
   for (const CameraFormat* format : cameraFormats()) ids.emplace_back(format->id);
   return ids;
+}
+
+// "600x400" or "10,20,600,400" as so many whole numbers.
+std::vector<int> wholeNumbers(const std::string& flag, const std::string& text, char separator,
+                              std::size_t count, const std::string& expected) {
+  std::vector<int> numbers;
+  for (const std::string_view part : split(text, separator)) {
+    if (const auto number = parseInt(trim(part))) numbers.push_back(*number);
+  }
+  if (numbers.size() != count || split(text, separator).size() != count) {
+    throw usageError({.where = flag,
+                      .found = "'" + text + "'",
+                      .expected = expected,
+                      .next_step = "alidade convert --help"});
+  }
+  return numbers;
 }
 
 class ConvertCommand final : public Command {
@@ -60,9 +76,9 @@ class ConvertCommand final : public Command {
     app.add_option("--to", format_, "Format to write: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
         ->check(CLI::IsMember(formatIds()))
         ->capture_default_str();
-    app.add_option("--crop", request_.crop, "Part of the image to keep: X,Y,WIDTH,HEIGHT, pixels");
+    app.add_option("--crop", crop_, "Part of the image to keep: X,Y,WIDTH,HEIGHT, pixels");
     app.add_option("--bin", request_.bin, "Take N x N pixels together; what does not fill one is cropped");
-    app.add_option("--resize", request_.resize, "New size of the image: WIDTHxHEIGHT, pixels");
+    app.add_option("--resize", resize_, "New size of the image: WIDTHxHEIGHT, pixels");
     app.add_option("--rotate", request_.rotate_deg, "Degrees clockwise, as seen")
         ->check(CLI::IsMember({0, 90, 180, 270}));
     app.add_option("--model", request_.model,
@@ -89,10 +105,10 @@ class ConvertCommand final : public Command {
           {.where = "convert", .found = "no --output", .expected = "-o FILE, or -o - for standard output"});
     checkOutput(output_, {cameraFilePath(path_), common_.config}, common_);
     const CameraFormat& format = cameraFormat(format_);
-    const CameraSource source = readCameras(path_, camera_.readOptions());
+    const CameraSource source = loadCameras(path_, camera_.readOptions());
     const std::vector<Converted> cameras = convertAll(source, format);
     const bool is_good = std::all_of(cameras.begin(), cameras.end(),
-                                     [](const Converted& c) { return c.conversion.reasons.empty(); });
+                                     [](const Converted& c) { return c.conversion.problems.empty(); });
     const bool is_kept = is_good || keep_untrustworthy_;
     // What the format cannot hold is told before anything is printed or written.
     const std::string content = is_kept ? contentOf(cameras, format) : "";
@@ -132,6 +148,15 @@ class ConvertCommand final : public Command {
     }
     requireAll(source);
     ConversionRequest request = request_;
+    if (!crop_.empty()) {
+      const auto n =
+          wholeNumbers("--crop", crop_, ',', 4, "X,Y,WIDTH,HEIGHT in pixels, such as 0,60,640,360");
+      request.crop = {.x = n[0], .y = n[1], .width = n[2], .height = n[3]};
+    }
+    if (!resize_.empty()) {
+      const auto n = wholeNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
+      request.resize = {.width = n[0], .height = n[1]};
+    }
     // What the format cannot say of the model is fitted around.
     for (const AbsentParameter& absent : format.absent) {
       if (absent.model == request.model) request.absent.push_back(absent.parameter);
@@ -140,9 +165,9 @@ class ConvertCommand final : public Command {
     for (std::size_t i = 0; i < source.cameras.size(); ++i) {
       const StatedCamera& stated = source.cameras[i];
       const std::string where = source.cameras.size() > 1 ? source.path + "#" + cameraLabel(stated) : path_;
-      CameraFile file = cameraFileOf(stated, where);
-      Conversion conversion = convertCamera(file, where, request);
-      CameraFile converted = convertedFile(file, where, conversion);
+      CameraRecord file = recordOf(stated, where);
+      Conversion conversion = convertCamera(file, request);
+      CameraRecord converted = convertedRecord(file, conversion, provenance(where, file, conversion));
       all.push_back({.where = where,
                      .name = stated.name,
                      .source = std::move(file),
@@ -210,6 +235,8 @@ class ConvertCommand final : public Command {
   std::string format_ = std::string(kOwnFormat);
   CameraOptions camera_;
   ConversionRequest request_;
+  std::string crop_;
+  std::string resize_;
   bool keep_untrustworthy_ = false;
 };
 

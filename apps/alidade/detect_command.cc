@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/io/board_file.h"
-#include "alidade/io/corners_file.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/corners_file.h"
 #include "command.h"
 #include "detection_stage.h"
 #include "interrupt.h"
@@ -47,21 +47,21 @@ class DetectCommand final : public Command {
     checkOutput(output_, sources, common_);
     const DetectionStage stage = runDetection(
         {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, catchInterrupts());
-    if (stage.views.empty() && common_.json) {
+    if (stage.survey.numFound() == 0 && common_.json) {
       printResult(jsonText(json(stage)));
       has_answered_ = true;
     }
-    requireBoards(stage, common_, true);
+    requireBoards(stage.survey, common_, true);
 
     CornersFile file;
     file.camera = camera_;
-    file.board = stage.board;
-    file.views = stage.views;
+    file.board = stage.survey.board;
+    file.views = stage.survey.views();
     file.comments.push_back(programName() + " detect; pixel (0, 0) is the centre of the top-left pixel");
     for (const auto& [key, values] : effectiveSettings(app))
       file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
     for (const std::string& note : stage.notes) file.comments.push_back("note: " + note);
-    for (const std::string& line : imageTable(stage)) file.comments.push_back(line);
+    for (const std::string& line : imageTable(stage.survey)) file.comments.push_back(line);
     const bool to_stdout = output_.empty() || output_ == "-";
     if (!to_stdout) writeCornersFile(output_, file);
 
@@ -79,7 +79,7 @@ class DetectCommand final : public Command {
  private:
   static nlohmann::json json(const DetectionStage& stage) {
     nlohmann::json images = nlohmann::json::array();
-    for (const ImageOutcome& outcome : stage.outcomes) {
+    for (const ImageOutcome& outcome : stage.survey.outcomes) {
       nlohmann::json image = {{"image", outcome.image},
                               {"reason", reasonCode(outcome.detection.reason)},
                               {"width", outcome.size.width},
@@ -107,17 +107,18 @@ class DetectCommand final : public Command {
       image["corners"] = corners;
       images.push_back(image);
     }
-    return {{"board", specText(stage.board)}, {"images", images}, {"notes", stage.notes}};
+    return {{"board", specText(stage.survey.board)}, {"images", images}, {"notes", stage.notes}};
   }
 
   void report(const DetectionStage& stage, bool to_stdout) const {
-    const std::size_t num_partial = stage.numFound() - stage.numWhole();
-    printMessage(fmt::format("{} of {} images show the whole board ({} corners each){}{}", stage.numWhole(),
-                             stage.outcomes.size(), stage.board.numCorners(),
+    const std::size_t num_partial = stage.survey.numFound() - stage.survey.numWhole();
+    printMessage(fmt::format("{} of {} images show the whole board ({} corners each){}{}",
+                             stage.survey.numWhole(), stage.survey.outcomes.size(),
+                             stage.survey.board.numCorners(),
                              num_partial > 0 ? fmt::format(", {} a part of it", num_partial) : "",
                              to_stdout ? "" : "; written to " + output_));
-    printMessage("  " + measuresText(stage));
-    for (const std::string& line : reasonLines(stage)) printMessage("  " + line);
+    printMessage("  " + measuresText(stage.survey));
+    for (const std::string& line : reasonLines(stage.survey)) printMessage("  " + line);
     for (const std::string& note : stage.notes) printMessage("note: " + note);
   }
 

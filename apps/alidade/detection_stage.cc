@@ -14,45 +14,21 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/draw_detection.h"
-#include "alidade/detect/triage.h"
-#include "alidade/io/csv.h"
-#include "alidade/io/image_file.h"
-#include "alidade/io/image_list.h"
-#include "image_names.h"
+#include "alidade/files/csv.h"
+#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_list.h"
+#include "one_line.h"
 #include "progress.h"
 
 namespace alidade {
 namespace {
 
-SourceImage loadImage(const std::string& path) {
-  if (path.find_first_of("\r\n") != std::string::npos) {
-    throw inputError({.where = path,
-                      .found = "a line break in the name",
-                      .expected = "a name of one line, as corners files have a line a corner",
-                      .next_step = "rename it"});
-  }
-  LoadedImage loaded = readGrayImage(path);
-  return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
-}
-
-void noteOrientations(DetectionStage& stage) {
-  std::map<int, int> counts;
-  for (const ImageOutcome& outcome : stage.outcomes) ++counts[outcome.exif_orientation];
-  counts.erase(1);
-  for (const auto& [orientation, count] : counts) {
-    stage.notes.push_back(fmt::format(
-        "{} image{} say{} in Exif to be shown {}; the pixels are used as stored, without turning, and the "
-        "camera file holds for them as stored",
-        count, count == 1 ? "" : "s", count == 1 ? "s" : "", describeExifOrientation(orientation)));
-  }
-}
-
-[[noreturn]] void throwNoBoard(const DetectionStage& stage, bool has_debug_flag) {
-  const std::vector<std::string>& paths = stage.paths;
+[[noreturn]] void throwNoBoard(const BoardSurvey& survey, bool has_debug_flag) {
+  const std::vector<std::string>& paths = survey.paths;
   std::map<DetectionReason, int> counts;
-  for (const ImageOutcome& outcome : stage.outcomes) ++counts[outcome.detection.reason];
+  for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.detection.reason];
   if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
-    const std::string& first = stage.outcomes.front().detection.detail;
+    const std::string& first = survey.outcomes.front().detection.detail;
     if (paths.size() == 1) throw inputError({.where = first});
     throw inputError({.where = fmt::format("{} images", paths.size()),
                       .found = "none can be read",
@@ -62,13 +38,13 @@ void noteOrientations(DetectionStage& stage) {
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
     reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
-  const auto hint = diagnoseBoard(stage.outcomes, stage.board);
+  const auto hint = diagnoseBoard(survey.outcomes, survey.board);
   throw inputError(
       {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
        .found = fmt::format("no board ({})", join(reasons, ", ")),
-       .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", stage.board.columns,
-                               stage.board.rows),
-       .next_step = hint ? hintText(*hint, stage.board)
+       .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", survey.board.columns,
+                               survey.board.rows),
+       .next_step = hint ? hintText(*hint, survey.board)
                          : "check that the board is in the image, sharp, and with a white margin; " +
                                std::string(has_debug_flag ? "--debug DIR" : "alidade detect --debug DIR") +
                                " writes the images with what was found"});
@@ -112,23 +88,9 @@ void prepareDebugFolder(const std::string& folder, const std::vector<std::string
 
 }  // namespace
 
-std::size_t DetectionStage::numFound() const {
-  return static_cast<std::size_t>(std::count_if(
-      outcomes.begin(), outcomes.end(), [](const ImageOutcome& o) { return o.detection.hasCorners(); }));
-}
-
-std::size_t DetectionStage::numWhole() const {
-  return static_cast<std::size_t>(std::count_if(outcomes.begin(), outcomes.end(), [](const ImageOutcome& o) {
-    return o.detection.reason == DetectionReason::kFound;
-  }));
-}
-
 DetectionStage runDetection(const DetectionRequest& request, const CommonOptions& options,
                             const CancelFlag* cancel) {
   const std::vector<std::string> paths = listImages(request.inputs);
-  const std::vector<std::string> names = shortNames(paths);
-  DetectionStage stage;
-  stage.board = request.board;
   DetectImagesOptions detect_options;
   detect_options.num_jobs = options.jobs;
   detect_options.cancel = cancel;
@@ -137,7 +99,7 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
   std::string debug_complaint;  // a drawing that cannot be written is no reason to lose the corners
   if (!request.debug_folder.empty()) {
     prepareDebugFolder(request.debug_folder, paths);
-    debug_paths = debugPaths(request.debug_folder, paths, names);
+    debug_paths = debugPaths(request.debug_folder, paths, shortNames(paths));
     detect_options.inspect = [&](const GrayImage& image, const ImageOutcome& outcome) {
       try {
         writeColorPng(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, request.board));
@@ -147,38 +109,27 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
       }
     };
   }
+  DetectionStage stage;
   {
     ProgressBar bar("finding boards", options.quiet);
     detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
-    stage.outcomes = detectInImages(paths, loadImage, request.board, detect_options);
+    stage.survey = surveyImages(paths, request.board, detect_options);
   }
-  for (std::size_t i = 0; i < names.size(); ++i) stage.outcomes[i].image = names[i];
-  stage.notes = triage(stage.outcomes, stage.board);
-  noteOrientations(stage);
-  for (const ImageOutcome& outcome : stage.outcomes) {
-    if (outcome.detection.hasCorners())
-      stage.views.push_back({outcome.image, outcome.size, outcome.detection.corners});
-  }
-  stage.paths = paths;
+  for (const SurveyNote& note : stage.survey.notes) stage.notes.push_back(noteText(note, stage.survey));
   if (!debug_complaint.empty())
     stage.notes.push_back("not all debug images could be written: " + debug_complaint);
-  if (stage.views.empty()) return stage;
-  if (const std::string ambiguity = ambiguityText(stage.board); !ambiguity.empty())
-    stage.notes.push_back(ambiguity);
-  const auto hint = diagnoseBoard(stage.outcomes, stage.board);
-  if (hint && hint->is_closed) stage.notes.push_back(hintText(*hint, stage.board));
   return stage;
 }
 
-void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag) {
-  if (!stage.views.empty()) return;
-  if (!options.quiet && stage.outcomes.size() > 1) {
+void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool has_debug_flag) {
+  if (survey.numFound() > 0) return;
+  if (!options.quiet && survey.outcomes.size() > 1) {
     constexpr std::size_t kMaxListed = 12;
-    const std::vector<std::string> lines = reasonLines(stage);
+    const std::vector<std::string> lines = reasonLines(survey);
     for (std::size_t i = 0; i < std::min(lines.size(), kMaxListed); ++i) printMessage("  " + lines[i]);
     if (lines.size() > kMaxListed) printMessage(fmt::format("  ... and {} more", lines.size() - kMaxListed));
   }
-  throwNoBoard(stage, has_debug_flag);
+  throwNoBoard(survey, has_debug_flag);
 }
 
 void checkDebugFolder(const std::string& folder, const std::string& output) {
@@ -195,9 +146,9 @@ void addDebugOption(CLI::App& app, std::string& folder) {
   app.add_option("--debug", folder, "Folder for the images with corners, ids and directions drawn on them");
 }
 
-std::vector<std::string> reasonLines(const DetectionStage& stage) {
+std::vector<std::string> reasonLines(const BoardSurvey& survey) {
   std::vector<std::string> lines;
-  for (const ImageOutcome& outcome : stage.outcomes) {
+  for (const ImageOutcome& outcome : survey.outcomes) {
     if (outcome.detection.reason == DetectionReason::kFound) continue;
     lines.push_back(oneLine(fmt::format("{}: {}: {}", outcome.image, reasonCode(outcome.detection.reason),
                                         outcome.detection.detail)));
@@ -205,18 +156,18 @@ std::vector<std::string> reasonLines(const DetectionStage& stage) {
   return lines;
 }
 
-std::string measuresText(const DetectionStage& stage) {
+std::string measuresText(const BoardSurvey& survey) {
   const auto range = [&](const auto& measure) {
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
-    for (const ImageOutcome& outcome : stage.outcomes) {
+    for (const ImageOutcome& outcome : survey.outcomes) {
       if (!outcome.detection.hasCorners()) continue;
       low = std::min(low, measure(outcome.detection.measures));
       high = std::max(high, measure(outcome.detection.measures));
     }
     return fmt::format("{:.3g} to {:.3g}", low, high);
   };
-  if (stage.views.empty()) return {};
+  if (survey.numFound() == 0) return {};
   return fmt::format(
       "edges blurred over {} px, squares {} px wide, tilts {} degrees, {} % of the image's area",
       range([](const ViewMeasures& m) { return m.blur_px; }),
@@ -225,11 +176,11 @@ std::string measuresText(const DetectionStage& stage) {
       range([](const ViewMeasures& m) { return 100 * m.area_share; }));
 }
 
-std::vector<std::string> imageTable(const DetectionStage& stage) {
+std::vector<std::string> imageTable(const BoardSurvey& survey) {
   std::vector<std::string> lines = {
       "image,reason,corners,blur_px,spacing_px,area_share,tilt_deg,columns_seen,rows_seen,detail"};
   const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : ""; };
-  for (const ImageOutcome& outcome : stage.outcomes) {
+  for (const ImageOutcome& outcome : survey.outcomes) {
     const Detection& detection = outcome.detection;
     const ViewMeasures& measures = detection.measures;
     const bool is_measured = std::isfinite(measures.spacing_px);

@@ -4,25 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "alidade/detect/detect_images.h"
+#include "alidade/detect/survey.h"
 #include "alidade/target/checkerboard.h"
-#include "alidade/target/view.h"
 #include "command.h"
 
 namespace alidade {
 
-/// What came of a set of images: the seam between the images and everything after.
+/// What images show, and what to tell the user about them.
 struct DetectionStage {
-  Checkerboard board;
-  std::vector<ImageOutcome>
-      outcomes;                    ///< in natural order; image names without the part that all paths share
-  std::vector<View> views;         ///< of the images that give corners
-  std::vector<std::string> notes;  ///< things noticed that are no failure of an image
-  std::vector<std::string> paths;  ///< of the images, in the order of the outcomes
-
-  /// Images that give corners, and those that show every corner.
-  [[nodiscard]] std::size_t numFound() const;
-  [[nodiscard]] std::size_t numWhole() const;
+  BoardSurvey survey;
+  std::vector<std::string> notes;  ///< a sentence each
 };
 
 struct DetectionRequest {
@@ -32,7 +23,7 @@ struct DetectionRequest {
 };
 
 /// Finds the board in all images that the inputs stand for, with progress on a terminal, and sorts out those
-/// that must not be used (see triage).
+/// that must not be used (see surveyImages).
 /// @throws Error (kInput) when there is no image; (kUsage) when the debug folder holds inputs; Cancelled
 [[nodiscard]] DetectionStage runDetection(const DetectionRequest& request, const CommonOptions& options,
                                           const CancelFlag* cancel);
@@ -40,7 +31,7 @@ struct DetectionRequest {
 /// Goes on only if at least one image gives corners. Otherwise says what each image shows instead.
 /// @param has_debug_flag  whether the command in use has --debug, which hints may then name
 /// @throws Error (kInput)
-void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag);
+void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool has_debug_flag);
 
 /// Checks before any long work that the debug folder and the output are not the same. @throws Error (kUsage)
 void checkDebugFolder(const std::string& folder, const std::string& output);
@@ -49,12 +40,12 @@ void checkDebugFolder(const std::string& folder, const std::string& output);
 void addDebugOption(CLI::App& app, std::string& folder);
 
 /// One line an image that does not show the whole board, "name: reason: why", for people.
-[[nodiscard]] std::vector<std::string> reasonLines(const DetectionStage& stage);
+[[nodiscard]] std::vector<std::string> reasonLines(const BoardSurvey& survey);
 
 /// The range of each measure over the images that give corners, in a line for people; empty without images.
-[[nodiscard]] std::string measuresText(const DetectionStage& stage);
+[[nodiscard]] std::string measuresText(const BoardSurvey& survey);
 
 /// One CSV line an image with its reason and measures, after a header line.
-[[nodiscard]] std::vector<std::string> imageTable(const DetectionStage& stage);
+[[nodiscard]] std::vector<std::string> imageTable(const BoardSurvey& survey);
 
 }  // namespace alidade

@@ -17,14 +17,14 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/io/atomic_file.h"
-#include "alidade/io/camera_source.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/record/camera_record.h"
 #include "alidade/report/difference_svg.h"
 #include "camera_options.h"
 #include "command.h"
 #include "difference_output.h"
 #include "number_check.h"
-#include "uncertainty_record.h"
 
 namespace alidade {
 namespace {
@@ -82,8 +82,8 @@ class DiffCommand final : public Command {
                         .next_step = "leave --distance out: in one frame the distance makes no difference"});
     }
     checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
-    const CameraFile a = readCameraTelling(files_[0], camera_.readOptions(), common_.quiet);
-    const CameraFile b = readCameraTelling(files_[1], camera_.readOptions(), common_.quiet);
+    const CameraRecord a = readCameraTelling(files_[0], camera_.readOptions(), common_.quiet);
+    const CameraRecord b = readCameraTelling(files_[1], camera_.readOptions(), common_.quiet);
     const DifferenceOptions options = differenceOptions();
     const ComparedCamera in_a{&a.camera, a.image_size, statedCovariance(a)};
     const ComparedCamera in_b{&b.camera, b.image_size, statedCovariance(b)};
@@ -237,11 +237,11 @@ class DiffCommand final : public Command {
         corner, crop.part.width, crop.part.height);
   }
 
-  static std::string fileText(const char* name, const std::string& path, const CameraFile& file) {
+  static std::string fileText(const char* name, const std::string& path, const CameraRecord& file) {
     return fmt::format("{:<8} {}: {}, {} px\n", name, path, file.camera.modelId(), sizeText(file.image_size));
   }
 
-  static nlohmann::json fileJson(const std::string& path, const CameraFile& file) {
+  static nlohmann::json fileJson(const std::string& path, const CameraRecord& file) {
     return {{"file", path},
             {"model", file.camera.modelId()},
             {"image_size", {{"width", file.image_size.width}, {"height", file.image_size.height}}},

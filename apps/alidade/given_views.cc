@@ -7,8 +7,8 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/io/board_file.h"
-#include "alidade/io/corners_file.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/corners_file.h"
 #include "alidade/target/board_spec.h"
 #include "detection_stage.h"
 
@@ -54,14 +54,15 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
                                        .board = readBoard(request.board),
                                        .debug_folder = request.debug_folder.value_or("")},
                                       options, cancel);
-  requireBoards(stage, options, request.debug_folder.has_value());
-  return {.input = {.board = stage.board,
-                    .num_images = stage.outcomes.size(),
-                    .num_found = stage.numFound(),
-                    .measures = measuresText(stage),
-                    .reasons = reasonLines(stage),
-                    .notes = stage.notes},
-          .views = std::move(stage.views)};
+  requireBoards(stage.survey, options, request.debug_folder.has_value());
+  const BoardSurvey& survey = stage.survey;
+  return {.input = {.board = survey.board,
+                    .num_images = survey.outcomes.size(),
+                    .num_found = survey.numFound(),
+                    .measures = measuresText(survey),
+                    .reasons = reasonLines(survey),
+                    .notes = std::move(stage.notes)},
+          .views = survey.views()};
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "alidade/core/cancel.h"
+#include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
-#include "calibration_output.h"
 #include "command.h"
 
 namespace alidade {
@@ -19,6 +19,16 @@ struct ViewsRequest {
   std::string board;                ///< SPEC or board file; a corners file knows its own
   /// See DetectionRequest; nothing: the command has no flag for it.
   std::optional<std::string> debug_folder = std::nullopt;
+};
+
+/// What was given to a calibration, for the reports.
+struct CalibrationInput {
+  Checkerboard board;
+  std::size_t num_images = 0;        ///< given
+  std::size_t num_found = 0;         ///< with a board
+  std::string measures;              ///< how the images show the board; empty if that is not known
+  std::vector<std::string> reasons;  ///< a line an image without one
+  std::vector<std::string> notes;
 };
 
 struct GivenViews {

@@ -8,16 +8,16 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/record/camera_record.h"
+#include "alidade/validate/held_out/own_images.h"
 #include "camera_options.h"
 #include "interrupt.h"
 #include "number_check.h"
-#include "own_images.h"
-#include "uncertainty_record.h"
 
 namespace alidade {
 namespace {
 
-ComparedCamera compared(const CameraFile& file) {
+ComparedCamera compared(const CameraRecord& file) {
   return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
 }
 
@@ -69,7 +69,7 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
   std::vector<Check>& checks = judgement.checks;
   if (given_) {
     try {
-      const CameraFile file = cameraFileOf(camera, judgement.file);
+      const CameraRecord file = recordOf(camera, judgement.file);
       const Checkerboard& board = given_->input.board;
       const HeldOutJudgement on_images =
           judgeOnImages(compared(file), board, given_->views,
@@ -87,7 +87,7 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
   }
   if (other_) {
     try {
-      const CameraFile file = cameraFileOf(camera, judgement.file);
+      const CameraRecord file = recordOf(camera, judgement.file);
       checks.push_back(againstCheck(compared(file), compared(*other_), tolerance_px_));
       if (!checks.back().is_undecided) judgement.can_show_slips = true;
     } catch (const Error& error) {

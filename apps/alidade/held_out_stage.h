@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "alidade/io/camera_source.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/validate/file_judgement.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 #include "command.h"
-#include "file_judgement.h"
 #include "given_views.h"
 
 namespace CLI {
@@ -37,7 +37,7 @@ class HeldOutStage {
   int jobs_ = 0;
   const CancelFlag* cancel_ = nullptr;
   std::optional<GivenViews> given_;
-  std::optional<CameraFile> other_;
+  std::optional<CameraRecord> other_;
 };
 
 }  // namespace alidade

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "file_judgement.h"
+#include "alidade/validate/file_judgement.h"
 
 namespace alidade {
 

@@ -73,18 +73,4 @@ nlohmann::json modelChoiceJson(const ModelChoice& choice) {
           {"fisheye_models_considered", choice.is_wide}};
 }
 
-std::vector<ModelRecord> modelRecords(const ModelChoice& choice) {
-  std::vector<ModelRecord> records;
-  for (const ModelCandidate& c : choice.candidates) {
-    records.push_back({.model = c.id,
-                       .num_parameters = c.num_params,
-                       .rms_px = c.rms_px,
-                       .holdout_rms_px = c.holdout_rms_px,
-                       .excess = c.excess,
-                       .excess_std = c.excess_std,
-                       .verdict = c.verdict});
-  }
-  return records;
-}
-
 }  // namespace alidade

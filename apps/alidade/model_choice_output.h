@@ -2,13 +2,11 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/adjust/cross_validation.h"
 #include "alidade/calibrate/choose/model_candidate.h"
-#include "alidade/io/camera_file.h"
 
 namespace alidade {
 
@@ -19,7 +17,5 @@ namespace alidade {
 [[nodiscard]] std::string modelChoiceText(const ModelChoice& choice);
 
 [[nodiscard]] nlohmann::json modelChoiceJson(const ModelChoice& choice);
-
-[[nodiscard]] std::vector<ModelRecord> modelRecords(const ModelChoice& choice);
 
 }  // namespace alidade

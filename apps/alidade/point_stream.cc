@@ -2,7 +2,6 @@
 #include "point_stream.h"
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <utility>
 
@@ -12,7 +11,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/io/atomic_file.h"
+#include "alidade/files/atomic_file.h"
 
 namespace alidade {
 namespace {
@@ -22,13 +21,6 @@ using detail::TableLines;
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18U;
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16U;
-
-bool isSeparator(char c) {
-  return c == ',' || c == ';';
-}
-bool isBlank(char c) {
-  return c == ' ' || c == '\t' || c == '\r';
-}
 
 bool isStandardInput(const std::string& path) {
   return path.empty() || path == "-";
@@ -71,14 +63,7 @@ PointReader::~PointReader() {
 bool PointReader::next(std::vector<Eigen::Vector3d>& rows) {
   rows.clear();
   for (;;) {
-    while (begin_ != lines_end_ && rows.size() < kMaxRows) {
-      Eigen::Vector3d row = Eigen::Vector3d::Zero();
-      if (readPlainRow(row)) {
-        rows.push_back(row);
-      } else {
-        readLine(rows);
-      }
-    }
+    while (begin_ != lines_end_ && rows.size() < kMaxRows) readLine(rows);
     if (!rows.empty()) return true;
     if (at_end_) return false;
     refill();
@@ -88,7 +73,7 @@ bool PointReader::next(std::vector<Eigen::Vector3d>& rows) {
 void PointReader::refill() {
   const auto kept = static_cast<std::size_t>(end_ - begin_);
   if (kept > kMaxLineBytes) {
-    lines_.countLines(1);
+    lines_.countLine();
     throw lines_.error("a line of more than 64 KiB", "rows of numbers");
   }
   std::memmove(buffer_.data(), begin_, kept);
@@ -108,50 +93,6 @@ void PointReader::refill() {
   lines_end_ = last == nullptr ? begin_ : last + 1;
 }
 
-// A row of numbers without anything unusual, in one pass; TableLines would read the same from it. False, and
-// nothing read, if there is any doubt.
-bool PointReader::readPlainRow(Eigen::Vector3d& row) {
-  if (column_of_field_.empty()) return false;
-  const char* p = begin_;
-  while (isBlank(*p)) ++p;
-  char separator = '\0';
-  for (std::size_t i = 0;;) {
-    const int column = column_of_field_[i];
-    if (column != kIgnored) {
-      const auto [stop, status] = std::from_chars(p, lines_end_, row[column]);
-      if (status != std::errc()) return false;
-      p = stop;
-    } else {
-      const char* const start = p;
-      while (!isSeparator(*p) && !isBlank(*p) && *p != '\n' && *p != '"' && *p != '#') ++p;
-      if (p == start) return false;
-    }
-    const bool is_last = ++i == column_of_field_.size();
-    if (!is_last && isSeparator(*p)) {  // by far the most common way to go on
-      if (separator != *p && i > 1) return false;
-      separator = *p++;
-      while (isBlank(*p)) ++p;
-      continue;
-    }
-    const char* const stop = p;
-    while (isBlank(*p)) ++p;
-    if (is_last) {
-      if (*p != '\n') return false;
-      break;
-    }
-    if (isSeparator(*p)) {
-      if (separator != *p && i > 1) return false;
-      separator = *p++;
-      while (isBlank(*p)) ++p;
-    } else if (p == stop || separator != '\0') {
-      return false;
-    }
-  }
-  begin_ = p + 1;
-  lines_.countLines(1);
-  return true;
-}
-
 void PointReader::readLine(std::vector<Eigen::Vector3d>& rows) {
   const auto* stop =
       static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
@@ -161,11 +102,11 @@ void PointReader::readLine(std::vector<Eigen::Vector3d>& rows) {
   if (kind == TableLines::Kind::kNothing) return;
   if (kind == TableLines::Kind::kHeader) {
     std::string complaint;
-    if (!findColumns(lines_.fields(), complaint))
+    if (!findColumns(lines_.names(), complaint))
       throw lines_.error(complaint, "columns " + namesOf(columns_) + " in " + columns_.front().unit);
     return;
   }
-  if (column_of_field_.empty()) setUpFields();
+  if (!has_rows_) setUpFields();
   Eigen::Vector3d row = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < columns_.size(); ++i)
     row[static_cast<Eigen::Index>(i)] = lines_.number(field_of_column_[i], columns_[i].name);
@@ -197,9 +138,7 @@ void PointReader::setUpFields() {
     }
     for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
   }
-  column_of_field_.assign(lines_.numFields(), kIgnored);
-  for (std::size_t i = 0; i < columns_.size(); ++i)
-    column_of_field_[field_of_column_[i]] = static_cast<int>(i);
+  has_rows_ = true;
 }
 
 }  // namespace alidade

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/io/table_lines.h"
+#include "alidade/files/table_lines.h"
 
 namespace alidade {
 
@@ -38,19 +38,16 @@ class PointReader {
 
  private:
   void refill();
-  bool readPlainRow(Eigen::Vector3d& row);
   void readLine(std::vector<Eigen::Vector3d>& rows);
   bool findColumns(const std::vector<std::string>& names, std::string& complaint);
   void setUpFields();
-
-  static constexpr int kIgnored = -1;
 
   detail::TableLines lines_;
   int fd_;
   std::vector<detail::TableColumn> columns_;
   std::function<void()> before_read_;
   std::vector<std::size_t> field_of_column_;
-  std::vector<int> column_of_field_;  // empty until the first row is known
+  bool has_rows_ = false;  // the fields of the columns are known
   std::vector<char> buffer_;
   // In the buffer: whole lines up to `lines_end_`, and the start of one more up to `end_`.
   const char* begin_;

@@ -7,8 +7,8 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
-#include "alidade/io/pose_file.h"
-#include "alidade/io/pose_list.h"
+#include "alidade/files/pose_file.h"
+#include "alidade/files/pose_list.h"
 #include "columns.h"
 #include "point_stream.h"
 #include "stream_command.h"
@@ -52,7 +52,7 @@ class ProjectCommand final : public StreamCommand {
   }
 
  private:
-  void prepare(const CameraFile& file) override {
+  void prepare(const CameraRecord& file) override {
     if (!pose_.empty() && !poses_path_.empty()) {
       throw usageError({.where = "project",
                         .found = "both --pose and --poses",
@@ -84,7 +84,7 @@ class ProjectCommand final : public StreamCommand {
     return {{"x", "m"}, {"y", "m"}, {"z", "m"}};
   }
 
-  [[nodiscard]] AnswerWriter::Format format(const CameraFile& file) const override {
+  [[nodiscard]] AnswerWriter::Format format(const CameraRecord& file) const override {
     AnswerWriter::Format format{
         .is_json = common_.json, .has_pose = !list_.poses.empty(), .values = {"u", "v"}, .details = {}};
     if (!has_jacobian_) return format;
@@ -96,12 +96,12 @@ class ProjectCommand final : public StreamCommand {
     return format;
   }
 
-  void take(const CameraFile& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
+  void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
     if (list_.poses.empty()) return project(file, camera_from_points_, rows, out);
     kept_.insert(kept_.end(), rows.begin(), rows.end());
   }
 
-  void finish(const CameraFile& file, AnswerWriter& out) override {
+  void finish(const CameraRecord& file, AnswerWriter& out) override {
     const std::span<const Eigen::Vector3d> all(kept_);
     for (const NamedPose& pose : list_.poses) {
       out.setPose(pose.id);
@@ -111,7 +111,7 @@ class ProjectCommand final : public StreamCommand {
     }
   }
 
-  void project(const CameraFile& file, const std::optional<SE3>& camera_from_points,
+  void project(const CameraRecord& file, const std::optional<SE3>& camera_from_points,
                std::span<const Eigen::Vector3d> rows, AnswerWriter& out) {
     points_.assign(rows);
     pixels_.resize(rows.size());

@@ -8,7 +8,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/io/settings_file.h"
+#include "alidade/files/settings_file.h"
 
 namespace alidade {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 
 namespace CLI {
 class App;

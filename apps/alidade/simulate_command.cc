@@ -9,12 +9,14 @@
 
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
-#include "alidade/io/atomic_file.h"
-#include "alidade/io/camera_file.h"
-#include "alidade/io/corners_file.h"
-#include "alidade/io/image_file.h"
-#include "alidade/io/scene_file.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/corners_file.h"
+#include "alidade/files/scene_file.h"
+#include "alidade/imagery/image_file.h"
 #include "alidade/simulate/observe.h"
+#include "alidade/simulate/random_views.h"
+#include "alidade/simulate/render.h"
 #include "command.h"
 #include "interrupt.h"
 #include "pending_folder.h"
@@ -125,8 +127,8 @@ class SimulateCommand final : public Command {
     return file;
   }
 
-  static CameraFile trueCamera(const Scene& scene) {
-    return bareCameraFile(scene.camera, scene.image_size, programName());
+  static CameraRecord trueCamera(const Scene& scene) {
+    return bareRecord(scene.camera, scene.image_size, programName());
   }
 
   void renderAll(const Scene& scene, const std::vector<SE3>& poses, const std::vector<std::string>& names,

@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/io/camera_source.h"
+#include "alidade/files/camera_source.h"
 #include "point_stream.h"
 
 namespace alidade {
@@ -22,7 +22,7 @@ int StreamCommand::run(const CLI::App& app) {
                       .found = "no camera file",
                       .expected = "a camera file",
                       .next_step = "alidade " + app.get_name() + " --help"});
-  const CameraFile file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+  const CameraRecord file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
   prepare(file);
   AnswerWriter& out = out_.emplace(format(file));
   // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.

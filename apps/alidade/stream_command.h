@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
-#include "alidade/io/camera_file.h"
-#include "alidade/io/table_lines.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/table_lines.h"
 #include "answer_writer.h"
 #include "camera_options.h"
 #include "command.h"
@@ -33,12 +33,13 @@ class StreamCommand : public Command {
   void setUpStream(CLI::App& app, const char* points);
 
   /// Reads what the command needs beside the camera.
-  virtual void prepare(const CameraFile&) {}
+  virtual void prepare(const CameraRecord&) {}
   [[nodiscard]] virtual std::vector<detail::TableColumn> inputColumns() const = 0;
-  [[nodiscard]] virtual AnswerWriter::Format format(const CameraFile& file) const = 0;
+  [[nodiscard]] virtual AnswerWriter::Format format(const CameraRecord& file) const = 0;
   /// Answers a block of rows, or keeps it until finish().
-  virtual void take(const CameraFile& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) = 0;
-  virtual void finish(const CameraFile&, AnswerWriter&) {}
+  virtual void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows,
+                    AnswerWriter& out) = 0;
+  virtual void finish(const CameraRecord&, AnswerWriter&) {}
 
   /// Writes one row and counts it.
   void answer(std::span<const double> values, Status status, std::span<const double> details,

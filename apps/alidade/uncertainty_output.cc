@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "uncertainty_record.h"
+#include "alidade/record/camera_record.h"
 
 namespace alidade {
 namespace {
@@ -145,22 +145,6 @@ void addUncertainty(const CalibrationResult& result, nlohmann::json& document) {
               {"worst_pixel", {result.model_spread->worst_pixel.x(), result.model_spread->worst_pixel.y()}}};
   }
   document["model_spread"] = std::move(spread);
-}
-
-void recordUncertainty(const CalibrationResult& result, CalibrationRecord& record) {
-  if (!result.covariance) return;
-  for (int i = 0; i < result.covariance->rows(); ++i) {
-    record.parameter_std.push_back(result.parameterStd(i));
-    if (result.by_views && std::isfinite(result.by_views->effectiveStd(i)))
-      record.parameter_std_by_view.push_back(result.by_views->effectiveStd(i));
-  }
-  // All or none.
-  if (record.parameter_std_by_view.size() != record.parameter_std.size())
-    record.parameter_std_by_view.clear();
-  record.covariance = lowerTriangle(*result.covariance);
-  const Eigen::MatrixXd stated = result.statedCovariance();
-  if (stated != *result.covariance) record.stated_covariance = lowerTriangle(stated);
-  if (result.projection_far) record.projection_std = projectionRecord(*result.projection_far);
 }
 
 }  // namespace alidade

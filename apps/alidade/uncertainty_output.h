@@ -6,7 +6,6 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/calibrate/calibration_result.h"
-#include "alidade/io/camera_file.h"
 
 namespace alidade {
 
@@ -16,8 +15,5 @@ namespace alidade {
 
 /// Adds parameters, sigmas, covariance and projection uncertainty to the document.
 void addUncertainty(const CalibrationResult& result, nlohmann::json& document);
-
-/// Sets sigmas, covariance and projection uncertainty of the record.
-void recordUncertainty(const CalibrationResult& result, CalibrationRecord& record);
 
 }  // namespace alidade

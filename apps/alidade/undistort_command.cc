@@ -14,18 +14,19 @@
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/image/remap.h"
-#include "alidade/image/undistortion_view.h"
-#include "alidade/io/camera_file.h"
-#include "alidade/io/camera_source.h"
-#include "alidade/io/image_file.h"
-#include "alidade/io/image_list.h"
-#include "alidade/io/projection_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_list.h"
+#include "alidade/imagery/projection_file.h"
+#include "alidade/imagery/remap.h"
+#include "alidade/imagery/undistortion_view.h"
 #include "camera_options.h"
 #include "command.h"
-#include "image_names.h"
 #include "interrupt.h"
+#include "one_line.h"
 #include "pending_folder.h"
 #include "progress.h"
 #include "undistort_files.h"
@@ -45,10 +46,6 @@ std::optional<ImageSize> parseSize(const std::string& text) {
   const auto height = parseInt(sides[1]);
   if (!width || !height || *width < 1 || *height < 1) return std::nullopt;
   return ImageSize{*width, *height};
-}
-
-std::string sizeText(ImageSize size) {
-  return fmt::format("{}x{}", size.width, size.height);
 }
 
 // What comes of one image.
@@ -99,7 +96,7 @@ class UndistortCommand final : public Command {
   int run(const CLI::App& app) override {
     checkUsage(app);
     const CancelFlag* cancel = catchInterrupts();
-    const CameraFile source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+    const CameraRecord source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
     const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
     std::vector<std::string> sources = paths;
     sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
@@ -241,7 +238,7 @@ class UndistortCommand final : public Command {
   static void writeView(const OutputView& view, const PendingFolder& folder) {
     if (view.projection != ViewProjection::kRectilinear)
       return writeProjectionFile(folder.path(kProjectionName), {.view = view, .created_by = programName()});
-    writeCameraFile(folder.path(kCameraName), bareCameraFile(pinholeOf(view), view.size, programName()));
+    writeCameraFile(folder.path(kCameraName), bareRecord(pinholeOf(view), view.size, programName()));
   }
 
   static std::vector<std::string> notesOn(const ViewChoice& choice,

@@ -7,7 +7,7 @@
 #include <system_error>
 
 #include "alidade/core/error.h"
-#include "alidade/io/image_file.h"
+#include "alidade/imagery/image_file.h"
 
 namespace alidade {
 namespace {

@@ -33,14 +33,14 @@ class UnprojectCommand final : public StreamCommand {
     return {{"u", "px"}, {"v", "px"}};
   }
 
-  [[nodiscard]] AnswerWriter::Format format(const CameraFile&) const override {
+  [[nodiscard]] AnswerWriter::Format format(const CameraRecord&) const override {
     AnswerWriter::Format format{
         .is_json = common_.json, .has_pose = false, .values = {"x", "y", "z"}, .details = {}};
     if (has_jacobian_) format.details = {"dx_du", "dx_dv", "dy_du", "dy_dv", "dz_du", "dz_dv"};
     return format;
   }
 
-  void take(const CameraFile& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
+  void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
     pixels_.assign(rows);
     rays_.resize(rows.size());
     statuses_.resize(rows.size());

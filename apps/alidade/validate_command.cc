@@ -7,11 +7,11 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/io/camera_list.h"
-#include "alidade/io/camera_source.h"
+#include "alidade/files/camera_list.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/validate/file_judgement.h"
 #include "camera_options.h"
 #include "command.h"
-#include "file_judgement.h"
 #include "held_out_stage.h"
 #include "judgement_output.h"
 

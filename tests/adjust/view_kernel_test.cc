@@ -43,22 +43,10 @@ Gram<M> plainGram(const double* params, const SE3& pose, const std::vector<Obser
   return gram;
 }
 
-// What the kernel's six rows and its sums make up together.
-template <class M>
-Gram<M> gramOf(const PoseRows& rows, const SharedSums& sums) {
-  Gram<M> gram = rows.transpose() * rows;
-  constexpr int kShared = kNumParams<M> + 1;
-  gram.template bottomRightCorner<kShared, kShared>() +=
-      Eigen::MatrixXd(sums.gram.selfadjointView<Eigen::Lower>());
-  return gram;
-}
-
 // What the factor makes up.
 template <class M>
-Gram<M> gramOf(const std::vector<double>& factor) {
-  using Rows = Eigen::Matrix<double, kNumParams<M> + 7, kNumParams<M> + 7, Eigen::RowMajor>;
-  const Eigen::Map<const Rows> rows(factor.data());
-  return rows.transpose() * rows;
+Gram<M> gramOf(const ViewFactor& factor) {
+  return factor.transpose() * factor;
 }
 
 template <class M>
@@ -89,15 +77,13 @@ TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
       const CornerGroups corners(view.corners);
       const Gram<M> expected = plainGram<M>(params, pose, view.corners, kLoss);
       withAndWithoutAvx2([&] {
-        PoseRows rows(6, kNumParams<M> + 7);
-        SharedSums sums(kNumParams<M>);
-        ASSERT_TRUE(kernel.reduce(params, pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
-        expectEqual<M>(gramOf<M>(rows, sums), expected);
-        for (int i = 0; i < kNumParams<M>; ++i)
-          EXPECT_NEAR(sums.diagonal(i), expected(6 + i, 6 + i), 1e-11 * expected(6 + i, 6 + i));
-        std::vector<double> factor((kNumParams<M> + 7) * (kNumParams<M> + 7));
-        ASSERT_TRUE(kernel.factor(params, pose, corners.view(0), kLoss, factor.data()));
-        expectEqual<M>(gramOf<M>(factor), expected);
+        const auto factor =
+            viewFactor(kernel, fit.cameras.front().params, pose, corners.view(0), kLoss, Unseen::kRefuse);
+        ASSERT_TRUE(factor);
+        expectEqual<M>(gramOf<M>(*factor), expected);
+        // Rows of the pose first, then of the parameters, then of the error.
+        EXPECT_EQ(factor->bottomLeftCorner(kNumParams<M> + 1, 6).norm(), 0);
+        EXPECT_EQ(factor->bottomLeftCorner(1, kNumParams<M> + 6).norm(), 0);
         const double sum_rho = expected(kNumParams<M> + 6, kNumParams<M> + 6);
         EXPECT_NEAR(kernel.sumOfRho(params, pose, corners.view(0), kLoss), sum_rho, 1e-12 * sum_rho);
         std::vector<Eigen::Vector2d> errors(view.corners.size());
@@ -135,12 +121,8 @@ TYPED_TEST(ViewKernelOf, RefusesCornersBehindTheCamera) {
   const CornerGroups corners(view);
   const ViewKernel& kernel = viewKernel(M::kId);
   withAndWithoutAvx2([&] {
-    PoseRows rows(6, kNumParams<M> + 7);
-    SharedSums sums(kNumParams<M>);
-    EXPECT_EQ(kernel.reduce(params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums),
+    EXPECT_EQ(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse).has_value(),
               sees_all);
-    std::vector<double> factor((kNumParams<M> + 7) * (kNumParams<M> + 7));
-    EXPECT_EQ(kernel.factor(params.data(), pose, corners.view(0), kLoss, factor.data()), sees_all);
     EXPECT_EQ(std::isfinite(kernel.sumOfRho(params.data(), pose, corners.view(0), kLoss)), sees_all);
   });
 }
@@ -162,12 +144,13 @@ TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
   ASSERT_GT(num_seen, 10U);
   ASSERT_LT(num_seen, view.size());
   withAndWithoutAvx2([&] {
-    PoseRows rows(6, 16);
-    SharedSums sums(9);
-    EXPECT_FALSE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kRefuse, rows, sums));
-    EXPECT_EQ(sums.gram, Eigen::MatrixXd::Zero(10, 10));
-    EXPECT_TRUE(kernel.reduce(params, pose, corners.view(0), kNoLoss, Unseen::kLeaveOut, rows, sums));
-    expectEqual<Radtan>(gramOf<Radtan>(rows, sums), plainGram<Radtan>(params, pose, view, kNoLoss));
+    const auto all = [&](Unseen unseen) {
+      return viewFactor(kernel, fit.cameras.front().params, pose, corners.view(0), kNoLoss, unseen);
+    };
+    EXPECT_FALSE(all(Unseen::kRefuse));
+    ASSERT_TRUE(all(Unseen::kLeaveOut));
+    expectEqual<Radtan>(gramOf<Radtan>(*all(Unseen::kLeaveOut)),
+                        plainGram<Radtan>(params, pose, view, kNoLoss));
     std::vector<Eigen::Vector2d> errors(view.size());
     kernel.errors(params, pose, corners.view(0), errors);
     const auto num_finite =
@@ -182,11 +165,9 @@ TEST(ViewKernel, RefusesAFoldedLens) {
   const CornerGroups corners(fit.views[0].corners);
   const SE3 pose = cameraFromBoard(fit, fit.views[0]);
   const ViewKernel& kernel = viewKernel("radtan");
-  PoseRows rows(6, 16);
-  SharedSums sums(9);
-  EXPECT_TRUE(kernel.reduce(params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
+  EXPECT_TRUE(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse));
   params[4] = -30;  // folds at six degrees from the axis
-  EXPECT_FALSE(kernel.reduce(params.data(), pose, corners.view(0), kLoss, Unseen::kRefuse, rows, sums));
+  EXPECT_FALSE(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse));
 }
 
 // Columns that the others determine leave rows that must not blow up.
@@ -196,9 +177,10 @@ TEST(ViewKernel, FactorsWhatOneFlatViewTells) {
   constexpr int kSize = kNumParams<Rational> + 7;
   const double* params = fit.cameras.front().params.data();
   const SE3 pose = cameraFromBoard(fit, fit.views[0]);
-  std::vector<double> factor(kSize * kSize);
-  ASSERT_TRUE(viewKernel("rational").factor(params, pose, corners.view(0), kLoss, factor.data()));
-  const Gram<Rational> again = gramOf<Rational>(factor);
+  const auto factor = viewFactor(viewKernel("rational"), fit.cameras.front().params, pose, corners.view(0),
+                                 kLoss, Unseen::kRefuse);
+  ASSERT_TRUE(factor);
+  const Gram<Rational> again = gramOf<Rational>(*factor);
   ASSERT_TRUE(again.allFinite());
   const Gram<Rational> expected = plainGram<Rational>(params, pose, fit.views[0].corners, kLoss);
   int num_checked = 0;

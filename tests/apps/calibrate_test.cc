@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 #include "apps/command_line.h"
 #include "support/corners_text.h"
 
@@ -24,8 +24,8 @@ TEST(Calibrate, RecoversTheTrueCamera) {
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.err, HasSubstr("written to " + output));
   EXPECT_THAT(result.out, AllOf(HasSubstr("12 given, 12 with the board, 12 used"), Not(HasSubstr("FAILED"))));
-  const CameraFile truth = parseCameraFile(readFile(dataPath("camera.yaml")), "truth");
-  const CameraFile found = parseCameraFile(scratch.read("camera.yaml"), "found");
+  const CameraRecord truth = parseCameraFile(readFile(dataPath("camera.yaml")), "truth");
+  const CameraRecord found = parseCameraFile(scratch.read("camera.yaml"), "found");
   ASSERT_TRUE(found.calibration);
   ASSERT_EQ(found.calibration->parameter_std.size(), 9u);
   constexpr double kSigmas = 4;
@@ -57,7 +57,7 @@ TEST(Calibrate, StatesItsUncertaintyEverywhereAlike) {
   EXPECT_GT(document.at("parameter_std_by_view").at("fx").get<double>(), 0);
 
   const std::string text = scratch.read("camera.yaml");
-  const CameraFile file = parseCameraFile(text, "camera.yaml");
+  const CameraRecord file = parseCameraFile(text, "camera.yaml");
   ASSERT_TRUE(file.calibration && file.calibration->projection_std);
   const ProjectionStdRecord& record = *file.calibration->projection_std;
   const double worst = infinity.at("worst_px").get<double>();
@@ -174,7 +174,7 @@ TEST(Calibrate, EstimatesTheBoardsShapeIfAsked) {
   };
   const auto warp = run("warp");
   EXPECT_TRUE(warp.at("estimated"));
-  const CameraFile file = parseCameraFile(scratch.read("camera.yaml"), "camera.yaml");
+  const CameraRecord file = parseCameraFile(scratch.read("camera.yaml"), "camera.yaml");
   ASSERT_TRUE(file.calibration && file.calibration->warp);
   EXPECT_EQ(file.calibration->warp->shape.bend_x_m, warp.at("bend_x_m"));
   EXPECT_EQ(file.calibration->warp->shape.bend_y_m, warp.at("bend_y_m"));
@@ -218,7 +218,7 @@ TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
     std::vector<std::string> args = {"calibrate", dataPath("corners.csv"), "-o", "-", "--keep-untrustworthy"};
     args.insert(args.end(), more.begin(), more.end());
     const std::string text = runAlidade(args).out;
-    const CameraFile file = parseCameraFile(text, "camera");
+    const CameraRecord file = parseCameraFile(text, "camera");
     EXPECT_TRUE(file.calibration);
     std::string settings;
     for (const auto& [key, values] : file.calibration->settings)

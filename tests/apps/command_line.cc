@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 
 namespace alidade {
 
@@ -46,7 +46,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 std::vector<double> parametersOf(const std::string& camera_text) {
-  const CameraFile file = parseCameraFile(camera_text, "camera of the test");
+  const CameraRecord file = parseCameraFile(camera_text, "camera of the test");
   const auto parameters = file.camera.parameters();
   return {parameters.begin(), parameters.end()};
 }

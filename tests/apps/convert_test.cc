@@ -9,7 +9,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -27,7 +27,7 @@ RunResult convert(const std::string& from, const std::string& to, std::vector<st
   return runAlidade(args);
 }
 
-CameraFile cameraIn(const ScratchFolder& scratch, const std::string& name) {
+CameraRecord cameraIn(const ScratchFolder& scratch, const std::string& name) {
   return parseCameraFile(scratch.read(name), name);
 }
 
@@ -78,7 +78,7 @@ TEST(Convert, ThereAndBackIsTheSameCamera) {
   for (const Case& c : cases) {
     ASSERT_THAT(convert(dataPath("camera.yaml"), scratch.path("there.yaml"), c.there), EndsWith(0));
     ASSERT_THAT(convert(scratch.path("there.yaml"), scratch.path("back.yaml"), c.back), EndsWith(0));
-    const CameraFile file = cameraIn(scratch, "back.yaml");
+    const CameraRecord file = cameraIn(scratch, "back.yaml");
     EXPECT_EQ(file.image_size, (ImageSize{.width = 640, .height = 480}));
     for (std::size_t i = 0; i < before.size(); ++i)
       EXPECT_NEAR(file.camera.parameters()[i], before[i], 1e-10);
@@ -96,7 +96,7 @@ TEST(Convert, CropsBinsResizesAndRotatesInThisOrder) {
   EXPECT_THAT(result.out, AllOf(HasSubstr("501x401 px"), HasSubstr("250x200 px"), HasSubstr("500x200 px"),
                                 HasSubstr("200x500 px")));
   const AnyCamera old = readCameraFile(dataPath("camera.yaml")).camera;
-  const CameraFile file = cameraIn(scratch, "out.yaml");
+  const CameraRecord file = cameraIn(scratch, "out.yaml");
   EXPECT_EQ(file.image_size, (ImageSize{.width = 200, .height = 500}));
   int num_points = 0;
   for (double y = -0.3; y <= 0.3; y += 0.05) {
@@ -138,7 +138,7 @@ TEST(Convert, CarriesTheCalibrationAlong) {
   EXPECT_THAT(runAlidade({"validate", scratch.path("out.yaml")}).out,
               AllOf(HasSubstr("PASS  covariance"), HasSubstr("  valid\n")));
   const CalibrationRecord before = *cameraIn(scratch, "calibrated.yaml").calibration;
-  const CameraFile file = cameraIn(scratch, "out.yaml");
+  const CameraRecord file = cameraIn(scratch, "out.yaml");
   const CalibrationRecord& after = *file.calibration;
   EXPECT_DOUBLE_EQ(after.rms_px, before.rms_px / 2);
   EXPECT_EQ(after.board, before.board);
@@ -209,7 +209,7 @@ TEST(Convert, FitsWhatIsNearlyTheSameAndSaysHowNearly) {
 }
 
 // RMS and largest distance over all pixels between a camera's pixels and those that another gives their rays.
-std::pair<double, double> errorsOfAllPixels(const CameraFile& from, const AnyCamera& to) {
+std::pair<double, double> errorsOfAllPixels(const CameraRecord& from, const AnyCamera& to) {
   double sum = 0;
   double worst = 0;
   int num_pixels = 0;
@@ -247,7 +247,7 @@ TEST(Convert, StatesWhatAFisheyeLosesInAnotherModelAndBack) {
         convert(scratch.path(from), scratch.path(to), {"--model", models[i], "--max-error", "2", "--json"});
     ASSERT_THAT(result, EndsWith(0));
     const auto fit = nlohmann::json::parse(result.out).at("fit");
-    const CameraFile source = cameraIn(scratch, from);
+    const CameraRecord source = cameraIn(scratch, from);
     const AnyCamera target = cameraIn(scratch, to).camera;
     const auto [rms, worst] = errorsOfAllPixels(source, target);
     EXPECT_NEAR(fit.at("rms_px").get<double>(), rms, 0.03 * rms);
@@ -278,7 +278,7 @@ TEST(Convert, WritesNothingWhenTheModelDoesNotFit) {
   EXPECT_EQ(document.at("trustworthy"), false);
   EXPECT_EQ(document.at("written"), true);
   EXPECT_EQ(document.at("reasons").at(0).at("id"), "model_rms");
-  const CameraFile file = cameraIn(scratch, "out.yaml");
+  const CameraRecord file = cameraIn(scratch, "out.yaml");
   ASSERT_TRUE(file.calibration);
   EXPECT_EQ(file.calibration->verdict, Verdict::kNo);
   EXPECT_EQ(file.calibration->findings, (std::vector<std::string>{"model_rms", "model_error"}));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/core/error.h"
-#include "alidade/io/corners_file.h"
+#include "alidade/files/corners_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "alidade/io/corners_file.h"
-#include "alidade/io/image_file.h"
+#include "alidade/files/corners_file.h"
+#include "alidade/imagery/image_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {

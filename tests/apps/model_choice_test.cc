@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 #include "command_line.h"
 #include "run_program.h"
 #include "scratch_folder.h"
@@ -24,7 +24,7 @@ TEST(ModelChoice, IsPrintedWrittenAndRead) {
                               ContainsRegex("radtan +9 .*chosen"),
                               ContainsRegex("pinhole +4 .*times  predicts corners worse than radtan"),
                               ContainsRegex("rational +12 .*fits no better than radtan")));
-  const CameraFile file = readCameraFile(output);
+  const CameraRecord file = readCameraFile(output);
   ASSERT_TRUE(file.calibration);
   EXPECT_GE(file.calibration->holdout_rms_px, 0);
   ASSERT_EQ(file.calibration->model_choice.size(), 4u);

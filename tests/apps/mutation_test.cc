@@ -3,10 +3,10 @@
 #include <optional>
 
 #include "alidade/core/error.h"
-#include "alidade/io/camera_file.h"
-#include "alidade/io/corners_file.h"
-#include "alidade/io/pose_list.h"
-#include "alidade/io/scene_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/corners_file.h"
+#include "alidade/files/pose_list.h"
+#include "alidade/files/scene_file.h"
 #include "apps/command_line.h"
 #include "support/mutator.h"
 

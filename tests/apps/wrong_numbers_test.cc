@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/text.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/files/camera_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -20,7 +20,7 @@ struct Slip {
 };
 
 // Of a radtan camera.
-std::vector<Slip> slipsOf(const CameraFile& file) {
+std::vector<Slip> slipsOf(const CameraRecord& file) {
   const std::vector<double> good(file.camera.parameters().begin(), file.camera.parameters().end());
   std::vector<Slip> slips;
   const auto add = [&](const std::string& name, const auto& change) {
@@ -59,12 +59,12 @@ std::string calibratedCamera(const ScratchFolder& scratch) {
 
 TEST(WrongNumbers, AreCaughtByTheSelfCheck) {
   const ScratchFolder scratch;
-  const CameraFile good = readCameraFile(calibratedCamera(scratch));
+  const CameraRecord good = readCameraFile(calibratedCamera(scratch));
   EXPECT_THAT(runAlidade({"validate", scratch.path("camera.yaml")}), EndsWith(0));
   int num_caught = 0;
   const std::vector<Slip> slips = slipsOf(good);
   for (const Slip& slip : slips) {
-    CameraFile file = good;
+    CameraRecord file = good;
     file.camera = slip.camera;
     file.image_size = slip.image_size;
     // Sigmas go by the names of the model's parameters.
@@ -81,12 +81,12 @@ TEST(WrongNumbers, AreCaughtByTheSelfCheck) {
 TEST(WrongNumbers, AreCaughtByImages) {
   const ScratchFolder scratch;
   const std::vector<double> truth = {535.123, 534.567, 322.5, 238.1, -0.28, 0.08, 0.0012, -0.0007, -0.02};
-  const CameraFile good{.camera = AnyCamera::make("radtan", truth),
-                        .image_size = {.width = 640, .height = 480},
-                        .domain = {},
-                        .self_check = {},
-                        .calibration = {},
-                        .created_by = {}};
+  const CameraRecord good{.camera = AnyCamera::make("radtan", truth),
+                          .image_size = {.width = 640, .height = 480},
+                          .domain = {},
+                          .self_check = {},
+                          .calibration = {},
+                          .created_by = {}};
   writeCameraFile(scratch.path("good.yaml"), good);
   scratch.write("scene.yaml",
                 "alidade_scene: 1\ncamera: good.yaml\nboard: checkerboard:9x6:25mm\nviews: {random: 30}\n"
@@ -94,7 +94,7 @@ TEST(WrongNumbers, AreCaughtByImages) {
   ASSERT_THAT(
       runAlidade({"simulate", scratch.path("scene.yaml"), "-o", scratch.path("views"), "--corners-only"}),
       EndsWith(0));
-  const auto validate = [&](const CameraFile& file) {
+  const auto validate = [&](const CameraRecord& file) {
     writeCameraFile(scratch.path("tested.yaml"), file);
     return runAlidade(
         {"validate", scratch.path("tested.yaml"), "--images", scratch.path("views/corners.csv")});
@@ -103,7 +103,7 @@ TEST(WrongNumbers, AreCaughtByImages) {
   int num_caught = 0;
   int num_turns = 0;
   for (const Slip& slip : slipsOf(good)) {
-    CameraFile file = good;
+    CameraRecord file = good;
     file.camera = slip.camera;
     file.image_size = slip.image_size;
     const RunResult result = validate(file);

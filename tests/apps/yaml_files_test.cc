@@ -46,7 +46,7 @@ std::size_t numRefused(const ScratchFolder& scratch, const std::vector<BadFile>&
   return num_refused;
 }
 
-TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
+TEST(CameraRecord, ThatIsWrongIsNamedWithLineAndKey) {
   const std::string good = smallCamera();
   const std::string calibration = "calibration:\n  rms_px: 0.1\n  num_views: 3\n  num_corners: 9\n";
   const std::vector<BadFile> bad_files = {
@@ -141,7 +141,7 @@ TEST(CameraFile, ThatIsWrongIsNamedWithLineAndKey) {
   EXPECT_EQ(num_commands, 2);
 }
 
-TEST(CameraFile, TakesWhatIsHarmless) {
+TEST(CameraRecord, TakesWhatIsHarmless) {
   const ScratchFolder scratch;
   const std::vector<std::string> texts = {
       smallCamera(),

@@ -29,7 +29,7 @@ CalibrationResult calibrateRendered(const AnyCamera& camera, ImageSize size, con
   std::vector<View> views;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const GrayImage image = renderer.render(kBoard, poses[i], {.seed = streamSeed(seed, i), .samples = 377});
-    const Detection detection = detectCheckerboard(image, kBoard);
+    const Detection detection = findBoard(image, kBoard);
     EXPECT_TRUE(detection.found()) << "view " << i << ": " << detection.detail;
     views.push_back({.image = "view_" + std::to_string(i), .size = size, .corners = detection.corners});
   }

@@ -55,7 +55,7 @@ TEST(DetectCheckerboard, FindsEveryCornerUnderItsOwnIdHoweverTheBoardIsTurned) {
   const RenderedSet set = rendered({.width = 640, .height = 480}, 12, 3, 180);
   int num_found = 0;
   for (std::size_t i = 0; i < set.images.size(); ++i) {
-    const Detection detection = detectCheckerboard(set.images[i], kBoard);
+    const Detection detection = findBoard(set.images[i], kBoard);
     ASSERT_TRUE(detection.found()) << "view " << i << ": " << detection.detail;
     ASSERT_EQ(detection.corners.size(), 54U);
     for (int id = 0; id < 54; ++id) EXPECT_EQ(detection.corners[static_cast<std::size_t>(id)].id, id);
@@ -70,7 +70,7 @@ TEST(DetectCheckerboard, RefinesOnTheFullImageWhatItFoundOnAReducedOne) {
   const RenderedSet set = rendered({.width = 2000, .height = 1500}, 3, 4);
   int num_found = 0;
   for (std::size_t i = 0; i < set.images.size(); ++i) {
-    const Detection detection = detectCheckerboard(set.images[i], kBoard);
+    const Detection detection = findBoard(set.images[i], kBoard);
     ASSERT_TRUE(detection.found()) << detection.detail;
     EXPECT_LE(perAxisRms(detection, set.truth.views[i]), 0.08);
     ++num_found;
@@ -84,8 +84,7 @@ TEST(DetectCheckerboard, NeverTakesAPartOfALargerBoard) {
   for (const GrayImage& image : set.images) {
     for (const auto& [columns, rows] :
          std::vector<std::pair<int, int>>{{8, 6}, {9, 5}, {8, 5}, {7, 6}, {3, 3}}) {
-      const Detection detection =
-          detectCheckerboard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
+      const Detection detection = findBoard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
       EXPECT_EQ(detection.reason, DetectionReason::kLargerBoard) << columns << "x" << rows;
       EXPECT_THAT(detection.detail, testing::HasSubstr("9x6"));
       EXPECT_TRUE(detection.corners.empty());
@@ -100,8 +99,7 @@ TEST(DetectCheckerboard, NamesAWholeBoardOfFewerCorners) {
   int num_refused = 0;
   for (const GrayImage& image : set.images) {
     for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{10, 7}, {9, 7}, {10, 6}, {13, 12}}) {
-      const Detection detection =
-          detectCheckerboard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
+      const Detection detection = findBoard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
       EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << columns << "x" << rows;
       ASSERT_TRUE(detection.seen);
       EXPECT_TRUE(detection.seen->is_closed);
@@ -157,7 +155,7 @@ TEST(DetectCheckerboard, GivesABoardCutByTheBorderItsTrueIdsOrNone) {
       for (const Crop& crop : {Crop{x(share), 0, 640 - x(share), 480}, Crop{0, y(share), 640, 480 - y(share)},
                                Crop{0, 0, x(1 - share), 480}, Crop{0, 0, 640, y(1 - share)}}) {
         const GrayImage image = cropped(set.images[i], crop.x0, crop.y0, crop.width, crop.height);
-        const Detection detection = detectCheckerboard(image, kBoard);
+        const Detection detection = findBoard(image, kBoard);
         ++num_cut;
         EXPECT_NE(detection.reason, DetectionReason::kFound);
         EXPECT_FALSE(detection.detail.empty());
@@ -187,7 +185,7 @@ TEST(DetectCheckerboard, FindsTheCornersBesideAHand) {
             static_cast<std::uint8_t>(150 + random.index(20));
       }
     }
-    const Detection detection = detectCheckerboard(image, kBoard);
+    const Detection detection = findBoard(image, kBoard);
     EXPECT_NE(detection.reason, DetectionReason::kFound);
     num_placed += detection.hasCorners() ? 1 : 0;
     num_corners += countRightIds(detection, set.truth.views[i], {0, 0});
@@ -205,7 +203,7 @@ TEST(DetectCheckerboard, RefusesTwoBoardsThatFitAndPatternsWithoutEnd) {
     for (int y = 0; y < 360; ++y) {
       for (int x = 0; x < 960; ++x) twice.pixels.push_back(image.at(x % 480, y));
     }
-    EXPECT_EQ(detectCheckerboard(twice, kBoard).reason, DetectionReason::kSeveralBoards);
+    EXPECT_EQ(findBoard(twice, kBoard).reason, DetectionReason::kSeveralBoards);
     ++num_refused;
   }
   EXPECT_EQ(num_refused, 3);
@@ -215,7 +213,7 @@ TEST(DetectCheckerboard, RefusesTwoBoardsThatFitAndPatternsWithoutEnd) {
   for (int y = 0; y < 275; ++y) {
     for (int x = 0; x < 395; ++x) floor.pixels.push_back((x / 40 + y / 40) % 2 == 0 ? 40 : 210);
   }
-  const Detection detection = detectCheckerboard(floor, kBoard);
+  const Detection detection = findBoard(floor, kBoard);
   EXPECT_EQ(detection.reason, DetectionReason::kUnplaced);
   ASSERT_TRUE(detection.seen);
   EXPECT_EQ(detection.seen->num_corners, 54);
@@ -250,7 +248,7 @@ TEST(DetectCheckerboard, TakesNoCoverForTheMargin) {
         }
       }
       // Corners 0, 9, ... lie outside of the image.
-      const Detection detection = detectCheckerboard(image, kBoard);
+      const Detection detection = findBoard(image, kBoard);
       const int num_corners = countRightIds(detection, truth, {0, 0});
       if (edge == kNoCover) {
         EXPECT_EQ(num_corners, 48) << detection.detail;
@@ -266,7 +264,7 @@ TEST(DetectCheckerboard, FindsSmallSquaresAndBlurredOnes) {
   for (const int width : {200, 240}) {
     const RenderedSet small = rendered({.width = width, .height = width * 3 / 4}, 6, 11, 180);
     for (std::size_t i = 0; i < small.images.size(); ++i) {
-      const Detection detection = detectCheckerboard(small.images[i], kBoard);
+      const Detection detection = findBoard(small.images[i], kBoard);
       EXPECT_TRUE(detection.hasCorners()) << width << " px, view " << i << ": " << detection.detail;
       countRightIds(detection, small.truth.views[i], {0, 0});
       ++num_checked;
@@ -274,7 +272,7 @@ TEST(DetectCheckerboard, FindsSmallSquaresAndBlurredOnes) {
   }
   const RenderedSet soft = rendered({.width = 640, .height = 480}, 6, 12, 180, 4.0);
   for (std::size_t i = 0; i < soft.images.size(); ++i) {
-    const Detection detection = detectCheckerboard(soft.images[i], kBoard);
+    const Detection detection = findBoard(soft.images[i], kBoard);
     EXPECT_TRUE(detection.found()) << "blurred view " << i << ": " << detection.detail;
     countRightIds(detection, soft.truth.views[i], {0, 0});
     EXPECT_GT(detection.measures.blur_px, 3.5);
@@ -287,9 +285,8 @@ TEST(DetectCheckerboard, FindsSmallSquaresAndBlurredOnes) {
 TEST(DetectCheckerboard, SidewaysCountsFindTheSameCorners) {
   const RenderedSet set = rendered({.width = 640, .height = 480}, 2, 6);
   for (std::size_t i = 0; i < set.images.size(); ++i) {
-    const Detection upright = detectCheckerboard(set.images[i], kBoard);
-    const Detection sideways =
-        detectCheckerboard(set.images[i], {.columns = 6, .rows = 9, .square_m = 0.025});
+    const Detection upright = findBoard(set.images[i], kBoard);
+    const Detection sideways = findBoard(set.images[i], {.columns = 6, .rows = 9, .square_m = 0.025});
     ASSERT_TRUE(upright.found() && sideways.found());
     double worst = 0;
     for (const Corner& corner : sideways.corners) {
@@ -306,7 +303,7 @@ TEST(DetectCheckerboard, FindsNothingInNoise) {
   Random random(1);
   GrayImage image{.size = {.width = 320, .height = 240}, .pixels = {}};
   for (int i = 0; i < 320 * 240; ++i) image.pixels.push_back(static_cast<std::uint8_t>(random.index(256)));
-  const Detection detection = detectCheckerboard(image, kBoard);
+  const Detection detection = findBoard(image, kBoard);
   EXPECT_EQ(detection.reason, DetectionReason::kNoBoard);
   EXPECT_TRUE(detection.corners.empty());
 }
@@ -317,7 +314,7 @@ TEST(DetectCheckerboard, FindsNothingInImagesOfAnyOddShape) {
        std::vector<std::pair<int, int>>{{1, 1}, {5000, 1}, {1, 3000}, {15, 15}, {17, 3}}) {
     const GrayImage image{.size = {.width = width, .height = height},
                           .pixels = std::vector<std::uint8_t>(static_cast<std::size_t>(width * height), 128)};
-    EXPECT_EQ(detectCheckerboard(image, kBoard).reason, DetectionReason::kNoBoard) << width << "x" << height;
+    EXPECT_EQ(findBoard(image, kBoard).reason, DetectionReason::kNoBoard) << width << "x" << height;
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 5);

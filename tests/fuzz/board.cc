@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/io/board_file.h"
+#include "alidade/files/board_file.h"
 #include "alidade/target/board_spec.h"
 #include "fuzz.h"
 

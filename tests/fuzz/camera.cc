@@ -3,8 +3,8 @@
 // checked as `validate` does. Which of this is done goes by the input's length: all of it would be slow.
 #include <array>
 
-#include "alidade/io/camera_source.h"
-#include "alidade/io/formats/camera_format.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_format.h"
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/file_checks.h"
 #include "fuzz.h"
@@ -13,11 +13,14 @@ namespace alidade {
 namespace {
 
 void check(const StatedCamera& stated, ImageSize image_size) {
-  CameraClaims claims;
-  claims.camera = &stated.camera;
-  claims.image_size = image_size;
-  if (stated.own) claims.self_check = stated.own->self_check;
-  (void)checkCamera(claims);
+  CameraRecord record{.camera = stated.camera,
+                      .image_size = image_size,
+                      .domain = {},
+                      .self_check = {},
+                      .calibration = {},
+                      .created_by = {}};
+  if (stated.own) record.self_check = stated.own->self_check;
+  (void)checkCamera(record);
   (void)checkStatement({.camera = &stated.camera,
                         .image_size = stated.image_size,
                         .half_units = stated.half_units,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/io/image_container.h"
+#include "alidade/imagery/image_container.h"
 #include "fuzz.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

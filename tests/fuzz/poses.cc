@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/io/pose_file.h"
-#include "alidade/io/pose_list.h"
+#include "alidade/files/pose_file.h"
+#include "alidade/files/pose_list.h"
 #include "fuzz.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/io/settings_file.h"
+#include "alidade/files/settings_file.h"
 #include "fuzz.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

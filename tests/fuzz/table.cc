@@ -3,8 +3,8 @@
 #include <string_view>
 
 #include "alidade/core/text.h"
-#include "alidade/io/csv.h"
-#include "alidade/io/table_lines.h"
+#include "alidade/files/csv.h"
+#include "alidade/files/table_lines.h"
 #include "fuzz.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -42,8 +42,7 @@ TEST(ViewCandidates, AreFoundInImages) {
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const SE3& pose = candidates[i].camera_from_board;
     const View exact = exactView(camera, kSize, kBoard, pose, "");
-    const Detection found =
-        detectCheckerboard(renderer.render(kBoard, pose, {.seed = i + 1, .samples = 89}), kBoard);
+    const Detection found = findBoard(renderer.render(kBoard, pose, {.seed = i + 1, .samples = 89}), kBoard);
     std::size_t num_right = 0;
     for (const Corner& corner : found.corners) {
       const auto same = std::find_if(exact.corners.begin(), exact.corners.end(),

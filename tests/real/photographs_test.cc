@@ -10,8 +10,8 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
-#include "alidade/io/image_file.h"
-#include "alidade/io/image_list.h"
+#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_list.h"
 #include "alidade/target/board_spec.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 
@@ -265,8 +265,7 @@ TEST(Photographs, NoBoardIsFoundWhereThereIsNone) {
           static_cast<int>(random.index(static_cast<std::uint64_t>(image.size.height - height + 1)));
       const GrayImage crop = cropOf(image, x0, y0, width, height);
       for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{9, 6}, {4, 6}, {5, 4}, {3, 3}}) {
-        const Detection detection =
-            detectCheckerboard(crop, {.columns = columns, .rows = rows, .square_m = 0.025});
+        const Detection detection = findBoard(crop, {.columns = columns, .rows = rows, .square_m = 0.025});
         if (!detection.hasCorners()) continue;
         ++num_found;
         ADD_FAILURE() << path << " crop " << x0 << "," << y0 << " " << width << "x" << height << ": "

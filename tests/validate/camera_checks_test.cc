@@ -21,14 +21,9 @@ CheckStatus statusOf(const std::vector<Check>& checks, const std::string& id) {
 std::vector<Check> checksOf(const std::vector<double>& params, const std::vector<double>& claimed = kGood) {
   const AnyCamera camera = AnyCamera::make("radtan", params);
   const AnyCamera original = AnyCamera::make("radtan", claimed);
-  const std::vector<SelfCheckPoint> points = makeSelfCheck(original, kSize);
-  const DomainCertificate domain = certifyDomain(original, kSize);
-  CameraClaims claims;
-  claims.camera = &camera;
-  claims.image_size = kSize;
-  claims.domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image};
-  claims.self_check = points;
-  return checkCamera(claims);
+  CameraRecord record = bareRecord(original, kSize, "test");
+  record.camera = camera;
+  return checkCamera(record);
 }
 
 TEST(CheckCamera, PassesAGoodCamera) {
@@ -76,13 +71,12 @@ TEST(CheckCamera, JudgesAspectFocalLengthAndPrincipalPoint) {
 
 TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
   const AnyCamera camera = AnyCamera::make("radtan", kGood);
-  CameraClaims claims;
-  claims.camera = &camera;
-  claims.image_size = kSize;
-  claims.verdict = Verdict::kNo;
-  EXPECT_EQ(statusOf(checkCamera(claims), "calibration"), CheckStatus::kFail);
-  claims.verdict = Verdict::kTrustworthy;
-  EXPECT_EQ(statusOf(checkCamera(claims), "calibration"), CheckStatus::kPass);
+  CameraRecord record = bareRecord(camera, kSize, "test");
+  record.calibration.emplace();
+  record.calibration->verdict = Verdict::kNo;
+  EXPECT_EQ(statusOf(checkCamera(record), "calibration"), CheckStatus::kFail);
+  record.calibration->verdict = Verdict::kTrustworthy;
+  EXPECT_EQ(statusOf(checkCamera(record), "calibration"), CheckStatus::kPass);
 }
 
 TEST(CheckCamera, CatchesACovarianceThatIsNone) {
@@ -93,12 +87,11 @@ TEST(CheckCamera, CatchesACovarianceThatIsNone) {
   const std::vector<double> std = {2, 2, 1, 1};
   const std::vector<double> other_std = {2, 2, 1, 1.1};
   const auto status = [&](const std::vector<double>& covariance, const std::vector<double>& parameter_std) {
-    CameraClaims claims;
-    claims.camera = &camera;
-    claims.image_size = kSize;
-    claims.covariance = covariance;
-    claims.parameter_std = parameter_std;
-    return statusOf(checkCamera(claims), "covariance");
+    CameraRecord record = bareRecord(camera, kSize, "test");
+    record.calibration.emplace();
+    record.calibration->covariance = covariance;
+    record.calibration->parameter_std = parameter_std;
+    return statusOf(checkCamera(record), "covariance");
   };
   EXPECT_EQ(status(good, std), CheckStatus::kPass);
   EXPECT_EQ(status(good, other_std), CheckStatus::kFail);

@@ -43,14 +43,23 @@ struct Stated {
     grid.worst_px = rounded(grid.worst_px);
   }
 
+  [[nodiscard]] CameraRecord recordOf(const std::vector<double>& triangle,
+                                      const std::optional<ProjectionStdRecord>& claim) const {
+    CameraRecord record = bareRecord(camera, kSize, "test");
+    record.calibration.emplace();
+    record.calibration->covariance = triangle;
+    record.calibration->projection_std = claim;
+    return record;
+  }
+
   [[nodiscard]] CheckStatus status() const {
-    const ProjectionStdClaim claim{.center_px = grid.center_px,
-                                   .worst_px = grid.worst_px,
-                                   .worst_pixel = grid.worst_pixel,
-                                   .columns = grid.columns,
-                                   .rows = grid.rows,
-                                   .std_px = grid.std_px};
-    return checkProjectionStd(camera, kSize, covariance, claim)->status;
+    const ProjectionStdRecord claim{.center_px = grid.center_px,
+                                    .worst_px = grid.worst_px,
+                                    .worst_pixel = grid.worst_pixel,
+                                    .columns = grid.columns,
+                                    .rows = grid.rows,
+                                    .std_px = grid.std_px};
+    return checkProjectionStd(recordOf(covariance, claim))->status;
   }
 };
 
@@ -101,9 +110,9 @@ TEST(CheckProjectionStd, FailsAnyNumberThatIsOff) {
 
 TEST(CheckProjectionStd, WarnsWhereOneOfTheTwoIsMissing) {
   const Stated stated;
-  EXPECT_EQ(checkProjectionStd(stated.camera, kSize, stated.covariance, {})->status, CheckStatus::kWarn);
-  EXPECT_EQ(checkProjectionStd(stated.camera, kSize, {}, ProjectionStdClaim{})->status, CheckStatus::kWarn);
-  EXPECT_FALSE(checkProjectionStd(stated.camera, kSize, {}, {}).has_value());
+  EXPECT_EQ(checkProjectionStd(stated.recordOf(stated.covariance, {}))->status, CheckStatus::kWarn);
+  EXPECT_EQ(checkProjectionStd(stated.recordOf({}, ProjectionStdRecord{}))->status, CheckStatus::kWarn);
+  EXPECT_FALSE(checkProjectionStd(stated.recordOf({}, {})).has_value());
 }
 
 }  // namespace

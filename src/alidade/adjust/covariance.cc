@@ -15,15 +15,14 @@ IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
   IntrinsicsInformation result;
   // The poses' Schur complement of J^T W J is that of a fit without a loss.
   const ViewKernel& kernel = viewKernel(camera.model);
-  SharedSums sums(kernel.numParams());
-  PoseRows rows(6, kernel.numParams() + 7);
+  const Eigen::Index n = kernel.numParams();
+  result.information = Eigen::MatrixXd::Zero(n, n);
   for (const FitView& view : fit.views) {
     const CornerGroups corners(cornersOnShape(fit, view));
-    static_cast<void>(kernel.reduce(camera.params.data(), cameraFromBoard(fit, view), corners.view(0),
-                                    kNoLoss, Unseen::kLeaveOut, rows, sums));
+    const auto factor = viewFactor(kernel, camera.params, cameraFromBoard(fit, view), corners.view(0),
+                                   kNoLoss, Unseen::kLeaveOut);
+    result.information += paramsInformation(*factor);
   }
-  const Eigen::Index n = kernel.numParams();
-  result.information = sums.gram.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
 
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(n), camera.constraint);
   if (directions.cols() == 0) {

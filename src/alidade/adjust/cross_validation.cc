@@ -7,12 +7,11 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 #include "alidade/adjust/corner_groups.h"
 #include "alidade/adjust/pose_refit.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/adjust/view_kernel.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -52,7 +51,7 @@ bool givesPose(std::span<const Observation> corners) {
     const Eigen::Vector2d d = o.p_board.head<2>() - mean;
     scatter += d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(scatter);
+  const SymmetricEigen solver(scatter);
   return solver.eigenvalues()(0) > kLine * solver.eigenvalues()(1);
 }
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
 #include "alidade/core/error.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -71,11 +71,10 @@ std::optional<Eigen::Matrix3d> homographyOfRays(std::span<const Eigen::Vector2d>
     }
   }
   normal = Matrix9d(normal.selfadjointView<Eigen::Upper>());
-  const Eigen::SelfAdjointEigenSolver<Matrix9d> solver(normal);
+  const SymmetricEigen solver(normal);
   // A second (near-)zero eigenvalue means a family of solutions: the points lie on a line.
   constexpr double kSecondSmallest = 1e-10;
-  if (solver.info() != Eigen::Success ||
-      !(solver.eigenvalues()(1) > kSecondSmallest * solver.eigenvalues()(8))) {
+  if (!solver.isFound() || !(solver.eigenvalues()(1) > kSecondSmallest * solver.eigenvalues()(8))) {
     return std::nullopt;
   }
   const Eigen::Matrix<double, 9, 1> h = solver.eigenvectors().col(0);

@@ -14,14 +14,13 @@ struct Evaluation {
 
 std::optional<Evaluation> evaluate(const ViewKernel& kernel, std::span<const double> params,
                                    std::span<const CornerGroup> corners, HuberLoss loss, const SE3& pose,
-                                   PoseRows& rows) {
-  const Eigen::Index n = kernel.numParams();
-  SharedSums left(kernel.numParams());
-  if (!kernel.reduce(params.data(), pose, corners, loss, Unseen::kRefuse, rows, left)) return std::nullopt;
-  const SE3::Vec6 y = rows.col(6 + n);
-  const Eigen::Matrix<double, 6, 6> R = rows.leftCols<6>();
-  return Evaluation{
-      .cost = left.gram(n, n) + y.squaredNorm(), .drop = y.squaredNorm(), .step = -R.partialPivLu().solve(y)};
+                                   ViewFactor& factor) {
+  if (!kernel.factor(params.data(), pose, corners, loss, Unseen::kRefuse, factor.data())) return std::nullopt;
+  const SE3::Vec6 y = factor.topRightCorner<6, 1>();
+  const Eigen::Matrix<double, 6, 6> R = factor.topLeftCorner<6, 6>();
+  return Evaluation{.cost = factor.rightCols<1>().squaredNorm(),
+                    .drop = y.squaredNorm(),
+                    .step = -R.partialPivLu().solve(y)};
 }
 
 }  // namespace
@@ -33,8 +32,8 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
   constexpr int kMaxHalvings = 12;
   constexpr double kAtRest = 1e-10;  // of the cost
   SE3 pose = camera_from_board;
-  PoseRows rows(6, kernel.numParams() + 7);
-  auto at = evaluate(kernel, params, corners, loss, pose, rows);
+  ViewFactor factor(kernel.numParams() + 7, kernel.numParams() + 7);
+  auto at = evaluate(kernel, params, corners, loss, pose, factor);
   if (!at) return std::nullopt;
   // A pose that has not come to rest by then is merely worse than it could be.
   for (int i = 0; i < kMaxSteps && at->drop > kAtRest * at->cost; ++i) {
@@ -42,7 +41,7 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
     bool is_lower = false;
     for (int k = 0; k < kMaxHalvings && !is_lower; ++k, step *= 0.5) {
       const SE3 moved = pose * SE3::exp(step);
-      const auto there = evaluate(kernel, params, corners, loss, moved, rows);
+      const auto there = evaluate(kernel, params, corners, loss, moved, factor);
       if (!there || !(there->cost < at->cost)) continue;
       pose = moved;
       at = there;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include <Eigen/Eigenvalues>
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 
@@ -12,8 +12,8 @@ ScaledInverse scaledInverse(const Eigen::MatrixXd& matrix, double singular) {
   const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return result;
   const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-  if (solver.info() != Eigen::Success) return result;
+  const SymmetricEigen solver(scaled);
+  if (!solver.isFound()) return result;
   const Eigen::VectorXd& values = solver.eigenvalues();
   result.condition = std::max(0.0, values(0) / values(values.size() - 1));
   if (!(result.condition > singular)) return result;

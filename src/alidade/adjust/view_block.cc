@@ -94,7 +94,7 @@ bool ViewBlock::factor(const double* params, const SE3& camera_from_board, const
   const Eigen::Index size = num_residuals();
   if (shape == nullptr) {
     rows.resize(size, size);
-    return kernel_.factor(params, camera_from_board, corners_.view(0), loss_, rows.data());
+    return kernel_.factor(params, camera_from_board, corners_.view(0), loss_, Unseen::kRefuse, rows.data());
   }
   const auto corners = onShape(board_.target, {shape[0], shape[1]}, view_.corners);
   const auto num_params = static_cast<std::size_t>(kernel_.numParams());

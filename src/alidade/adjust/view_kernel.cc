@@ -23,21 +23,22 @@ class ModelKernel final : public ViewKernel {
   [[nodiscard]] int numParams() const override { return kParams; }
 
   [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board,
-                            std::span<const CornerGroup> corners, HuberLoss loss,
+                            std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
                             double* rows) const override {
     const ViewCamera<M> camera(params, camera_from_board);
     bool is_seen = true;
     callVectorised([&]() ALIDADE_INLINE_LAMBDA {
       detail::ViewEquations<M> equations;
-      is_seen = detail::sumView<M>(camera, corners, loss, Unseen::kRefuse, equations);
+      is_seen = detail::sumView<M>(camera, corners, loss, unseen, equations);
       if (!is_seen) return;
       constexpr std::size_t kLast = kSize - 1;
       std::array<double, kSize> diagonal;
-      for (std::size_t i = 0; i < kSize; ++i) {
-        diagonal[i] = equations.at(i, i);
-        for (std::size_t j = 0; j < i && i < kLast; ++j) equations.at(i, j) = equations.at(j, i);
+      for (std::size_t i = 0; i < kSize; ++i) diagonal[i] = equations.at(i, i);
+      equations.template eliminate<0, kPose>(diagonal, rows, kSize);
+      for (std::size_t i = kPose; i < kLast; ++i) {
+        for (std::size_t j = kPose; j < i; ++j) equations.at(i, j) = equations.at(j, i);
       }
-      equations.template eliminate<0, kLast>(diagonal, rows, kSize);
+      equations.template eliminate<kPose, kLast>(diagonal, rows + kPose * kSize, kSize);
       double* last = rows + kLast * kSize;
       std::fill_n(last, kLast, 0.0);
       // With the sum of rho in place of r^T r, this is what the other rows leave missing.
@@ -61,25 +62,6 @@ class ModelKernel final : public ViewKernel {
       sum = detail::sumOfLanes(rho);
     });
     return sum;
-  }
-
-  [[nodiscard]] bool reduce(const double* params, const SE3& camera_from_board,
-                            std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
-                            PoseRows& rows, SharedSums& sums) const override {
-    const ViewCamera<M> camera(params, camera_from_board);
-    bool is_seen = true;
-    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      detail::ViewEquations<M> equations;
-      is_seen = detail::sumView<M>(camera, corners, loss, unseen, equations);
-      if (!is_seen) return;
-      std::array<double, kSize> diagonal;
-      for (std::size_t i = 0; i < kSize; ++i) diagonal[i] = equations.at(i, i);
-      equations.template eliminate<0, kPose>(diagonal, rows.data(), kSize);
-      addShared(equations, sums.gram);
-      for (std::size_t i = kPose; i + 1 < kSize; ++i)
-        sums.diagonal(static_cast<Eigen::Index>(i - kPose)) += diagonal[i];
-    });
-    return is_seen;
   }
 
   void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
@@ -126,51 +108,11 @@ class ModelKernel final : public ViewKernel {
     });
   }
 
-  void quadraticForms(const double* params, const SE3& camera_from_board,
-                      std::span<const CornerGroup> corners, const Eigen::MatrixXd& K,
-                      std::span<double> forms) const override {
-    constexpr int kColumns = Rows::kSize - 1;
-    const ViewCamera<M> camera(params, camera_from_board);
-    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      const ViewCamera<M> local = camera;
-      const double* k = K.data();
-      std::size_t at = 0;
-      for (const CornerGroup& group : corners) {
-        Lanes rows[2][Rows::kWidth];
-        Lanes rho = {};
-        Rows::write(local, group, kNoLoss, rows[0], rows[1], rho);
-        Lanes form = {};
-        for (int axis = 0; axis < 2; ++axis) {
-          for (int i = 0; i < Rows::kWidth; ++i) {
-            if (i == Rows::kError) continue;
-            Lanes product = {};
-            for (int j = 0; j < Rows::kWidth; ++j) {
-              if (j == Rows::kError) continue;
-              product += k[Rows::columnOf(axis, i) * kColumns + Rows::columnOf(axis, j)] * rows[axis][j];
-            }
-            form += product * rows[axis][i];
-          }
-        }
-        double values[kNumLanes];
-        lane::store(form, values);
-        for (std::size_t l = 0; l < kNumLanes && at < forms.size(); ++l, ++at) forms[at] = values[l];
-      }
-    });
-  }
-
  private:
   using Rows = detail::ViewRows<M>;
   static constexpr int kParams = kNumParams<M>;
   static constexpr std::size_t kPose = Rows::kPose;
   static constexpr std::size_t kSize = Rows::kSize;
-
-  ALIDADE_ALWAYS_INLINE static void addShared(const detail::ViewEquations<M>& equations,
-                                              Eigen::MatrixXd& to_lower) {
-    for (std::size_t i = kPose; i < kSize; ++i) {
-      double* to = to_lower.col(static_cast<Eigen::Index>(i - kPose)).data();
-      for (std::size_t j = i; j < kSize; ++j) to[j - kPose] += equations.at(i, j);
-    }
-  }
 };
 
 }  // namespace
@@ -184,6 +126,22 @@ const ViewKernel& viewKernel(std::string_view model_id) {
   });
   expect(kernel != nullptr, "the model's id is known");
   return *kernel;
+}
+
+std::optional<ViewFactor> viewFactor(const ViewKernel& kernel, std::span<const double> params,
+                                     const SE3& camera_from_board, std::span<const CornerGroup> corners,
+                                     HuberLoss loss, Unseen unseen) {
+  const Eigen::Index size = kernel.numParams() + 7;
+  ViewFactor factor(size, size);
+  if (!kernel.factor(params.data(), camera_from_board, corners, loss, unseen, factor.data()))
+    return std::nullopt;
+  return factor;
+}
+
+Eigen::MatrixXd paramsInformation(const ViewFactor& factor) {
+  const Eigen::Index num_params = factor.cols() - 7;
+  const auto rest = factor.block(6, 6, num_params, num_params);
+  return rest.transpose() * rest;
 }
 
 }  // namespace alidade

@@ -2,9 +2,9 @@
 #include "alidade/adjust/view_shares.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include "alidade/adjust/scaled_inverse.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 
@@ -36,7 +36,7 @@ ViewShares::Share ViewShares::shareOf(const Reduced& view, const Eigen::MatrixXd
   constexpr double kAloneLeftOut = 1e-2;  // the lift grows faster there
   Share share;
   share.S = basis.transpose() * view.information * basis;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(share.S);
+  const SymmetricEigen solver(share.S);
   // Under independent noise the pull has the covariance S - S^2, and would have S without the fit.
   const Eigen::ArrayXd rest = 1 - solver.eigenvalues().array();
   Eigen::VectorXd lifts = rest.max(kAlone).rsqrt();

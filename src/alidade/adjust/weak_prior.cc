@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/model_soundness.h"
 #include "alidade/adjust/robust_weighting.h"
@@ -16,6 +14,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -54,8 +53,8 @@ LeastKnown leastKnown(const Eigen::MatrixXd& covariance, const LensScale& scale)
   const auto num_lens = static_cast<Eigen::Index>(scale.size.size() - kNumAffine);
   const Eigen::VectorXd inverse =
       Eigen::Map<const Eigen::VectorXd>(scale.size.data() + kNumAffine, num_lens).cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-      inverse.asDiagonal() * covariance.bottomRightCorner(num_lens, num_lens) * inverse.asDiagonal());
+  const SymmetricEigen solver(inverse.asDiagonal() * covariance.bottomRightCorner(num_lens, num_lens) *
+                              inverse.asDiagonal());
   return {.sigma = std::sqrt(std::max(0.0, solver.eigenvalues()(num_lens - 1))),
           .direction = solver.eigenvectors().col(num_lens - 1)};
 }

@@ -3,9 +3,8 @@
 
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
 #include "alidade/core/error.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -15,8 +14,7 @@ Eigen::MatrixXd rootOf(const Eigen::MatrixXd& covariance) {
   // Scaled first: the units of the parameters span ten orders of magnitude.
   const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd inverse = scale.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inverse.asDiagonal() * covariance *
-                                                              inverse.asDiagonal());
+  const SymmetricEigen solver(inverse.asDiagonal() * covariance * inverse.asDiagonal());
   return scale.asDiagonal() * solver.eigenvectors() *
          Eigen::MatrixXd(solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal());
 }

@@ -6,10 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
 #include "alidade/compare/difference_factor.h"
 #include "alidade/core/statistics.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -29,7 +28,7 @@ Wald waldOf(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference) {
   // pixels' change is a straight line to first order only.
   constexpr double kFloorPx = 0.005;
   constexpr double kNoDirection = 1e-12;  // of the largest variance
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(factor.transpose() * factor);
+  const SymmetricEigen solver(factor.transpose() * factor);
   const double floor = 0.5 * static_cast<double>(factor.rows()) * kFloorPx * kFloorPx;
   Wald result;
   for (Eigen::Index i = 0; i < factor.cols(); ++i) {
@@ -75,10 +74,11 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
     const Eigen::Vector2d& d = difference.difference_px[compared[i]];
     const Eigen::Matrix2d covariance = factor.middleRows<2>(row) * factor.middleRows<2>(row).transpose() +
                                        kRoundingPx * kRoundingPx * Eigen::Matrix2d::Identity();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
+    const SymmetricEigen solver(covariance);
     result.std_px[compared[i]] = std::sqrt(solver.eigenvalues()(1));
     constexpr double kEllipse95 = 5.991464547107979;  // of two normal variables' squares
-    num_beyond += (solver.operatorInverseSqrt() * d).squaredNorm() > kEllipse95 ? 1 : 0;
+    const Eigen::Vector2d along = solver.eigenvectors().transpose() * d;
+    num_beyond += along.cwiseAbs2().cwiseQuotient(solver.eigenvalues()).sum() > kEllipse95 ? 1 : 0;
     const double root = std::sqrt(weights[i]);
     factor.middleRows<2>(row) *= root;
     weighted.segment<2>(row) = root * d;

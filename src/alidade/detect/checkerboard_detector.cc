@@ -316,7 +316,7 @@ Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, con
 
 }  // namespace
 
-Detection detectCheckerboard(const GrayImage& image, const Checkerboard& board) {
+Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");
   Pyramid pyramid(image);
   std::vector<Candidate> candidates;

@@ -72,6 +72,6 @@ struct Detection {
 /// physical one in every view of a board that is not ambiguous: the columns run clockwise of the rows'
 /// opposite, as seen, and corner 0 is the one whose inner square is dark. For an ambiguous board, the columns
 /// run to the right in the image, or downwards if they do so more.
-[[nodiscard]] Detection detectCheckerboard(const GrayImage& image, const Checkerboard& board);
+[[nodiscard]] Detection findBoard(const GrayImage& image, const Checkerboard& board);
 
 }  // namespace alidade

@@ -30,7 +30,7 @@ std::vector<ImageOutcome> detectInImages(std::span<const std::string> images,
           source = load(images[i]);
           outcome.size = source.image.size;
           outcome.exif_orientation = source.exif_orientation;
-          outcome.detection = detectCheckerboard(source.image, board);
+          outcome.detection = findBoard(source.image, board);
         } catch (const Error& error) {
           outcome.detection = {};
           outcome.detection.reason = DetectionReason::kUnreadable;

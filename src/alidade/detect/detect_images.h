@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,8 @@ struct ImageOutcome {
   ImageSize size;
   int exif_orientation = 1;
   Detection detection;
+  std::optional<std::size_t> same_as =
+      std::nullopt;  ///< kDuplicate: index of the outcome that shows the same
 };
 
 struct DetectImagesOptions {

@@ -24,14 +24,18 @@ bool hasCountsOf(const SeenGrid& seen, const Checkerboard& board) {
          seen.rows == std::min(board.columns, board.rows);
 }
 
-void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<std::string>& notes) {
+void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
   const bool any_corners =
       std::any_of(outcomes.begin(), outcomes.end(), [](const auto& o) { return o.detection.hasCorners(); });
   // Images without the board have no say in its size, unless there are no others.
   std::vector<ImageSize> sizes;
-  for (const ImageOutcome& outcome : outcomes) {
-    const bool is_readable = outcome.detection.reason != DetectionReason::kUnreadable;
-    if (any_corners ? outcome.detection.hasCorners() : is_readable) sizes.push_back(outcome.size);
+  std::vector<std::size_t> voters;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const Detection& detection = outcomes[i].detection;
+    const bool is_readable = detection.reason != DetectionReason::kUnreadable;
+    if (!(any_corners ? detection.hasCorners() : is_readable)) continue;
+    sizes.push_back(outcomes[i].size);
+    voters.push_back(i);
   }
   const SizeGroups groups = groupBySize(sizes);
   for (ImageOutcome& outcome : outcomes) {
@@ -39,11 +43,11 @@ void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<std::string>
     withdraw(outcome.detection, DetectionReason::kOtherSize,
              "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
   }
-  if (!groups.others.empty()) {
-    notes.push_back("images of " + std::string(groups.others.size() == 1 ? "two" : "several") +
-                    " sizes were given; the " + std::to_string(groups.in_group.size()) + " of " +
-                    sizeText(groups.size) + " are used");
-  }
+  if (groups.others.empty()) return;
+  SurveyNote note{
+      .kind = SurveyNote::Kind::kSeveralSizes, .size = groups.size, .num_used = groups.in_group.size()};
+  for (const std::size_t k : groups.others) note.images.push_back(voters[k]);
+  notes.push_back(std::move(note));
 }
 
 bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b) {
@@ -80,6 +84,7 @@ void refuseDuplicates(std::span<ImageOutcome> outcomes) {
     if (original == i) {
       cells[{x, y}].push_back(i);
     } else {
+      outcomes[i].same_as = original;
       withdraw(detection, DetectionReason::kDuplicate, "shows the same as " + outcomes[original].image);
     }
   }
@@ -122,7 +127,7 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& 
 }
 
 // Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
-void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<std::string>& notes) {
+void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
   constexpr double kFactor = 2.5;
   constexpr double kSharpPx = 1.5;  // nobody minds less
   std::vector<double> blurs;
@@ -133,23 +138,18 @@ void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<std::string
   const auto middle = blurs.begin() + static_cast<std::ptrdiff_t>(blurs.size() / 2);
   std::nth_element(blurs.begin(), middle, blurs.end());
   const double limit = std::max(kSharpPx, kFactor * *middle);
-  std::vector<std::string> names;
-  for (const ImageOutcome& outcome : outcomes) {
-    if (outcome.detection.hasCorners() && outcome.detection.measures.blur_px > limit)
-      names.push_back(outcome.image);
+  SurveyNote note{.kind = SurveyNote::Kind::kBlurred};
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    if (outcomes[i].detection.hasCorners() && outcomes[i].detection.measures.blur_px > limit)
+      note.images.push_back(i);
   }
-  if (names.empty()) return;
-  constexpr std::size_t kMaxNamed = 5;
-  const std::size_t num_more = names.size() - std::min(names.size(), kMaxNamed);
-  names.resize(names.size() - num_more);
-  notes.push_back("much more blurred than the others: " + join(names, ", ") +
-                  (num_more > 0 ? " and " + std::to_string(num_more) + " more" : ""));
+  if (!note.images.empty()) notes.push_back(std::move(note));
 }
 
 }  // namespace
 
-std::vector<std::string> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
-  std::vector<std::string> notes;
+std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
+  std::vector<SurveyNote> notes;
   refuseOtherSizes(outcomes, notes);
   refusePartsOfAnother(outcomes, board);
   refuseDuplicates(outcomes);
@@ -185,34 +185,6 @@ std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, c
     if (best) break;
   }
   return best;
-}
-
-std::string hintText(const BoardHint& hint, const Checkerboard& asked) {
-  // A hint has its longer side first; it is told in the order of the board that was asked for.
-  const bool is_upright = asked.columns < asked.rows;
-  const int columns = is_upright ? hint.rows : hint.columns;
-  const int rows = is_upright ? hint.columns : hint.rows;
-  std::string text = std::to_string(hint.num_images) +
-                     (hint.num_images == 1 ? " image shows " : " images show ") +
-                     (hint.is_closed ? "" : "at least ") + std::to_string(columns) + "x" +
-                     std::to_string(rows) + " inner corners";
-  if (columns + 1 == asked.columns && rows + 1 == asked.rows) text += "; did you count squares?";
-  if (columns - 1 == asked.columns && rows - 1 == asked.rows)
-    text += "; did you leave out a line of corners each way?";
-  text += (text.back() == '?' ? " Use " : "; use ") +
-          specText({.columns = columns, .rows = rows, .square_m = asked.square_m}) +
-          (hint.is_closed ? " if that is the board" : " if that is all of the board");
-  return text;
-}
-
-std::string ambiguityText(const Checkerboard& board) {
-  if (!board.isAmbiguous()) return {};
-  const std::string turned = board.symmetryStep() == 1 ? "90, 180 or 270" : "180";
-  return "a board of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) +
-         " inner corners looks the same turned by " + turned +
-         " degrees: which corner counts as the first is settled anew in each image, which one camera does "
-         "not "
-         "mind, but several cameras would; a board with one even and one odd count has no such doubt";
 }
 
 }  // namespace alidade

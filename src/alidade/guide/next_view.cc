@@ -79,14 +79,9 @@ double fillOf(const std::vector<Observation>& corners, ImageSize size) {
 
 Eigen::MatrixXd viewInformation(const AnyCamera& camera, const SE3& camera_from_board,
                                 const std::vector<Observation>& corners) {
-  const ViewKernel& kernel = viewKernel(camera.modelId());
-  const Eigen::Index n = kernel.numParams();
-  SharedSums sums(kernel.numParams());
-  PoseRows rows(6, n + 7);
   const CornerGroups groups{std::span<const Observation>(corners)};
-  static_cast<void>(kernel.reduce(camera.parameters().data(), camera_from_board, groups.view(0), kNoLoss,
-                                  Unseen::kLeaveOut, rows, sums));
-  return sums.gram.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
+  return paramsInformation(*viewFactor(viewKernel(camera.modelId()), camera.parameters(), camera_from_board,
+                                       groups.view(0), kNoLoss, Unseen::kLeaveOut));
 }
 
 NextViewSearch::NextViewSearch(const CameraKnowledge& knowledge, const Checkerboard& board,

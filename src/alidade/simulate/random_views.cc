@@ -10,12 +10,10 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/simulate/option_check.h"
 
 namespace alidade {
 namespace {
 
-constexpr double kSmallestFill = 0.01;
 constexpr double kFillReduction = 0.8;
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
@@ -123,16 +121,6 @@ class ViewSampler {
 
 }  // namespace
 
-void RandomViewOptions::validate() const {
-  constexpr double kMaxTiltDeg = 89;  // edge-on, a board has no image
-  detail::checkOption("max_tilt_deg", max_tilt_deg, 0, kMaxTiltDeg);
-  detail::checkOption("max_roll_deg", max_roll_deg, 0, 180);
-  detail::checkOption("min_fill", min_fill, kSmallestFill, 1);
-  detail::checkOption("max_fill", max_fill, min_fill, 1);
-  detail::checkOption("margin_px", margin_px, 0, std::numeric_limits<double>::max());
-  detail::checkOption("max_attempts", max_attempts, 1, std::numeric_limits<int>::max());
-}
-
 std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Checkerboard& board, int count,
                              Random& random, const RandomViewOptions& options) {
   options.validate();
@@ -144,7 +132,7 @@ std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Chec
   for (int i = 0; i < count; ++i) {
     std::optional<SE3> pose;
     double fill = random.uniform(options.min_fill, options.max_fill);
-    for (; !pose && fill >= kSmallestFill; fill *= kFillReduction) {
+    for (; !pose && fill >= RandomViewOptions::kSmallestFill; fill *= kFillReduction) {
       for (int k = 0; !pose && k < options.max_attempts; ++k) pose = sampler.tryView(fill, random);
     }
     if (!pose) {

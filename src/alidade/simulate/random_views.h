@@ -7,23 +7,10 @@
 #include "alidade/core/image.h"
 #include "alidade/core/random.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/record/scene.h"
 #include "alidade/target/checkerboard.h"
 
 namespace alidade {
-
-/// Which views randomViews() draws.
-struct RandomViewOptions {
-  double max_tilt_deg = 45;  ///< largest angle between the board's normal and the ray to its centre
-  double max_roll_deg = 30;  ///< largest turn of the board about its normal, either way; 180 = any
-  /// The larger of the shares of the image's width and height that the squares span is drawn between these.
-  double min_fill = 0.35;
-  double max_fill = 0.8;
-  double margin_px = 4;    ///< all squares stay this far inside the image's border
-  int max_attempts = 100;  ///< placements tried for each fill before it is reduced
-
-  /// @throws Error (kInput) naming the first option that is out of its range.
-  void validate() const;
-};
 
 /// Poses (camera_from_board) of a board that is seen as a whole: all its squares, the outermost too, project
 /// into the image.

@@ -12,7 +12,6 @@
 #include "alidade/core/random.h"
 #include "alidade/simulate/board_pattern.h"
 #include "alidade/simulate/observe.h"
-#include "alidade/simulate/option_check.h"
 #include "alidade/simulate/point_spread.h"
 
 namespace alidade {
@@ -115,20 +114,6 @@ std::uint8_t withNoise(double light, const RenderOptions& options, Random& rando
 }
 
 }  // namespace
-
-void RenderOptions::validate() const {
-  constexpr double kMaxBlurPx = 10;  // beyond, the ray's expansion would be used too far from its pixel
-  constexpr double kMaxSamples = 1e6;
-  detail::checkOption("blur_px", blur_px, 0, kMaxBlurPx);
-  detail::checkOption("dark_level", dark_level, 0, kMaxLevel);
-  detail::checkOption("bright_level", bright_level, 0, kMaxLevel);
-  detail::checkOption("background_level", background_level, 0, kMaxLevel);
-  detail::checkOption("falloff", falloff, 0, 1);
-  detail::checkOption("vignetting_exponent", vignetting_exponent, 0, 16);
-  detail::checkOption("read_noise", read_noise, 0, kMaxLevel);
-  detail::checkOption("full_well_electrons", full_well_electrons, 0, 1e9);
-  detail::checkOption("samples", samples, 1, kMaxSamples);
-}
 
 GrayImage Renderer::render(const Checkerboard& board, const SE3& camera_from_board,
                            const RenderOptions& options, const CancelFlag* cancel) const {

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
+#include "alidade/geometry/symmetric_eigen.h"
 #include "alidade/validate/projection_std_check.h"
 
 namespace alidade {
@@ -32,9 +32,9 @@ double degrees(double rad) {
   return rad * 180 / std::numbers::pi;
 }
 
-Check checkFocal(const CameraClaims& claims) {
-  const auto params = claims.camera->parameters();
-  const double side = std::max(claims.image_size.width, claims.image_size.height);
+Check checkFocal(const CameraRecord& record) {
+  const auto params = record.camera.parameters();
+  const double side = std::max(record.image_size.width, record.image_size.height);
   const bool is_usual = std::min(params[0], params[1]) >= kMinFocalShare * side &&
                         std::max(params[0], params[1]) <= kMaxFocalShare * side;
   return {.id = "focal_length",
@@ -45,8 +45,8 @@ Check checkFocal(const CameraClaims& claims) {
                               : "the focal lengths do not suit the image's size; was the image resized?"};
 }
 
-Check checkAspect(const CameraClaims& claims) {
-  const auto params = claims.camera->parameters();
+Check checkAspect(const CameraRecord& record) {
+  const auto params = record.camera.parameters();
   const double aspect = std::max(params[0] / params[1], params[1] / params[0]);
   const CheckStatus status = aspect <= kAspectWarn   ? CheckStatus::kPass
                              : aspect <= kAspectFail ? CheckStatus::kWarn
@@ -60,10 +60,10 @@ Check checkAspect(const CameraClaims& claims) {
                          : "fx and fy differ; pixels of almost all sensors are square"};
 }
 
-Check checkPrincipalPoint(const CameraClaims& claims) {
-  const auto params = claims.camera->parameters();
-  const double x = (params[2] + 0.5) / claims.image_size.width;
-  const double y = (params[3] + 0.5) / claims.image_size.height;
+Check checkPrincipalPoint(const CameraRecord& record) {
+  const auto params = record.camera.parameters();
+  const double x = (params[2] + 0.5) / record.image_size.width;
+  const double y = (params[3] + 0.5) / record.image_size.height;
   const double off = std::max(std::abs(x - 0.5), std::abs(y - 0.5));
   const CheckStatus status = off <= kCentreWarn ? CheckStatus::kPass
                              : off < 0.5        ? CheckStatus::kWarn
@@ -71,8 +71,8 @@ Check checkPrincipalPoint(const CameraClaims& claims) {
   // A principal point that suits the image lying on its side.
   const bool looks_swapped =
       off > kCentreWarn &&
-      std::max(std::abs((params[2] + 0.5) / claims.image_size.height - 0.5),
-               std::abs((params[3] + 0.5) / claims.image_size.width - 0.5)) <= kSwappedShare;
+      std::max(std::abs((params[2] + 0.5) / record.image_size.height - 0.5),
+               std::abs((params[3] + 0.5) / record.image_size.width - 0.5)) <= kSwappedShare;
   std::string message = "the principal point is near the image's middle";
   if (status == CheckStatus::kWarn)
     message = "the principal point is far from the image's middle; was the image cropped?";
@@ -84,7 +84,7 @@ Check checkPrincipalPoint(const CameraClaims& claims) {
           .status = status,
           .value = fmt::format("({:.6g}, {:.6g}) px", params[2], params[3]),
           .limit = fmt::format("within {:.0f} % of the middle of {}x{}", 100 * kCentreWarn,
-                               claims.image_size.width, claims.image_size.height),
+                               record.image_size.width, record.image_size.height),
           .message = message};
 }
 
@@ -110,21 +110,21 @@ Check checkOneToOne(const DomainCertificate& domain) {
   return check;
 }
 
-Check checkDomainClaim(const CameraClaims& claims, const DomainCertificate& domain) {
+Check checkDomainClaim(const CameraRecord& record, const DomainCertificate& domain) {
   Check check{.id = "domain",
               .status = CheckStatus::kWarn,
               .value = "not stated",
               .limit = "as recomputed",
               .message = {}};
-  if (!claims.domain) {
+  if (!record.domain) {
     check.message = "the file does not say up to which angle it holds";
     return check;
   }
-  const double difference = std::abs(claims.domain->max_angle_rad - domain.cone.max_angle_rad);
-  const bool is_same = difference <= kDomainRad && claims.domain->full_image == domain.full_image;
+  const double difference = std::abs(record.domain->max_angle_rad - domain.cone.max_angle_rad);
+  const bool is_same = difference <= kDomainRad && record.domain->full_image == domain.full_image;
   check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = fmt::format("{:.7g} rad, {}", claims.domain->max_angle_rad,
-                            claims.domain->full_image ? "full image" : "part of the image");
+  check.value = fmt::format("{:.7g} rad, {}", record.domain->max_angle_rad,
+                            record.domain->full_image ? "full image" : "part of the image");
   check.limit = fmt::format("{:.7g} rad, {}", domain.cone.max_angle_rad,
                             domain.full_image ? "full image" : "part of the image");
   check.message = is_same ? "the stated domain is right"
@@ -132,20 +132,20 @@ Check checkDomainClaim(const CameraClaims& claims, const DomainCertificate& doma
   return check;
 }
 
-Check checkSelfCheck(const CameraClaims& claims) {
+Check checkSelfCheck(const CameraRecord& record) {
   Check check{.id = "self_check",
               .status = CheckStatus::kWarn,
               .value = "no points",
               .limit = fmt::format("{} px", kSelfCheckPx),
               .message = {}};
-  if (claims.self_check.empty()) {
+  if (record.self_check.empty()) {
     check.message = "the file has no self-check points, so a slip in its numbers cannot be seen";
     return check;
   }
-  const SelfCheckOutcome outcome = runSelfCheck(*claims.camera, claims.image_size, claims.self_check);
+  const SelfCheckOutcome outcome = runSelfCheck(record.camera, record.image_size, record.self_check);
   const bool is_same = outcome.worst_px <= kSelfCheckPx;
   check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = fmt::format("{:.3g} px at worst of {} points", outcome.worst_px, claims.self_check.size());
+  check.value = fmt::format("{:.3g} px at worst of {} points", outcome.worst_px, record.self_check.size());
   if (outcome.outside_image) {
     check.status = CheckStatus::kFail;
     check.value += ", some outside the image";
@@ -184,30 +184,31 @@ struct Correlations {
   [[nodiscard]] bool isSemidefinite() const {
     constexpr double kRounding = 1e-10;
     if (!matrix.allFinite()) return false;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix, Eigen::EigenvaluesOnly);
+    const SymmetricEigen solver(matrix);
     return solver.eigenvalues().minCoeff() >= -kRounding * static_cast<double>(matrix.rows());
   }
 };
 
-Check checkCovariance(const CameraClaims& claims) {
-  const auto n = static_cast<Eigen::Index>(claims.camera->parameters().size());
+Check checkCovariance(const CameraRecord& record) {
+  const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
   Check check{.id = "covariance",
               .status = CheckStatus::kWarn,
               .value = "not stated",
               .limit = "no negative variance in any direction",
               .message = {}};
-  if (claims.covariance.empty()) {
+  if (!record.calibration || record.calibration->covariance.empty()) {
     check.message = "the file does not say how well the parameters are known";
     return check;
   }
-  const Correlations correlations(claims.covariance, n);
+  const CalibrationRecord& stated = *record.calibration;
+  const Correlations correlations(stated.covariance, n);
   const bool is_semidefinite =
       correlations.isSemidefinite() &&
-      (claims.stated_covariance.empty() || Correlations(claims.stated_covariance, n).isSemidefinite());
+      (stated.stated_covariance.empty() || Correlations(stated.stated_covariance, n).isSemidefinite());
   bool is_consistent = true;
-  for (std::size_t i = 0; i < claims.parameter_std.size(); ++i) {
+  for (std::size_t i = 0; i < stated.parameter_std.size(); ++i) {
     const double expected = correlations.std(static_cast<Eigen::Index>(i));
-    is_consistent = is_consistent && std::abs(claims.parameter_std[i] - expected) <= kStdShare * expected;
+    is_consistent = is_consistent && std::abs(stated.parameter_std[i] - expected) <= kStdShare * expected;
   }
   check.status = is_semidefinite && is_consistent ? CheckStatus::kPass : CheckStatus::kFail;
   check.value = !is_semidefinite ? "a negative variance"
@@ -218,15 +219,15 @@ Check checkCovariance(const CameraClaims& claims) {
   return check;
 }
 
-Check checkCalibration(const CameraClaims& claims) {
+Check checkCalibration(const CameraRecord& record) {
   Check check{.id = "calibration",
               .status = CheckStatus::kWarn,
               .value = "not stated",
               .limit = "trustworthy",
               .message = "the file does not say how its numbers came about"};
-  if (!claims.verdict) return check;
-  check.value = verdictName(*claims.verdict);
-  switch (*claims.verdict) {
+  if (!record.calibration) return check;
+  check.value = verdictName(record.calibration->verdict);
+  switch (record.calibration->verdict) {
     case Verdict::kTrustworthy:
       check.status = CheckStatus::kPass;
       check.message = "the calibration found no reason to doubt itself";
@@ -266,20 +267,17 @@ std::string_view checkStatusName(CheckStatus status) {
   return "UNKNOWN";
 }
 
-std::vector<Check> checkCamera(const CameraClaims& claims) {
-  expect(claims.camera != nullptr, "a camera to check");
-  const DomainCertificate domain = certifyDomain(*claims.camera, claims.image_size);
-  std::vector<Check> checks = {checkFocal(claims), checkAspect(claims), checkPrincipalPoint(claims),
+std::vector<Check> checkCamera(const CameraRecord& record, const RecordContext& context) {
+  const DomainCertificate domain = certifyDomain(record.camera, record.image_size);
+  std::vector<Check> checks = {checkFocal(record), checkAspect(record), checkPrincipalPoint(record),
                                checkOneToOne(domain)};
-  if (claims.is_size_guessed) soften(checks);
-  if (!claims.can_say_more) return checks;
-  checks.push_back(checkDomainClaim(claims, domain));
-  checks.push_back(checkSelfCheck(claims));
-  checks.push_back(checkCovariance(claims));
-  const auto covariance = claims.stated_covariance.empty() ? claims.covariance : claims.stated_covariance;
-  if (auto check = checkProjectionStd(*claims.camera, claims.image_size, covariance, claims.projection_std))
-    checks.push_back(*std::move(check));
-  checks.push_back(checkCalibration(claims));
+  if (context.is_size_guessed) soften(checks);
+  if (!context.can_say_more) return checks;
+  checks.push_back(checkDomainClaim(record, domain));
+  checks.push_back(checkSelfCheck(record));
+  checks.push_back(checkCovariance(record));
+  if (auto check = checkProjectionStd(record)) checks.push_back(*std::move(check));
+  checks.push_back(checkCalibration(record));
   return checks;
 }
 

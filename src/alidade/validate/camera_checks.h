@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "alidade/camera/any_camera.h"
-#include "alidade/camera/self_check.h"
-#include "alidade/core/verdict.h"
+#include "alidade/record/camera_record.h"
 
 namespace alidade {
 
@@ -28,28 +24,8 @@ struct Check {
   bool is_undecided = false;  ///< a warning, as what there is to judge by cannot tell
 };
 
-/// What a file claims about one standard deviation of pixels, px: see UncertaintyGrid.
-struct ProjectionStdClaim {
-  double center_px = 0;  ///< NaN: no ray
-  double worst_px = 0;
-  Eigen::Vector2d worst_pixel{0, 0};
-  int columns = 0;
-  int rows = 0;
-  std::span<const double> std_px;  ///< row by row; NaN: no ray
-};
-
-/// A camera and what its file claims about it.
-struct CameraClaims {
-  const AnyCamera* camera = nullptr;
-  ImageSize image_size;
-  std::optional<DomainClaim> domain;
-  std::span<const SelfCheckPoint> self_check;
-  std::span<const double> parameter_std;           ///< empty = not stated
-  std::span<const double> covariance;              ///< lower triangle row by row; empty = not stated
-  std::span<const double> stated_covariance = {};  ///< the one to go by; empty = the one above
-  std::optional<ProjectionStdClaim> projection_std = std::nullopt;  ///< nothing: not stated
-  /// What the calibration said of itself; nothing = the file does not come from a calibration.
-  std::optional<Verdict> verdict = std::nullopt;
+/// What to bear in mind about the file that a record comes from.
+struct RecordContext {
   /// Does the file's format have room for a domain, self-check points, a covariance and a verdict? If not,
   /// they are not missed.
   bool can_say_more = true;
@@ -59,6 +35,6 @@ struct CameraClaims {
 
 /// Focal lengths, aspect, principal point, one-to-one over the image, the stated domain, self-check points,
 /// covariance, the uncertainty of pixels, and what the calibration said of itself.
-[[nodiscard]] std::vector<Check> checkCamera(const CameraClaims& claims);
+[[nodiscard]] std::vector<Check> checkCamera(const CameraRecord& record, const RecordContext& context = {});
 
 }  // namespace alidade

@@ -16,16 +16,6 @@
 namespace alidade {
 namespace {
 
-Eigen::MatrixXd fullMatrix(std::span<const double> triangle, Eigen::Index n) {
-  expect(static_cast<Eigen::Index>(triangle.size()) == n * (n + 1) / 2, "a whole lower triangle");
-  Eigen::MatrixXd full(n, n);
-  std::size_t k = 0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j <= i; ++j) full(i, j) = full(j, i) = triangle[k++];
-  }
-  return full;
-}
-
 // Half a unit of the fourth digit.
 double halfUnit(double value) {
   return value > 0 ? 0.5 * std::pow(10.0, std::floor(std::log10(value)) - 3) : 0;
@@ -42,7 +32,7 @@ bool agree(double stated, double recomputed, double lost) {
 }
 
 // The claim's length bounds what is recomputed, so that no file makes work out of all proportion to its size.
-bool hasSquareCells(const ProjectionStdClaim& claim, ImageSize size) {
+bool hasSquareCells(const ProjectionStdRecord& claim, ImageSize size) {
   const auto length = static_cast<std::size_t>(std::max(claim.columns, 0)) *
                       static_cast<std::size_t>(std::max(claim.rows, 0));
   if (length == 0 || claim.std_px.size() != length) return false;
@@ -88,7 +78,7 @@ class Recomputed {
   Eigen::VectorXd std_;
 };
 
-std::optional<Differing> firstDifference(const ProjectionStdClaim& claim, const Recomputed& recomputed) {
+std::optional<Differing> firstDifference(const ProjectionStdRecord& claim, const Recomputed& recomputed) {
   const UncertaintyGrid& grid = recomputed.grid();
   expect(grid.std_px.size() == claim.std_px.size(), "a grid of the same cells");
   for (std::size_t i = 0; i < grid.pixels.size(); ++i) {
@@ -122,9 +112,12 @@ std::string stdText(double value) {
 
 }  // namespace
 
-std::optional<Check> checkProjectionStd(const AnyCamera& camera, ImageSize size,
-                                        std::span<const double> covariance,
-                                        const std::optional<ProjectionStdClaim>& claim) {
+std::optional<Check> checkProjectionStd(const CameraRecord& record) {
+  if (!record.calibration) return std::nullopt;
+  const CalibrationRecord& calibration = *record.calibration;
+  const auto& claim = calibration.projection_std;
+  const auto& covariance =
+      calibration.stated_covariance.empty() ? calibration.covariance : calibration.stated_covariance;
   if (!claim && covariance.empty()) return std::nullopt;
   Check check{.id = "projection_std",
               .status = CheckStatus::kWarn,
@@ -139,15 +132,16 @@ std::optional<Check> checkProjectionStd(const AnyCamera& camera, ImageSize size,
     return check;
   }
   check.status = CheckStatus::kFail;
-  if (!hasSquareCells(*claim, size)) {
+  if (!hasSquareCells(*claim, record.image_size)) {
     check.value = fmt::format("a grid of {}x{}", claim->columns, claim->rows);
-    check.limit = fmt::format("square cells from border to border of {}x{} px", size.width, size.height);
+    check.limit = fmt::format("square cells from border to border of {}x{} px", record.image_size.width,
+                              record.image_size.height);
     check.message = "the grid does not suit the image; was its size changed?";
     return check;
   }
-  const auto n = static_cast<Eigen::Index>(camera.parameters().size());
-  if (const auto differing =
-          firstDifference(*claim, Recomputed(camera, size, fullMatrix(covariance, n), claim->columns))) {
+  const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
+  if (const auto differing = firstDifference(
+          *claim, Recomputed(record.camera, record.image_size, fullMatrix(covariance, n), claim->columns))) {
     check.value = fmt::format("{} at {}", stdText(differing->stated), differing->where);
     check.limit = fmt::format("{}, what the covariance leads to", stdText(differing->recomputed));
     check.message = "the stated uncertainty of pixels is not that of the covariance; were numbers edited?";

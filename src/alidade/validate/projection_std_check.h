@@ -2,9 +2,8 @@
 #pragma once
 
 #include <optional>
-#include <span>
 
-#include "alidade/camera/any_camera.h"
+#include "alidade/record/camera_record.h"
 #include "alidade/validate/camera_checks.h"
 
 namespace alidade {
@@ -13,12 +12,9 @@ namespace alidade {
 /// taken out) those that the covariance leads to? They are recomputed (see ProjectionUncertainty) and may
 /// differ by what four digits round, and by what double precision loses where large sigmas cancel.
 ///
-/// @param covariance  of the parameters to go by, lower triangle row by row; empty: there is nothing to
-///                    recompute from, and what is stated is a warning
-/// @param claim       nothing: not stated, which is a warning beside a covariance
+/// Without a covariance there is nothing to recompute from, so that what is stated is a warning, as is a
+/// covariance without it.
 /// @returns nothing where neither is stated
-[[nodiscard]] std::optional<Check> checkProjectionStd(const AnyCamera& camera, ImageSize size,
-                                                      std::span<const double> covariance,
-                                                      const std::optional<ProjectionStdClaim>& claim);
+[[nodiscard]] std::optional<Check> checkProjectionStd(const CameraRecord& record);
 
 }  // namespace alidade

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/io/camera_file.h"
+#include "alidade/calibrate/record_of.h"
+#include "alidade/files.h"
 
 namespace {
 
@@ -41,13 +42,9 @@ int main(int argc, char** argv) {
   const auto result = alidade::calibrate(board, exactViews(truth, board));
 
   const std::string path = std::string(argv[1]) + "/camera.yaml";
-  alidade::writeCameraFile(path, {.camera = result.camera,
-                                  .image_size = kSize,
-                                  .domain = {},
-                                  .self_check = {},
-                                  .calibration = {},
-                                  .created_by = "package test"});
-  const alidade::CameraFile file = alidade::readCameraFile(path);
+  alidade::saveCamera(path, alidade::recordOf(result, {.board = board, .created_by = "package test"}));
+  const alidade::CameraRecord file = alidade::loadCamera(path);
+  if (!file.calibration || file.calibration->num_views != 12 || !alidade::statedCovariance(file)) return 1;
 
   const auto params = file.camera.parameters();
   if (file.camera.modelId() != "radtan" || params.size() != kTrueParams.size()) return 1;

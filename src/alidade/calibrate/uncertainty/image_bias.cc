@@ -8,9 +8,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
 #include "alidade/adjust/reduced.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -72,8 +72,7 @@ Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
   if (matrix.size() == 0) return matrix;  // all parameters are held
   const Eigen::VectorXd scale =
       matrix.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
-                                                              scale.asDiagonal());
+  const SymmetricEigen solver(scale.asDiagonal() * matrix * scale.asDiagonal());
   const double largest = solver.eigenvalues().maxCoeff();
   const Eigen::VectorXd inverse = solver.eigenvalues().unaryExpr(
       [&](double value) { return value > kUndetermined * largest ? 1 / value : 0.0; });

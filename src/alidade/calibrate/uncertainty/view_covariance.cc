@@ -5,10 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
-
 #include "alidade/adjust/view_shares.h"
 #include "alidade/core/statistics.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -19,7 +18,7 @@ double inflation(double freedom) {
 
 // In every direction the larger of two covariances, of which the first is `variance` times the identity.
 Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  const SymmetricEigen solver(covariance);
   const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(variance);
   return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
 }

@@ -5,12 +5,12 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include "alidade/adjust/scaled_inverse.h"
 #include "alidade/calibrate/uncertainty/view_covariance.h"
 #include "alidade/core/median.h"
 #include "alidade/core/statistics.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -27,7 +27,7 @@ struct OneView {
 OneView oneView(const Eigen::MatrixXd& share, const Eigen::VectorXd& gradient) {
   constexpr double kNothing =
       1e-6;  // share below which a view does not speak, above 1 less which none else does
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(share);
+  const SymmetricEigen solver(share);
   Eigen::VectorXd move = Eigen::VectorXd::Zero(gradient.size());
   Eigen::VectorXd disagreement = move;
   OneView view{.S = share, .move = {}, .disagreement = {}, .pull = move};
@@ -67,7 +67,7 @@ class Disagreement {
         num_views_ > m &&
         normalOfMeanSquare(excess, num_free * num_free / squares_of_shares_) > kBeyondChance;
     if (!is_exceeded) return change.norm();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(squares_);
+    const SymmetricEigen solver(squares_);
     const Eigen::VectorXd along = solver.eigenvectors().transpose() * change;
     return std::sqrt(along.cwiseAbs2().cwiseQuotient(solver.eigenvalues().cwiseMax(1)).sum());
   }

@@ -8,9 +8,8 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
 #include "alidade/adjust/reduced.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -56,7 +55,7 @@ Drop dropByFocal(const ViewWays& view) {
 }
 
 Drop dropByRows(const ViewWays& view) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(view.information.bottomRightCorner<2, 2>());
+  const SymmetricEigen solver(view.information.bottomRightCorner<2, 2>());
   // Seen from the front a plane tells nothing of one of the two.
   constexpr double kUnseen = 1e-6;
   Drop drop;

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include "alidade/adjust/view_shares.h"
 #include "alidade/core/error.h"
 #include "alidade/core/statistics.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -33,8 +33,7 @@ bool isCovariance(const Eigen::MatrixXd& matrix) {
   if (!matrix.allFinite() || !(matrix.diagonal().minCoeff() >= 0)) return false;
   const Eigen::VectorXd scale =
       matrix.diagonal().unaryExpr([](double x) { return x > 0 ? 1 / std::sqrt(x) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
-                                                              scale.asDiagonal());
+  const SymmetricEigen solver(scale.asDiagonal() * matrix * scale.asDiagonal());
   return solver.eigenvalues()(0) >= -kRounding * static_cast<double>(matrix.rows());
 }
 
@@ -68,8 +67,7 @@ Eigen::MatrixXd determinedDirections(const Eigen::MatrixXd& information) {
   constexpr double kLeast = 1e-10;  // once the parameters are scaled alike
   const Eigen::VectorXd scale =
       information.diagonal().unaryExpr([](double x) { return x > 0 ? 1 / std::sqrt(x) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * information *
-                                                              scale.asDiagonal());
+  const SymmetricEigen solver(scale.asDiagonal() * information * scale.asDiagonal());
   Eigen::Index first = 0;
   while (first < scale.size() && !(solver.eigenvalues()(first) > kLeast)) ++first;
   return scale.asDiagonal() * solver.eigenvectors().rightCols(scale.size() - first);

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/camera_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "alidade/core/error.h"
+#include "alidade/files/camera_node.h"
+#include "alidade/files/pose_node.h"
+#include "alidade/files/yaml_node.h"
+
+namespace alidade {
+namespace {
+
+using detail::YamlNode;
+
+std::vector<std::string> strings(std::span<const std::string_view> names) {
+  return {names.begin(), names.end()};
+}
+
+void checkConventions(const YamlNode& node) {
+  node.allowKeys({"pixel_origin", "length_unit", "pose"});
+  const auto require = [&](const char* key, const std::string& expected) {
+    const auto value = node.find(key);
+    if (value && value->text() != expected) {
+      throw value->error("'" + value->text() + "'", "'" + expected + "', the only convention of this format");
+    }
+  };
+  require("pixel_origin", "top_left_pixel_center");
+  require("length_unit", "m");
+  require("pose", "camera_from_board");
+}
+
+DomainClaim readDomain(const YamlNode& node) {
+  node.allowKeys({"max_angle_rad", "full_image"});
+  return {.max_angle_rad = node.at("max_angle_rad").number(), .full_image = node.at("full_image").boolean()};
+}
+
+std::vector<SelfCheckPoint> readSelfCheck(const YamlNode& node) {
+  std::vector<SelfCheckPoint> points;
+  for (const YamlNode& item : node.items()) {
+    item.allowKeys({"point", "pixel"});
+    const std::vector<double> point = item.at("point").numbers(3);
+    const std::vector<double> pixel = item.at("pixel").numbers(2);
+    points.push_back({{point[0], point[1], point[2]}, {pixel[0], pixel[1]}});
+  }
+  return points;
+}
+
+int readCount(const YamlNode& node) {
+  const int count = node.integer();
+  if (count < 0) throw node.error(std::to_string(count), "a count");
+  return count;
+}
+
+ViewRecord readView(const YamlNode& node) {
+  node.allowKeys({"image", "num_corners", "rms_px", "camera_from_board"});
+  ViewRecord view;
+  view.image = node.at("image").text();
+  view.num_corners = readCount(node.at("num_corners"));
+  view.rms_px = node.at("rms_px").number();
+  view.camera_from_board = detail::readPose(node.at("camera_from_board"));
+  return view;
+}
+
+Setting readSetting(const YamlNode& node, const std::string& key) {
+  const YamlNode value = node.at(key);
+  Setting setting(key, {});
+  if (value.isSequence()) {
+    for (const YamlNode& item : value.items()) setting.second.push_back(item.text());
+  } else {
+    setting.second.push_back(value.text());
+  }
+  return setting;
+}
+
+Verdict readVerdict(const YamlNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict)
+    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'no'");
+  return *verdict;
+}
+
+WarpRecord readWarp(const YamlNode& node) {
+  node.allowKeys({"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"});
+  WarpRecord warp;
+  warp.shape = {.bend_x_m = node.at("bend_x_m").number(), .bend_y_m = node.at("bend_y_m").number()};
+  warp.std_m = {node.at("bend_x_std_m").number(), node.at("bend_y_std_m").number()};
+  return warp;
+}
+
+// A sigma, or null where there is no ray, which early files put into quotes.
+double readStd(const YamlNode& node) {
+  if (node.isNull() || (node.isScalar() && node.text() == "null"))
+    return std::numeric_limits<double>::quiet_NaN();
+  const double std = node.number();
+  if (std < 0) throw node.error(std::to_string(std), "a standard deviation, or null where there is no ray");
+  return std;
+}
+
+ProjectionStdRecord readProjectionStd(const YamlNode& std_px, const YamlNode& grid) {
+  std_px.allowKeys({"center", "worst"});
+  grid.allowKeys({"worst_pixel", "columns", "rows", "std_px"});
+  ProjectionStdRecord record;
+  record.center_px = readStd(std_px.at("center"));
+  record.worst_px = readStd(std_px.at("worst"));
+  const std::vector<double> pixel = grid.at("worst_pixel").numbers(2);
+  record.worst_pixel = {pixel[0], pixel[1]};
+  record.columns = readCount(grid.at("columns"));
+  record.rows = readCount(grid.at("rows"));
+  for (const YamlNode& item : grid.at("std_px").items()) record.std_px.push_back(readStd(item));
+  if (record.std_px.size() !=
+      static_cast<std::size_t>(record.columns) * static_cast<std::size_t>(record.rows)) {
+    throw grid.at("std_px").error(
+        std::to_string(record.std_px.size()) + " numbers",
+        "columns times rows, " + std::to_string(record.columns) + " x " + std::to_string(record.rows));
+  }
+  return record;
+}
+
+std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
+  detail::allowParameters(node, names);
+  std::vector<double> values;
+  for (const std::string& name : strings(names)) values.push_back(node.at(name).number());
+  return values;
+}
+
+ModelRecord readModel(const YamlNode& node) {
+  node.allowKeys({"model", "num_parameters", "rms_px", "holdout_rms_px", "excess", "excess_std", "verdict"});
+  ModelRecord model;
+  model.model = node.at("model").text();
+  model.num_parameters = readCount(node.at("num_parameters"));
+  if (const auto n = node.find("rms_px")) model.rms_px = n->number();
+  if (const auto n = node.find("holdout_rms_px")) model.holdout_rms_px = n->number();
+  if (const auto n = node.find("excess")) model.excess = n->number();
+  if (const auto n = node.find("excess_std")) model.excess_std = n->number();
+  model.verdict = node.at("verdict").text();
+  return model;
+}
+
+CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
+  node.allowKeys({"rms_px",
+                  "holdout_rms_px",
+                  "model_choice",
+                  "num_views",
+                  "num_corners",
+                  "num_outliers",
+                  "parameter_std",
+                  "covariance",
+                  "parameter_std_by_view",
+                  "stated_covariance",
+                  "projection_std_px",
+                  "projection_std_grid",
+                  "termination",
+                  "verdict",
+                  "trustworthy",
+                  "board",
+                  "board_warp",
+                  "findings",
+                  "views",
+                  "settings"});
+  CalibrationRecord record;
+  record.rms_px = node.at("rms_px").number();
+  if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
+  record.num_views = readCount(node.at("num_views"));
+  record.num_corners = readCount(node.at("num_corners"));
+  if (const auto n = node.find("num_outliers")) record.num_outliers = readCount(*n);
+  const std::size_t triangle = parameter_names.size() * (parameter_names.size() + 1) / 2;
+  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
+  if (const auto n = node.find("covariance")) record.covariance = n->numbers(triangle);
+  if (const auto n = node.find("parameter_std_by_view"))
+    record.parameter_std_by_view = readByName(*n, parameter_names);
+  if (const auto n = node.find("stated_covariance")) record.stated_covariance = n->numbers(triangle);
+  // The one without the other says too little: at() names the one that is missing.
+  if (node.has("projection_std_px") || node.has("projection_std_grid")) {
+    record.projection_std = readProjectionStd(node.at("projection_std_px"), node.at("projection_std_grid"));
+  }
+  if (const auto n = node.find("termination")) record.termination = n->text();
+  // What files had before they had a verdict.
+  if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
+  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
+  if (const auto n = node.find("board")) record.board = n->text();
+  if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
+  if (const auto n = node.find("model_choice")) {
+    for (const YamlNode& item : n->items()) record.model_choice.push_back(readModel(item));
+  }
+  if (const auto n = node.find("findings")) {
+    for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
+  }
+  if (const auto n = node.find("views")) {
+    for (const YamlNode& item : n->items()) record.views.push_back(readView(item));
+  }
+  if (const auto n = node.find("settings")) {
+    n->allowKeys(n->keys());  // a doubled key
+    for (const std::string& key : n->keys()) record.settings.push_back(readSetting(*n, key));
+  }
+  return record;
+}
+
+}  // namespace
+
+CameraRecord detail::readCameraRoot(const YamlNode& root) {
+  if (!root.isMap() || !root.has("alidade_camera")) {
+    throw root.error("a file without the key 'alidade_camera'", "a camera file of this program",
+                     "start it with: alidade_camera: 1");
+  }
+  const YamlNode version = root.at("alidade_camera");
+  if (version.integer() != 1) {
+    throw version.error("format version " + version.text(), "1", "this file may come from a newer release");
+  }
+  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "conventions", "domain",
+                  "self_check", "calibration", "created_by"});
+  CameraRecord file{.camera = detail::readCamera(root),
+                    .image_size = detail::readImageSize(root.at("image_size")),
+                    .domain = {},
+                    .self_check = {},
+                    .calibration = {},
+                    .created_by = {}};
+  if (const auto n = root.find("conventions")) checkConventions(*n);
+  if (const auto n = root.find("domain")) file.domain = readDomain(*n);
+  if (const auto n = root.find("self_check")) file.self_check = readSelfCheck(*n);
+  if (const auto n = root.find("calibration"))
+    file.calibration = readCalibration(*n, file.camera.parameterNames());
+  if (const auto n = root.find("created_by")) file.created_by = n->text();
+  return file;
+}
+
+void requireSelfCheck(const CameraRecord& file, const std::string& where) {
+  const SelfCheckOutcome outcome = runSelfCheck(file.camera, file.image_size, file.self_check);
+  if (outcome.isPassed()) return;
+  const std::size_t idx = outcome.outside_image.value_or(outcome.worst);
+  const SelfCheckPoint& point = file.self_check[idx];
+  const std::string pixel = fmt::format("({:.6g}, {:.6g})", point.pixel.x(), point.pixel.y());
+  std::string found;
+  if (outcome.outside_image) {
+    found = fmt::format("found the pixel {} outside of the image of {}x{} px", pixel, file.image_size.width,
+                        file.image_size.height);
+  } else if (std::isfinite(outcome.worst_px)) {
+    found = fmt::format("found that the parameters put this point {:.3g} px from its pixel {}",
+                        outcome.worst_px, pixel);
+  } else {
+    found = "found that the parameters do not project this point at all; its pixel is " + pixel;
+  }
+  throw inputError({.where = fmt::format("{}: self_check[{}]", where, idx),
+                    .found = found + ": a number in the file was changed",
+                    .expected = fmt::format("at most {} px, in the image", kSelfCheckPx),
+                    .next_step = "alidade validate " + where +
+                                 "; restore the file, or delete self_check if the numbers were changed on "
+                                 "purpose"});
+}
+
+CameraRecord readCameraFile(const std::string& path) {
+  CameraRecord file = detail::readCameraRoot(YamlNode::readFile(path));
+  requireSelfCheck(file, path);
+  return file;
+}
+
+CameraRecord parseCameraFile(const std::string& text, const std::string& name) {
+  CameraRecord file = detail::readCameraRoot(YamlNode::parse(text, name));
+  requireSelfCheck(file, name);
+  return file;
+}
+
+}  // namespace alidade

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/camera_source.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/utf8_check.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kMaxFileBytes = 64U << 20U;
+
+struct PathAndName {
+  std::string path;
+  std::string name;  // of the camera; empty = none was given
+};
+
+// A file whose own name has a # is that file.
+PathAndName splitPath(const std::string& text) {
+  const std::size_t at = text.rfind('#');
+  std::error_code error;
+  if (at == std::string::npos || std::filesystem::exists(text, error)) return {text, ""};
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
+template <class Cameras>
+std::string namesOf(const Cameras& cameras) {
+  constexpr std::size_t kMaxNamed = 20;
+  std::vector<std::string> names;
+  for (const auto& camera : cameras) {
+    if (names.size() < kMaxNamed) names.push_back(cameraLabel(camera));
+  }
+  const std::size_t num_more = cameras.size() - names.size();
+  return join(names, ", ") + (num_more > 0 ? " and " + std::to_string(num_more) + " more" : "");
+}
+
+// "1, 3 (not supported: 2)".
+std::string readableText(const CameraSource& source) {
+  const std::string readable = namesOf(source.cameras);
+  return source.refused.empty() ? readable : readable + " (not supported: " + namesOf(source.refused) + ")";
+}
+
+bool isNumber(const std::string& name) {
+  return !name.empty() && name.find_first_not_of("0123456789") == std::string::npos;
+}
+
+template <class Cameras>
+bool anyIsNumber(const Cameras& cameras) {
+  return std::any_of(cameras.begin(), cameras.end(), [](const auto& c) { return isNumber(c.name); });
+}
+
+// The camera of this name, or else number. @throws its reason where it is refused
+std::optional<StatedCamera> findCamera(const CameraSource& source, const std::string& name,
+                                       std::optional<std::size_t> number) {
+  const auto isMeant = [&](const auto& camera) {
+    return number ? camera.number == *number : camera.name == name;
+  };
+  const auto found = std::find_if(source.cameras.begin(), source.cameras.end(), isMeant);
+  if (found != source.cameras.end()) return *found;
+  const auto refused = std::find_if(source.refused.begin(), source.refused.end(), isMeant);
+  if (refused != source.refused.end()) throw Error(refused->reason);
+  return std::nullopt;
+}
+
+StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
+  if (const auto camera = findCamera(source, name, std::nullopt)) return *camera;
+  // Where names are numbers, as in COLMAP, another number is a mistake and no place in the list.
+  const bool has_numbers = anyIsNumber(source.cameras) || anyIsNumber(source.refused);
+  if (const auto number = isNumber(name) && !has_numbers ? parseInt(name) : std::nullopt) {
+    if (const auto camera = findCamera(source, name, static_cast<std::size_t>(*number))) return *camera;
+  }
+  throw inputError({.where = source.path,
+                    .found = "no camera '" + name + "'",
+                    .expected = "one of " + readableText(source),
+                    .next_step = "write FILE#NAME"});
+}
+
+void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const std::string& where) {
+  if (!size) return;
+  if (camera.image_size && *camera.image_size != *size) {
+    const auto text = [](ImageSize s) { return std::to_string(s.width) + "x" + std::to_string(s.height); };
+    throw inputError({.where = where,
+                      .found = "an image of " + text(*camera.image_size) + " pixels",
+                      .expected = text(*size) + " as --image-size says",
+                      .next_step = "leave --image-size away; to change the size: alidade convert --resize"});
+  }
+  camera.image_size = size;
+}
+
+// --read-as is for coefficients that do not say what they are; it does not overrule a file that does.
+void refuseOtherModel(const StatedCamera& camera, const std::string& model, const std::string& where) {
+  if (model.empty() || camera.camera.modelId() == model) return;
+  throw inputError({.where = where,
+                    .found = "found a file that states a " + std::string(camera.camera.modelId()) + " camera",
+                    .expected = "a " + model + " camera, as --read-as says",
+                    .next_step = "leave --read-as away; to fit another model: alidade convert --model"});
+}
+
+const CameraFormat* formatOf(const detail::CameraDocument& document) {
+  for (const CameraFormat* format : cameraFormats()) {
+    if (format->recognises(document)) return format;
+  }
+  return nullptr;
+}
+
+std::string titles() {
+  std::vector<std::string> names;
+  for (const CameraFormat* format : cameraFormats()) names.emplace_back(format->title);
+  return join(names, "; ");
+}
+
+void refuseSameNames(const CameraSource& source, const std::vector<std::string>& passed) {
+  std::set<std::string> names;
+  const auto take = [&](const std::string& name) {
+    if (name.empty() || names.insert(name).second) return;
+    throw inputError({.where = source.path,
+                      .found = "found two cameras '" + name + "'",
+                      .expected = "a name of its own for each",
+                      .next_step = "rename or remove one"});
+  };
+  for (const StatedCamera& camera : source.cameras) take(camera.name);
+  for (const RefusedCamera& camera : source.refused) take(camera.name);
+  for (const std::string& name : passed) take(name);
+}
+
+// Nothing is recomputed here.
+CameraSource parsedAsStated(const std::string& text, const std::string& name, const ReadOptions& options) {
+  detail::checkUtf8(text, name);
+  const detail::CameraDocument document(text, name);
+  if (const CameraFormat* format = formatOf(document)) {
+    StatedCameras read = format->read(document, options);
+    CameraSource source{.path = name,
+                        .format = format->id,
+                        .format_name = format->title,
+                        .cameras = std::move(read.cameras),
+                        .refused = std::move(read.refused)};
+    if (source.cameras.empty() && !source.refused.empty()) throw Error(source.refused.front().reason);
+    if (source.cameras.empty() && read.passed.empty()) {
+      throw inputError({.where = name,
+                        .found = "no camera in a file of the format " + std::string(format->title),
+                        .expected = "at least one"});
+    }
+    for (StatedCamera& camera : source.cameras) {
+      takeSize(camera, options.image_size, name);
+      refuseOtherModel(camera, options.model, name);
+    }
+    refuseSameNames(source, read.passed);
+    return source;
+  }
+  const detail::YamlNode& root = document.root();  // says why, where the text is no tree
+  throw root.error("nothing that tells the format", "a camera file: " + titles(),
+                   "a file of this program starts with: alidade_camera: 1");
+}
+
+CameraSource readAsStated(const std::string& path, const ReadOptions& options) {
+  const auto [file, name] = splitPath(path);
+  const std::string text = readTextFile(file, kMaxFileBytes);
+  ReadOptions one = options;
+  one.only = name;
+  CameraSource source = parsedAsStated(text, file, one);
+  // A place in the list instead of a name, or neither: all the names tell.
+  if (source.cameras.empty()) source = parsedAsStated(text, file, options);
+  if (!name.empty()) {
+    source.cameras = {cameraNamed(source, name)};
+    source.refused.clear();
+  }
+  return source;
+}
+
+CameraSource selfChecked(CameraSource source) {
+  for (const StatedCamera& camera : source.cameras) {
+    if (camera.own) requireSelfCheck(*camera.own, source.path);
+  }
+  return source;
+}
+
+}  // namespace
+
+CameraSource parseCameras(const std::string& text, const std::string& name, const ReadOptions& options) {
+  return selfChecked(parsedAsStated(text, name, options));
+}
+
+std::string cameraLabel(const StatedCamera& camera) {
+  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
+}
+
+std::string cameraLabel(const RefusedCamera& camera) {
+  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
+}
+
+void requireAll(const CameraSource& source) {
+  if (source.refused.empty()) return;
+  throw inputError({.where = source.path,
+                    .found = std::to_string(source.refused.size()) + " of " +
+                             std::to_string(source.cameras.size() + source.refused.size()) +
+                             " cameras are not supported: " + namesOf(source.refused),
+                    .expected = "a file of cameras that all are",
+                    .next_step = "alidade validate says why; name one of the others: " + source.path + "#" +
+                                 cameraLabel(source.cameras.front())});
+}
+
+std::string cameraFilePath(const std::string& path) {
+  return splitPath(path).path;
+}
+
+FileKind kindOfFile(const std::string& path) {
+  try {
+    const detail::CameraDocument document(readTextFile(path, kMaxFileBytes), path);
+    if (formatOf(document) != nullptr) return FileKind::kCamera;
+    // Any text may stand in a .txt; the other extensions promise a tree.
+    if (path.ends_with(".txt")) return FileKind::kOther;
+    static_cast<void>(document.root());
+    return FileKind::kOther;
+  } catch (const Error&) {
+    return FileKind::kDamaged;
+  }
+}
+
+CameraSource loadCameras(const std::string& path, const ReadOptions& options) {
+  return selfChecked(readAsStated(path, options));
+}
+
+CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options) {
+  return readAsStated(path, options);
+}
+
+CameraRecord recordOf(const StatedCamera& camera, const std::string& where) {
+  if (camera.own) return *camera.own;
+  if (!camera.image_size) {
+    throw inputError(
+        {.where = where,
+         .found = "no size of the image",
+         .expected = "a file that states it, or --image-size",
+         .next_step =
+             "add --image-size WIDTHxHEIGHT, the size of the images in pixels (to alidade convert, where a "
+             "command has no such flag)"});
+  }
+  return {.camera = camera.camera,
+          .image_size = *camera.image_size,
+          .domain = {},
+          .self_check = {},
+          .calibration = {},
+          .created_by = {}};
+}
+
+CameraRecord onlyCamera(const CameraSource& source) {
+  const std::size_t num_all = source.cameras.size() + source.refused.size();
+  if (num_all > 1) {
+    throw inputError({.where = source.path,
+                      .found = std::to_string(num_all) + " cameras: " + readableText(source),
+                      .expected = "one camera",
+                      .next_step = "name one: " + source.path + "#" + cameraLabel(source.cameras.front())});
+  }
+  return recordOf(source.cameras.front(), source.path);
+}
+
+CameraRecord loadCamera(const std::string& path, const ReadOptions& options) {
+  return onlyCamera(loadCameras(path, options));
+}
+
+}  // namespace alidade

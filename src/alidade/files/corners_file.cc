@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/corners_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/csv.h"
+#include "alidade/target/board_spec.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::string_view kHeader = "camera,image,width,height,board,corner_id,col,row,u,v,sigma_px";
+constexpr std::size_t kNumColumns = 11;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 32U;
+
+class Parser {
+ public:
+  explicit Parser(std::string name) : name_(std::move(name)) {}
+
+  void line(std::string_view text) {
+    ++line_;
+    text = trim(text);
+    if (text.empty() || text.starts_with('#')) return;
+    if (text == kHeader) {
+      has_header_ = true;
+      return;
+    }
+    if (!has_header_)
+      throw error("'" + std::string(text.substr(0, 60)) + "'", "the header " + std::string(kHeader));
+    row(text);
+  }
+
+  CornersFile finish() {
+    if (!has_header_) throw error("no header", std::string(kHeader));
+    if (views_.empty()) {
+      throw inputError({.where = name_,
+                        .found = "no corners",
+                        .expected = "a row a corner",
+                        .next_step = "no board was found when this file was made; its '#' lines say why"});
+    }
+    for (auto& [image, view] : views_) {
+      auto& corners = view.corners;
+      std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+      const auto twin = std::adjacent_find(corners.begin(), corners.end(),
+                                           [](const auto& a, const auto& b) { return a.id == b.id; });
+      if (twin != corners.end()) {
+        throw inputError({.where = name_ + ": image " + image,
+                          .found = "corner " + std::to_string(twin->id) + " twice",
+                          .expected = "each corner once",
+                          .next_step = "was the same piece concatenated twice?"});
+      }
+      file_.views.push_back(std::move(view));
+    }
+    std::sort(file_.views.begin(), file_.views.end(),
+              [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+    return std::move(file_);
+  }
+
+ private:
+  [[nodiscard]] Error error(const std::string& found, const std::string& expected) const {
+    return inputError(
+        {.where = name_ + ":" + std::to_string(line_), .found = "found " + found, .expected = expected});
+  }
+
+  [[nodiscard]] int integer(const std::string& field, const char* column, int low, int high) const {
+    const auto value = parseInt(field);
+    if (value && *value >= low && *value <= high) return *value;
+    throw error("'" + field + "' as " + column,
+                "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+  }
+
+  [[nodiscard]] double number(const std::string& field, const char* column) const {
+    const auto value = parseDouble(field);
+    if (value && std::isfinite(*value)) return *value;
+    throw error("'" + field + "' as " + column, "a finite number");
+  }
+
+  void readBoard(const std::string& spec) {
+    if (spec == board_text_) return;
+    Checkerboard board;
+    try {
+      board = parseBoardSpec(spec);
+    } catch (const Error& e) {
+      throw inputError({.where = name_ + ":" + std::to_string(line_), .found = e.what()});
+    }
+    if (!board_text_.empty() && !(board == file_.board)) {
+      throw error("board " + spec, "the board of the rows before, " + board_text_);
+    }
+    file_.board = board;
+    board_text_ = spec;
+  }
+
+  void row(std::string_view text) {
+    const auto fields = detail::splitCsv(text);
+    if (!fields || fields->size() != kNumColumns) {
+      throw error(fields ? std::to_string(fields->size()) + " fields" : "an open quote",
+                  std::to_string(kNumColumns) + " fields: " + std::string(kHeader));
+    }
+    const auto& f = *fields;
+    if (has_camera_ && f[0] != file_.camera)
+      throw error("camera '" + f[0] + "'", "'" + file_.camera + "' as in the rows before");
+    file_.camera = f[0];
+    has_camera_ = true;
+    readBoard(f[4]);
+
+    constexpr int kMaxSide = 1'000'000;
+    const ImageSize size{.width = integer(f[2], "width", 1, kMaxSide),
+                         .height = integer(f[3], "height", 1, kMaxSide)};
+    const auto [entry, is_new] = views_.try_emplace(f[1]);
+    View& view = entry->second;
+    if (is_new) {
+      view.image = f[1];
+      view.size = size;
+    } else if (view.size != size) {
+      throw error("image '" + f[1] + "' with another size", "the size of its rows before");
+    }
+    Corner corner;
+    corner.id = integer(f[5], "corner_id", 0, file_.board.numCorners() - 1);
+    const int column = integer(f[6], "col", 0, file_.board.columns - 1);
+    const int row = integer(f[7], "row", 0, file_.board.rows - 1);
+    if (corner.id != row * file_.board.columns + column) {
+      throw error("corner " + f[5] + " at col " + f[6] + ", row " + f[7], "corner_id = row * columns + col");
+    }
+    corner.pixel = {number(f[8], "u"), number(f[9], "v")};
+    if (!f[10].empty()) {
+      corner.sigma_px = number(f[10], "sigma_px");
+      if (!(corner.sigma_px > 0)) throw error("'" + f[10] + "' as sigma_px", "a positive number or nothing");
+    }
+    view.corners.push_back(corner);
+  }
+
+  std::string name_;
+  int line_ = 0;
+  bool has_header_ = false;
+  bool has_camera_ = false;
+  std::string board_text_;
+  std::map<std::string, View> views_;
+  CornersFile file_;
+};
+
+std::string commentText(const std::string& comment) {
+  std::string text = "# ";
+  for (const char c : comment) {
+    if (c == '\n') {
+      text += "\n# ";
+    } else {
+      text += c == '\r' ? ' ' : c;
+    }
+  }
+  return text + "\n";
+}
+
+// A name as a field. The rows are read line by line, so that a stray quote spoils one row and not the rest.
+std::string nameField(const std::string& name, const char* what) {
+  if (name.find_first_of("\r\n") != std::string::npos) {
+    throw inputError({.where = std::string(what) + " '" + name + "'",
+                      .found = "a line break in the name",
+                      .expected = "a name of one line",
+                      .next_step = "rename it"});
+  }
+  return detail::csvField(name);
+}
+
+}  // namespace
+
+std::string cornersFileText(const CornersFile& file) {
+  std::string text;
+  for (const std::string& comment : file.comments) text += commentText(comment);
+  text += std::string(kHeader) + "\n";
+  const std::string spec = specText(file.board);
+  for (const View& view : file.views) {
+    const std::string prefix = nameField(file.camera, "camera") + "," + nameField(view.image, "image") + "," +
+                               std::to_string(view.size.width) + "," + std::to_string(view.size.height) +
+                               "," + spec + ",";
+    for (const Corner& corner : view.corners) {
+      text += prefix + std::to_string(corner.id) + "," + std::to_string(corner.id % file.board.columns) +
+              "," + std::to_string(corner.id / file.board.columns) + "," + exactText(corner.pixel.x()) + "," +
+              exactText(corner.pixel.y()) + "," +
+              (std::isnan(corner.sigma_px) ? "" : exactText(corner.sigma_px)) + "\n";
+    }
+  }
+  return text;
+}
+
+void writeCornersFile(const std::string& path, const CornersFile& file) {
+  writeFileAtomically(path, cornersFileText(file));
+}
+
+CornersFile parseCornersFile(const std::string& text, const std::string& name) {
+  Parser parser(name);
+  for (const std::string_view line : split(text, '\n')) parser.line(line);
+  return parser.finish();
+}
+
+CornersFile readCornersFile(const std::string& path) {
+  return parseCornersFile(readTextFile(path, kMaxFileBytes), path);
+}
+
+}  // namespace alidade

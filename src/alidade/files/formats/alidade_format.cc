@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// This program's own camera file (docs/files.md).
+#include <algorithm>
+
+#include "alidade/camera/self_check.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_node.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_numbers.h"
+
+namespace alidade::formats {
+namespace {
+
+bool recognises(const detail::CameraDocument& document) {
+  return document.has("alidade_camera");
+}
+
+StatedCameras read(const detail::CameraDocument& document, const ReadOptions&) {
+  CameraRecord file = detail::readCameraRoot(document.root());
+  StatedCamera camera{.name = "",
+                      .number = 0,
+                      .camera = file.camera,
+                      .image_size = file.image_size,
+                      .half_units = {},
+                      .remarks = {},
+                      .own = std::move(file)};
+  const detail::YamlNode parameters = document.root().at("parameters");
+  for (const std::string_view name : camera.camera.parameterNames())
+    camera.half_units.push_back(detail::statedNumber(parameters.at(std::string(name))).half_unit);
+  return {.cameras = {camera}};
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  return cameraFileText(bareRecord(cameras.front().camera, cameras.front().image_size, ""));
+}
+
+}  // namespace
+
+const CameraFormat& alidade() {
+  static const CameraFormat kFormat = {.id = "alidade",
+                                       .title = "Alidade camera file (YAML)",
+                                       .models = {modelIds().begin(), modelIds().end()},
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

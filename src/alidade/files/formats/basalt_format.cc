@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// basalt's calibration (JSON, by cereal): value0 with intrinsics (camera_type and its parameters by name) and
+// resolution (basalt-headers: serialization/headers_serialization.h; the names of the types in camera/*.hpp;
+// pinhole-radtan8 in the forks of Monado). Pixel (0, 0) is a pixel's centre.
+#include <array>
+#include <cmath>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/format_text.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_layout.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::YamlNode;
+using json = nlohmann::ordered_json;
+
+constexpr std::array<LensLayout, 7> kLenses = {
+    {{"pinhole", "pinhole", "fx fy cx cy"},
+     {"pinhole-radtan8", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
+     {"kb4", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
+     {"fov", "fov", "fx fy cx cy w"},
+     {"ucm", "ucm", "fx fy cx cy alpha"},
+     {"eucm", "eucm", "fx fy cx cy alpha beta"},
+     {"ds", "double_sphere", "fx fy cx cy xi alpha"}}};
+
+const std::vector<std::string> kNotCarried = {"vignette",           "calib_accel_bias", "calib_gyro_bias",
+                                              "cam_time_offset_ns", "T_mocap_world",    "T_imu_marker",
+                                              "view_offset"};
+const std::vector<std::string> kOtherKeys = {
+    "intrinsics",     "resolution",    "imu_update_rate",      "accel_noise_std",       "gyro_noise_std",
+    "accel_bias_std", "gyro_bias_std", "mocap_time_offset_ns", "mocap_to_imu_offset_ns"};
+
+bool recognises(const CameraDocument& document) {
+  if (!document.has("value0")) return false;
+  const YamlNode value = document.root().at("value0");
+  return value.has("intrinsics") && value.has("resolution");
+}
+
+const LensLayout& lensOf(const YamlNode& type) {
+  if (const LensLayout* lens = detail::findLayout(kLenses, type.text())) return *lens;
+  std::vector<std::string> names;
+  for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
+  const auto nearest = nearestName(type.text(), names);
+  throw UnsupportedCamera(type.error("'" + type.text() + "'", join(names, ", "),
+                                     nearest ? "did you mean '" + *nearest + "'?"
+                                             : "calibrate with one of these types, or leave the camera out"));
+}
+
+// The radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Where the lens ends
+// is computed here, so only a narrower limit is news.
+void remarkLimit(const YamlNode& parameters, StatedCamera& camera) {
+  const auto node = parameters.find("rpmax");
+  if (!node) return;
+  const double limit = node->number();
+  constexpr double kRounding = 1e-6;
+  if (limit == 0 || limit > std::tan(camera.camera.cone().max_angle_rad) * (1 - kRounding)) return;
+  camera.remarks.push_back(
+      {"not_carried", node->where() + ": the limit of " + node->text() +
+                          " on the normalised plane is narrower than where the lens ends, "
+                          "and is not carried along"});
+}
+
+// Files of cameras alone have unit poses.
+bool hasPoses(const YamlNode& value) {
+  const auto poses = value.find("T_imu_cam");
+  if (!poses || !poses->isSequence()) return false;
+  const auto is_zero = [](const YamlNode& pose, const char* key) {
+    const auto number = pose.find(key);
+    return number && detail::parseStated(number->text()).value_or(detail::StatedNumber{1, 0}).value == 0;
+  };
+  for (const YamlNode& pose : poses->items()) {
+    for (const char* key : {"px", "py", "pz", "qx", "qy", "qz"}) {
+      if (!is_zero(pose, key)) return true;
+    }
+  }
+  return false;
+}
+
+StatedCamera readOne(const YamlNode& node, const std::string& name, const YamlNode& resolution) {
+  const LensLayout& lens = lensOf(node.at("camera_type"));
+  std::vector<std::string> keys = detail::listedNames(lens);
+  const YamlNode parameters = node.at("intrinsics");
+  StatedCamera camera = detail::stateCamera(parameters.where(), name, lens.model,
+                                            detail::storageOrder(lens, detail::numbersOf(parameters, keys)),
+                                            detail::readSize(resolution));
+  if (camera.camera.modelId() == "rational") {
+    keys.emplace_back("rpmax");
+    remarkLimit(parameters, camera);
+  }
+  detail::remarkUnknownKeys(parameters, keys, camera);
+  detail::remarkUnknownKeys(node, {"camera_type", "intrinsics"}, camera);
+  return camera;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+  const YamlNode value = document.root().at("value0");
+  const std::vector<YamlNode> intrinsics = value.at("intrinsics").items();
+  const std::vector<YamlNode> resolutions = value.at("resolution").items();
+  if (intrinsics.size() != resolutions.size()) {
+    throw value.at("resolution")
+        .error(std::to_string(resolutions.size()) + " sizes",
+               std::to_string(intrinsics.size()) + ", one for each of the intrinsics",
+               "add or remove the others");
+  }
+  StatedCameras all;
+  for (std::size_t i = 0; i < intrinsics.size(); ++i) {
+    const std::string name = "cam" + std::to_string(i);
+    all.add(name, [&] { return readOne(intrinsics[i], name, resolutions[i]); });
+  }
+  std::vector<std::string> known = kOtherKeys;
+  known.insert(known.end(), kNotCarried.begin(), kNotCarried.end());
+  known.emplace_back("T_imu_cam");
+  std::vector<std::string> not_carried = kNotCarried;
+  if (hasPoses(value)) not_carried.emplace_back("T_imu_cam");
+  for (StatedCamera& camera : all.cameras) {
+    detail::remarkUnknownKeys(value, known, camera);
+    detail::remarkNotCarried(value, not_carried, camera);
+  }
+  return all;
+}
+
+json intrinsicsJson(const AnyCamera& camera) {
+  const LensLayout& lens = detail::layoutOf(kLenses, camera.modelId());
+  const std::vector<std::string> names = detail::listedNames(lens);
+  const std::vector<double> values = detail::listedOrder(lens, camera);
+  json numbers = json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) numbers[names[i]] = values[i];
+  if (camera.modelId() == "rational") numbers["rpmax"] = std::tan(camera.cone().max_angle_rad);
+  return {{"camera_type", lens.name}, {"intrinsics", std::move(numbers)}};
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const json no_turn = {{"px", 0.0}, {"py", 0.0}, {"pz", 0.0}, {"qx", 0.0},
+                        {"qy", 0.0}, {"qz", 0.0}, {"qw", 1.0}};
+  json intrinsics = json::array();
+  json sizes = json::array();
+  for (const NamedCamera& named : cameras) {
+    intrinsics.push_back(intrinsicsJson(named.camera));
+    sizes.push_back({named.image_size.width, named.image_size.height});
+  }
+  // basalt reads no file without the rest. It is what its own calibration of cameras writes before it knows
+  // an IMU.
+  const json values = {{"T_imu_cam", json::array_t(cameras.size(), no_turn)},
+                       {"intrinsics", std::move(intrinsics)},
+                       {"resolution", std::move(sizes)},
+                       {"calib_accel_bias", std::vector<double>(9)},
+                       {"calib_gyro_bias", std::vector<double>(12)},
+                       {"imu_update_rate", 200.0},
+                       {"accel_noise_std", {0.016, 0.016, 0.016}},
+                       {"gyro_noise_std", {0.000282, 0.000282, 0.000282}},
+                       {"accel_bias_std", {0.001, 0.001, 0.001}},
+                       {"gyro_bias_std", {0.0001, 0.0001, 0.0001}},
+                       {"cam_time_offset_ns", 0},
+                       {"vignette", json::array()}};
+  return detail::jsonFileText({{"value0", values}});
+}
+
+}  // namespace
+
+const CameraFormat& basalt() {
+  static const CameraFormat kFormat = {
+      .id = "basalt",
+      .title = "basalt calibration (JSON)",
+      .models = {"pinhole", "rational", "kannala_brandt", "fov", "ucm", "eucm", "double_sphere"},
+      .holds_several = true,
+      .recognises = recognises,
+      .read = read,
+      .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/formats/camera_document.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "alidade/files/formats/key_check.h"
+#include "alidade/files/formats/opencv_yaml.h"
+#include "alidade/files/formats/ros_messages.h"
+#include "alidade/files/formats/xml_as_yaml.h"
+
+namespace alidade::detail {
+namespace {
+
+constexpr std::size_t kMaxTreeBytes = 4U << 20U;
+
+// A stream of documents ends each with a line "---", of which `rostopic echo -n1` prints one.
+void dropEndOfDocument(std::string& text) {
+  const std::size_t last = text.find_last_not_of(" \t\r\n");
+  if (last == std::string::npos || last < 3 || text.compare(last - 3, 4, "\n---") != 0) return;
+  text.resize(last - 2);
+}
+
+// YAML has no tabs between values, JSON has. Outside of strings they become blanks.
+void replaceTabs(std::string& text) {
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (in_string && text[i] == '\\') {
+      ++i;
+    } else if (text[i] == '"') {
+      in_string = !in_string;
+    } else if (text[i] == '\t' && !in_string) {
+      text[i] = ' ';
+    }
+  }
+}
+
+// Replaces the value behind each `key` that starts with `opening` by `instead`. `endOf` finds the end of a
+// value that begins at a place. Lines stay.
+template <class EndOf>
+void replaceValues(std::string& text, std::string_view key, char opening, std::string_view instead,
+                   const EndOf& endOf) {
+  std::string kept;
+  std::size_t from = 0;
+  for (std::size_t at = 0; (at = text.find(key, at)) != std::string::npos;) {
+    at += key.size();
+    const std::size_t begin = text.find_first_not_of(" \t\r\n:", at);
+    if (begin == std::string::npos || text[begin] != opening) continue;
+    const std::size_t end = std::min(text.size(), endOf(begin));
+    kept.append(text, from, begin - from);
+    kept += instead;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (text[i] == '\n') kept += '\n';
+    }
+    from = at = end;
+  }
+  if (from == 0) return;
+  kept.append(text, from);
+  text = std::move(kept);
+}
+
+// Takes out what YAML cannot read of mrcal's files: the bytes b'...' of a whole calibration.
+void dropPythonBytes(std::string& text) {
+  replaceValues(text, "'optimization_inputs'", 'b', "'bytes'", [&text](std::size_t begin) {
+    const std::size_t opening = text.find('\'', begin);
+    const std::size_t closing = opening == std::string::npos ? opening : text.find('\'', opening + 1);
+    return closing == std::string::npos ? closing : closing + 1;
+  });
+}
+
+// nerfstudio's files have a pose for each of thousands of images.
+void dropTransformMatrices(std::string& text) {
+  replaceValues(text, "\"transform_matrix\"", '[', "[]", [&text](std::size_t begin) {
+    int depth = 0;
+    std::size_t end = begin;
+    do {
+      if (text[end] == '[') ++depth;
+      if (text[end] == ']') --depth;
+      ++end;
+    } while (depth > 0 && end < text.size());
+    return end;
+  });
+}
+
+YamlNode parseTree(std::string text, const std::string& file) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first != std::string::npos && text[first] == '<') {
+    text = xmlAsYaml(text, file);
+  } else if (nlohmann::json::accept(text)) {
+    replaceTabs(text);
+    dropTransformMatrices(text);
+  } else {
+    if (isOpenCvYaml(text)) text = openCvAsYaml(text);
+    text = onlyMessage(text, file);
+    dropEndOfDocument(text);
+    dropPythonBytes(text);
+  }
+  // A tree costs a second for three megabytes, and no camera needs one.
+  if (text.size() > kMaxTreeBytes) {
+    throw inputError({.where = file,
+                      .found = std::to_string(text.size()) + " bytes",
+                      .expected = "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
+                      .next_step = "leave out what is not the camera, such as lists of images"});
+  }
+  return parseWithUniqueKeys(text, file);
+}
+
+}  // namespace
+
+CameraDocument::CameraDocument(std::string text, std::string file)
+    : text_(std::move(text)), file_(std::move(file)) {
+  try {
+    root_ = parseTree(text_, file_);
+  } catch (const Error& e) {
+    error_ = e;
+  }
+}
+
+const YamlNode& CameraDocument::root() const {
+  if (!root_) throw *error_;
+  return *root_;
+}
+
+}  // namespace alidade::detail

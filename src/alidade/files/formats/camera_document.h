@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "alidade/files/yaml_node.h"
+
+namespace alidade::detail {
+
+/// The text of a camera file of any format, and its tree if it is YAML, JSON, OpenCV's XML, or mrcal's Python
+/// literal. Lines of the tree are those of the text.
+class CameraDocument {
+ public:
+  /// `file` is only a name for messages.
+  CameraDocument(std::string text, std::string file);
+
+  [[nodiscard]] const std::string& text() const { return text_; }
+  [[nodiscard]] const std::string& file() const { return file_; }
+
+  /// The tree's root. @throws Error (kInput) with the place where the text is no tree
+  [[nodiscard]] const YamlNode& root() const;
+  /// Is there a tree whose root is a map?
+  [[nodiscard]] bool isMap() const { return root_ && root_->isMap(); }
+  /// Is there a tree whose root is a map with this key?
+  [[nodiscard]] bool has(const std::string& key) const { return root_ && root_->has(key); }
+
+ private:
+  std::string text_;
+  std::string file_;
+  std::optional<YamlNode> root_;
+  std::optional<Error> error_;  ///< why there is no tree
+};
+
+}  // namespace alidade::detail

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/files/formats/stated_camera.h"
+
+namespace alidade {
+
+namespace detail {
+class CameraDocument;
+}
+
+/// A parameter of a model for which a format has no place, so that it must be zero: k3 of radtan in Kalibr's
+/// files.
+struct AbsentParameter {
+  std::string_view model;
+  std::string_view parameter;
+};
+
+/// A format of camera files: how to know it, to read it and to write it. Adding one is one file that defines
+/// such an object, and a line in camera_format.cc.
+struct CameraFormat {
+  std::string_view id;     ///< as in --to: "kalibr"
+  std::string_view title;  ///< for people: "Kalibr camchain (YAML)"
+  /// The models that it can hold exactly, in the order in which they are tried where a camera is of another
+  /// model that is the same lens.
+  std::vector<std::string_view> models;
+  /// What of these models it cannot say.
+  std::vector<AbsentParameter> absent = {};
+  bool holds_several = false;  ///< several cameras in a file
+
+  bool (*recognises)(const detail::CameraDocument&) = nullptr;
+  /// All cameras of a document that it recognises. @throws Error (kInput) that names line and key;
+  /// UnsupportedCamera where the only camera is of a model that this program does not have
+  StatedCameras (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
+  /// `cameras` are of models that the format holds (see formatText). @throws Error (kInput) for what it
+  /// cannot say of one all the same
+  std::string (*write)(std::span<const NamedCamera> cameras) = nullptr;
+
+  /// Another way to write the same, into files with this extension.
+  struct Dialect {
+    std::string_view extension;  ///< ".xml"
+    std::string (*write)(std::span<const NamedCamera> cameras);
+  };
+  std::vector<Dialect> dialects = {};
+};
+
+/// THE list of formats; the first one is this program's own. No file is recognised by two of them.
+[[nodiscard]] std::span<const CameraFormat* const> cameraFormats();
+
+/// @throws Error (kUsage) for an unknown id, naming the known ones
+[[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
+
+/// The file of these cameras, each in a model that `format` holds, with every parameter that is not zero, and
+/// that is the same lens. It is read back
+/// before it is handed out: every camera projects as it did.
+/// `path` is where it is to be written, as far as its extension tells a dialect.
+/// @throws Error (kInput) if a camera cannot be held exactly, with the reason
+[[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
+                                     const std::string& path = "");
+
+}  // namespace alidade

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+// COLMAP's cameras.txt: a line a camera, ID MODEL WIDTH HEIGHT PARAMS (COLMAP's documentation, "Output
+// format"; names and orders of the parameters in colmap/sensor/models.h). COLMAP counts pixels from the
+// image's corner: the centre of the first one is (0.5, 0.5).
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "alidade/camera/parameter_complaint.h"
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_layout.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::StatedNumber;
+
+constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
+
+// The first of each of our models is the one that is written.
+constexpr std::array<LensLayout, 13> kLenses = {
+    {{"PINHOLE", "pinhole", "fx fy cx cy"},
+     {"OPENCV", "radtan", "fx fy cx cy k1 k2 p1 p2"},
+     {"FULL_OPENCV", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
+     {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
+     {"FOV", "fov", "fx fy cx cy w"},
+     {"EUCM", "eucm", "fx fy cx cy alpha beta"},
+     {"SIMPLE_PINHOLE", "pinhole", "f cx cy"},
+     {"SIMPLE_RADIAL", "radtan", "f cx cy k1"},
+     {"RADIAL", "radtan", "f cx cy k1 k2"},
+     {"SIMPLE_FISHEYE", "kannala_brandt", "f cx cy"},
+     {"FISHEYE", "kannala_brandt", "fx fy cx cy"},
+     {"SIMPLE_RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1"},
+     {"RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1 k2"}}};
+
+struct Line {
+  std::string place;  // "cameras.txt:4"
+  std::vector<std::string> words;
+};
+
+std::vector<std::string> wordsOf(std::string_view text) {
+  std::vector<std::string> words(1);
+  for (const char c : text) {
+    if (std::isspace(static_cast<unsigned char>(c)) == 0) {
+      words.back() += c;
+    } else if (!words.back().empty()) {
+      words.emplace_back();
+    }
+  }
+  if (words.back().empty()) words.pop_back();
+  return words;
+}
+
+// All lines but comments and empty ones; up to `max_count`.
+std::vector<Line> linesOf(const CameraDocument& document, std::size_t max_count) {
+  std::vector<Line> lines;
+  std::size_t number = 0;
+  for (const std::string_view text : split(document.text(), '\n')) {
+    ++number;
+    std::vector<std::string> words = wordsOf(text);
+    if (words.empty() || words.front().starts_with('#')) continue;
+    lines.push_back({document.file() + ":" + std::to_string(number), std::move(words)});
+    if (lines.size() == max_count) break;
+  }
+  return lines;
+}
+
+bool isModelName(std::string_view word) {
+  return word.size() > 2 &&
+         std::all_of(word.begin(), word.end(),
+                     [](char c) { return c == '_' || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }) &&
+         word.front() >= 'A';
+}
+
+bool recognises(const CameraDocument& document) {
+  if (document.isMap()) return false;
+  const std::vector<Line> lines = linesOf(document, 1);
+  if (lines.empty())
+    return document.text().find("# Camera list with one line of data per camera") != std::string::npos;
+  const std::vector<std::string>& words = lines.front().words;
+  return words.size() > 4 && parseInt(words[0]) && isModelName(words[1]) && parseDouble(words[2]) &&
+         parseDouble(words[3]);
+}
+
+[[noreturn]] void complain(const Line& line, const std::string& found, const std::string& expected,
+                           const std::string& next_step) {
+  throw inputError(
+      {.where = line.place, .found = "found " + found, .expected = expected, .next_step = next_step});
+}
+
+int sideOf(const Line& line, const std::string& word) {
+  constexpr int kMaxSide = 1'000'000;
+  const auto side = parseInt(word);
+  if (!side || *side < 1 || *side > kMaxSide)
+    complain(line, "'" + word + "'", "a whole number of pixels, 1 to 1000000",
+             "take the size of the image files");
+  return *side;
+}
+
+const LensLayout& lensOf(const Line& line) {
+  if (const LensLayout* lens = detail::findLayout(kLenses, line.words[1])) return *lens;
+  std::vector<std::string> names;
+  for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
+  throw UnsupportedCamera(
+      inputError({.where = line.place,
+                  .found = "found the camera model " + line.words[1],
+                  .expected = "one of " + join(names, ", "),
+                  .next_step = "run COLMAP with one of these models, or leave the camera out"}));
+}
+
+// A camera's line in our conventions, before a camera is made of it.
+struct Statement {
+  const LensLayout* lens = nullptr;
+  std::vector<StatedNumber> parameters;
+  ImageSize size;
+};
+
+Statement parseLine(const Line& line) {
+  constexpr std::size_t kNumBefore = 4;
+  if (line.words.size() <= kNumBefore)
+    complain(line, std::to_string(line.words.size()) + " words", "ID MODEL WIDTH HEIGHT PARAMS",
+             "write the line out, or remove it");
+  if (!parseInt(line.words[0]))
+    complain(line, "'" + line.words[0] + "'", "a camera's number", "start the line with one, or remove it");
+  const LensLayout& lens = lensOf(line);
+  const std::vector<std::string> names = detail::listedNames(lens);
+  if (line.words.size() != kNumBefore + names.size()) {
+    complain(line, std::to_string(line.words.size() - kNumBefore) + " parameters",
+             std::to_string(names.size()) + " for " + std::string(lens.name) + ": " + join(names, " "),
+             "correct the model, or write all of its parameters");
+  }
+  std::vector<StatedNumber> listed;
+  for (std::size_t i = kNumBefore; i < line.words.size(); ++i) {
+    const auto number = detail::parseStated(line.words[i]);
+    if (!number)
+      complain(line, "'" + line.words[i] + "'", "a finite number for " + names[i - kNumBefore],
+               "correct it, or leave the camera out");
+    listed.push_back(*number);
+  }
+  std::vector<StatedNumber> parameters = detail::storageOrder(lens, listed);
+  detail::takeOrigin(parameters, kOrigin);
+  const ImageSize size = {.width = sideOf(line, line.words[2]), .height = sideOf(line, line.words[3])};
+  return {.lens = &lens, .parameters = std::move(parameters), .size = size};
+}
+
+StatedCamera readLine(const Line& line) {
+  const Statement stated = parseLine(line);
+  return detail::stateCamera(line.place, line.words[0], stated.lens->model, stated.parameters, stated.size);
+}
+
+// Throws what readLine() does, except for a camera of a model that is not supported; makes no camera.
+void checkLine(const Line& line) {
+  try {
+    const Statement stated = parseLine(line);
+    for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
+      // Whoever made a camera of it would say so with its place.
+      if (parameterComplaint(stated.lens->model, i, stated.parameters[i].value))
+        static_cast<void>(readLine(line));
+    }
+  } catch (const UnsupportedCamera&) {
+    return;  // which is no damage
+  }
+}
+
+// What "# Number of cameras: 2" among the comments says, with its place.
+struct StatedCount {
+  std::string place;
+  int count = 0;
+};
+
+std::optional<StatedCount> statedCount(const CameraDocument& document) {
+  constexpr std::string_view kStart = "# Number of cameras:";
+  std::size_t number = 0;
+  for (const std::string_view line : split(document.text(), '\n')) {
+    ++number;
+    if (!line.starts_with(kStart)) continue;
+    const std::string_view rest = trim(line.substr(kStart.size()));
+    const auto count = parseInt(rest.substr(0, rest.find_first_of(", \t")));
+    if (!count) return std::nullopt;
+    return StatedCount{.place = document.file() + ":" + std::to_string(number), .count = *count};
+  }
+  return std::nullopt;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  constexpr std::size_t kMaxCameras = 100'000;
+  StatedCameras all;
+  const std::vector<Line> lines = linesOf(document, kMaxCameras + 1);
+  if (lines.empty()) {
+    throw inputError({.where = document.file(),
+                      .found = "found comments alone",
+                      .expected = "a line ID MODEL WIDTH HEIGHT PARAMS for each camera",
+                      .next_step = "export the model again: colmap model_converter --output_type TXT"});
+  }
+  if (lines.size() > kMaxCameras)
+    complain(lines.back(), "more than " + std::to_string(kMaxCameras) + " cameras", "fewer",
+             "split the file");
+  for (const Line& line : lines) {
+    const std::string& name = line.words[0];
+    if (options.only.empty() || name == options.only) {
+      all.add(name, [&line] { return readLine(line); });
+    } else {
+      checkLine(line);
+      all.passed.push_back(name);
+    }
+  }
+  const auto stated = statedCount(document);
+  if (stated && stated->count != static_cast<int>(lines.size()) && !all.cameras.empty()) {
+    // For the file as a whole, so it is said once.
+    all.cameras.front().remarks.push_back(
+        {"assumed", stated->place + ": the file says that it has " + std::to_string(stated->count) +
+                        " cameras, and has " + std::to_string(lines.size()) +
+                        "; taken as it is, but it may have been cut"});
+  }
+  return all;
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  std::string text =
+      "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  text += "# Number of cameras: " + std::to_string(cameras.size()) + "\n";
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const LensLayout& lens = detail::layoutOf(kLenses, cameras[i].camera.modelId());
+    text += std::to_string(i + 1) + " " + std::string(lens.name) + " " +
+            std::to_string(cameras[i].image_size.width) + " " + std::to_string(cameras[i].image_size.height);
+    for (const double value : detail::listedOrder(lens, cameras[i].camera, kOrigin))
+      text += " " + exactText(value);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+const CameraFormat& colmap() {
+  static const CameraFormat kFormat = {
+      .id = "colmap",
+      .title = "COLMAP cameras.txt",
+      .models = {"pinhole", "radtan", "rational", "kannala_brandt", "fov", "eucm"},
+      .absent = {{"radtan", "k3"}},
+      .holds_several = true,
+      .recognises = recognises,
+      .read = read,
+      .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

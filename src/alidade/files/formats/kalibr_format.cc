@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+// Kalibr's camera chain (YAML): the wiki page "Yaml formats" and kalibr_common/ConfigReader.py, which reads
+// it. Intrinsics put what belongs to the projection before the focal lengths: [xi, fu, fv, pu, pv] of omni,
+// [alpha, beta, fu, ...] of eucm, [xi, alpha, fu, ...] of ds. Distortion: radtan k1 k2 p1 p2, equidistant k1
+// k2 k3 k4, fov w, none. Pixel (0, 0) is a pixel's centre. OpenVINS reads and writes the same keys below
+// %YAML:1.0. The EuRoC data set's cam0/sensor.yaml has a camera at the top, calls radtan radial-tangential
+// and the coefficients distortion_coefficients.
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/format_text.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_layout.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+// camera_model-distortion_model, as on Kalibr's command line; intrinsics and coefficients in one list. Those
+// that come first are written.
+constexpr std::array<LensLayout, 8> kLenses = {
+    {{"pinhole-none", "pinhole", "fx fy cx cy"},
+     {"pinhole-radtan", "radtan", "fx fy cx cy k1 k2 p1 p2"},
+     {"pinhole-equidistant", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
+     {"pinhole-fov", "fov", "fx fy cx cy w"},
+     {"omni-radtan", "omni", "xi fx fy cx cy k1 k2 p1 p2"},
+     {"omni-none", "omni", "xi fx fy cx cy"},
+     {"eucm-none", "eucm", "alpha beta fx fy cx cy"},
+     {"ds-none", "double_sphere", "xi alpha fx fy cx cy"}}};
+
+const std::vector<std::string> kPoses = {"T_cn_cnm1",         "T_cam_imu",  "T_imu_cam",
+                                         "timeshift_cam_imu", "line_delay", "T_BS"};
+const std::vector<std::string> kKnown = {"camera_model",
+                                         "intrinsics",
+                                         "distortion_model",
+                                         "distortion_coeffs",
+                                         "distortion_coefficients",
+                                         "resolution",
+                                         "rostopic",
+                                         "cam_overlaps",
+                                         "T_cn_cnm1",
+                                         "T_cam_imu",
+                                         "T_imu_cam",
+                                         "timeshift_cam_imu",
+                                         "line_delay",
+                                         "T_BS",
+                                         "sensor_type",
+                                         "comment",
+                                         "rate_hz"};
+
+bool isCamera(const YamlNode& node) {
+  return node.has("camera_model") && node.has("intrinsics");
+}
+
+bool recognises(const CameraDocument& document) {
+  if (!document.isMap()) return false;
+  if (isCamera(document.root())) return true;
+  for (const std::string& key : document.root().keys()) {
+    if (key.starts_with("cam") && isCamera(document.root().at(key))) return true;
+  }
+  return false;
+}
+
+// The first part of a lens' name is the camera model, the second the distortion model.
+std::string_view cameraModel(const LensLayout& lens) {
+  return split(lens.name, '-').front();
+}
+std::string_view distortionModel(const LensLayout& lens) {
+  return split(lens.name, '-').back();
+}
+std::size_t numIntrinsics(const LensLayout& lens) {
+  constexpr std::string_view kLast = "cy";
+  return split(lens.order.substr(0, lens.order.find(kLast) + kLast.size()), ' ').size();
+}
+
+// "did you mean 'equidistant'?" of "equi" or "equidistand"; else what remains to be done.
+std::string adviceFor(const YamlNode& model, const YamlNode& distortion) {
+  std::vector<std::string> models;
+  std::vector<std::string> distortions;
+  for (const LensLayout& lens : kLenses) {
+    models.emplace_back(cameraModel(lens));
+    distortions.emplace_back(distortionModel(lens));
+  }
+  const auto isOf = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const auto meant = [](const std::vector<std::string>& names, const std::string& name) {
+    const auto longer = std::find_if(names.begin(), names.end(), [&name](const std::string& known) {
+      return name.size() > 2 && known.starts_with(name);
+    });
+    return longer != names.end() ? *longer : nearestName(name, names).value_or("");
+  };
+  for (const auto& [names, node] : {std::pair(models, model), std::pair(distortions, distortion)}) {
+    if (isOf(names, node.text())) continue;
+    const std::string name = meant(names, node.text());
+    if (!name.empty()) return "did you mean '" + name + "'?";
+  }
+  return "calibrate with one of these pairs, with Kalibr or with: alidade calibrate";
+}
+
+const LensLayout& lensOf(const YamlNode& node) {
+  const YamlNode model = node.at("camera_model");
+  const YamlNode distortion = node.at("distortion_model");
+  const bool is_euroc = distortion.text() == "radial-tangential";
+  const std::string name = model.text() + "-" + (is_euroc ? "radtan" : distortion.text());
+  if (const LensLayout* lens = detail::findLayout(kLenses, name)) return *lens;
+  std::vector<std::string> names;
+  for (const LensLayout& lens : kLenses)
+    names.push_back(std::string(cameraModel(lens)) + " with " + std::string(distortionModel(lens)));
+  throw UnsupportedCamera(
+      model.error("'" + model.text() + "' with the distortion_model '" + distortion.text() + "'",
+                  join(names, ", "), adviceFor(model, distortion)));
+}
+
+// The coefficients' key; that of Kalibr where there is none.
+std::string coefficientsKey(const YamlNode& node) {
+  const std::string of_euroc = "distortion_coefficients";
+  if (!node.has(of_euroc)) return "distortion_coeffs";
+  if (node.has("distortion_coeffs")) {
+    throw node.at(of_euroc).error("'" + of_euroc + "' beside 'distortion_coeffs'", "one of them",
+                                  "remove the other");
+  }
+  return of_euroc;
+}
+
+std::vector<StatedNumber> readList(const YamlNode& list, const LensLayout& lens, std::size_t first,
+                                   std::size_t count) {
+  const std::vector<std::string> names = detail::listedNames(lens);
+  const std::vector<StatedNumber> numbers = detail::statedNumbers(list);
+  if (numbers.size() != count) {
+    const std::vector<std::string> expected(names.begin() + static_cast<std::ptrdiff_t>(first),
+                                            names.begin() + static_cast<std::ptrdiff_t>(first + count));
+    throw list.error(std::to_string(numbers.size()) + " numbers",
+                     std::to_string(count) + " for " + std::string(lens.name) +
+                         (count > 0 ? ": " + join(expected, " ") : ""),
+                     "correct the list, or camera_model and distortion_model");
+  }
+  return numbers;
+}
+
+StatedCamera readOne(const YamlNode& node, const std::string& name) {
+  const LensLayout& lens = lensOf(node);
+  const std::size_t num_intrinsics = numIntrinsics(lens);
+  const std::size_t num_all = detail::listedNames(lens).size();
+  std::vector<StatedNumber> listed = readList(node.at("intrinsics"), lens, 0, num_intrinsics);
+  const std::string key = coefficientsKey(node);
+  const auto coefficients = node.find(key);
+  if (num_all > num_intrinsics || (coefficients && !coefficients->isNull())) {
+    detail::append(listed, readList(node.at(key), lens, num_intrinsics, num_all - num_intrinsics));
+  }
+  std::optional<ImageSize> size;
+  if (node.has("resolution")) size = detail::readSize(node.at("resolution"));
+  StatedCamera camera = detail::stateCamera(node.at("intrinsics").where(), name, lens.model,
+                                            detail::storageOrder(lens, listed), size);
+  detail::remarkUnknownKeys(node, kKnown, camera);
+  detail::remarkNotCarried(node, kPoses, camera);
+  return camera;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+  const YamlNode& root = document.root();
+  if (isCamera(root)) return {.cameras = {readOne(root, "")}};
+  StatedCameras all;
+  std::vector<std::string> known;
+  for (const std::string& key : root.keys()) {
+    if (!key.starts_with("cam")) continue;
+    known.push_back(key);
+    all.add(key, [&] { return readOne(root.at(key), key); });
+  }
+  for (StatedCamera& camera : all.cameras) detail::remarkUnknownKeys(root, known, camera);
+  return all;
+}
+
+// omni without distortion is a lens of its own there.
+const LensLayout& writtenLens(const AnyCamera& camera) {
+  const LensLayout& lens = detail::layoutOf(kLenses, camera.modelId());
+  const auto lens_parameters = camera.parameters().subspan(4);
+  const bool is_plain =
+      camera.modelId() == "omni" && std::all_of(lens_parameters.begin() + 1, lens_parameters.end(),
+                                                [](double value) { return value == 0; });
+  return is_plain ? *detail::findLayout(kLenses, "omni-none") : lens;
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  std::string text;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const LensLayout& lens = writtenLens(cameras[i].camera);
+    const std::vector<double> listed = detail::listedOrder(lens, cameras[i].camera);
+    const std::span<const double> all(listed);
+    const std::size_t num_intrinsics = numIntrinsics(lens);
+    // Kalibr goes by these keys and wants a topic.
+    const std::string key = "cam" + std::to_string(i);
+    const std::string topic = "/" + (cameras[i].name.empty() ? key : cameras[i].name) + "/image_raw";
+    text += key + ":\n  cam_overlaps: []\n  camera_model: " + std::string(cameraModel(lens)) +
+            "\n  distortion_coeffs: " + detail::listText(all.subspan(num_intrinsics)) +
+            "\n  distortion_model: " + std::string(distortionModel(lens)) +
+            "\n  intrinsics: " + detail::listText(all.first(num_intrinsics)) + "\n  resolution: [" +
+            std::to_string(cameras[i].image_size.width) + ", " +
+            std::to_string(cameras[i].image_size.height) + "]\n  rostopic: " + detail::yamlText(topic) + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+const CameraFormat& kalibr() {
+  static const CameraFormat kFormat = {
+      .id = "kalibr",
+      .title = "Kalibr camchain (YAML)",
+      .models = {"pinhole", "radtan", "kannala_brandt", "fov", "omni", "eucm", "double_sphere"},
+      .absent = {{"radtan", "k3"}},
+      .holds_several = true,
+      .recognises = recognises,
+      .read = read,
+      .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

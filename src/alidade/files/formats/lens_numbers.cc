@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/formats/lens_numbers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "alidade/core/text.h"
+
+namespace alidade::detail {
+namespace {
+
+// Half a unit of the last digit of "-1.250e-03", 0 for "12".
+double halfUnitOf(std::string_view text) {
+  const std::size_t e = text.find_first_of("eE");
+  const std::string_view mantissa = text.substr(0, e);
+  const std::size_t point = mantissa.find('.');
+  if (point == std::string_view::npos && e == std::string_view::npos) return 0;
+  const auto num_decimals =
+      point == std::string_view::npos ? 0 : static_cast<int>(mantissa.size() - point - 1);
+  const int exponent = e == std::string_view::npos ? 0 : parseInt(text.substr(e + 1)).value_or(0);
+  return 0.5 * std::pow(10.0, exponent - num_decimals);
+}
+
+// Aliases let a small text stand for a list of billions.
+constexpr std::size_t kMaxNumbers = 1000;
+
+void appendRow(const YamlNode& node, std::vector<StatedNumber>& numbers) {
+  for (const YamlNode& item : node.items()) {
+    if (numbers.size() == kMaxNumbers)
+      throw node.error("more than " + std::to_string(kMaxNumbers) + " numbers", "the numbers of a lens");
+    numbers.push_back(statedNumber(item));
+  }
+}
+
+bool isZeroOrUnit(std::span<const StatedNumber> numbers) {
+  const bool is_zero = std::all_of(numbers.begin(), numbers.end(),
+                                   [](const StatedNumber& number) { return number.value == 0; });
+  if (is_zero) return true;
+  if (numbers.size() != 9 && numbers.size() != 16) return false;
+  const std::size_t stride = numbers.size() == 9 ? 4 : 5;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i].value != (i % stride == 0 ? 1.0 : 0.0)) return false;
+  }
+  return true;
+}
+
+// Does this say no more than that there is nothing?
+bool saysNothing(const YamlNode& node) {
+  if (node.isNull()) return true;
+  try {
+    if (node.isSequence() || node.isMap()) return isZeroOrUnit(statedNumbers(node));
+    return statedNumber(node).value == 0;
+  } catch (const Error&) {
+    return false;  // no numbers, so it is something else
+  }
+}
+
+// "cam.yaml:8: cam0.a, b (line 12) and 3 more": keys of a map, the first one's line as the place.
+std::string keysText(const YamlNode& map, const std::vector<std::string>& keys) {
+  constexpr std::size_t kMaxNamed = 8;
+  const int first_line = map.lineOfKey(keys.front());
+  std::string text = map.whereKey(keys.front());
+  const std::size_t num_named = std::min(keys.size(), kMaxNamed);
+  for (std::size_t i = 1; i < num_named; ++i) {
+    const int line = map.lineOfKey(keys[i]);
+    text += ", " + keys[i];
+    if (line > 0 && line != first_line) text += " (line " + std::to_string(line) + ")";
+  }
+  return text + (keys.size() > num_named ? " and " + std::to_string(keys.size() - num_named) + " more" : "");
+}
+
+}  // namespace
+
+bool isSameStated(const StatedNumber& a, const StatedNumber& b) {
+  // A double's own rounding, where all digits are printed, or one is worked out from others.
+  const double rounding = 1e-12 * std::max(std::abs(a.value), std::abs(b.value));
+  return std::abs(a.value - b.value) <= a.half_unit + b.half_unit + rounding;
+}
+
+bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const StatedNumber& x, const StatedNumber& y) { return isSameStated(x, y); });
+}
+
+std::optional<StatedNumber> parseStated(std::string_view text) {
+  const auto value = parseDouble(text);
+  if (!value || !std::isfinite(*value)) return std::nullopt;
+  return StatedNumber{.value = *value, .half_unit = halfUnitOf(text)};
+}
+
+StatedNumber statedNumber(const YamlNode& node) {
+  return {.value = node.number(), .half_unit = halfUnitOf(node.text())};
+}
+
+std::vector<StatedNumber> statedNumbers(const YamlNode& node) {
+  std::vector<StatedNumber> numbers;
+  if (node.isMap()) {
+    const YamlNode data = node.at("data");
+    if (data.isSequence()) {
+      appendRow(data, numbers);
+    } else {
+      numbers.push_back(statedNumber(data));  // one value, in XML
+    }
+    const int rows = node.at("rows").integer();
+    const int columns = node.at("cols").integer();
+    if (rows < 0 || columns < 0 ||
+        std::int64_t{rows} * columns != static_cast<std::int64_t>(numbers.size())) {
+      throw node.at("data").error(
+          std::to_string(numbers.size()) + " numbers",
+          "rows times cols, " + std::to_string(rows) + " x " + std::to_string(columns));
+    }
+    return numbers;
+  }
+  const std::vector<YamlNode> items = node.items();
+  if (items.empty() || !items.front().isSequence()) {
+    appendRow(node, numbers);
+  } else {
+    for (const YamlNode& item : items) appendRow(item, numbers);
+  }
+  return numbers;
+}
+
+std::vector<StatedNumber> statedNumbers(const YamlNode& node, std::size_t count) {
+  std::vector<StatedNumber> numbers = statedNumbers(node);
+  if (numbers.size() != count)
+    throw node.error(std::to_string(numbers.size()) + " numbers", std::to_string(count));
+  return numbers;
+}
+
+std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
+  const std::vector<StatedNumber> K = statedNumbers(node, 9);
+  const bool has_zeros = K[3].value == 0 && K[6].value == 0 && K[7].value == 0;
+  if (K[2].value == 0 && K[5].value == 0 && (K[6].value != 0 || K[7].value != 0)) {
+    throw node.error("a camera matrix whose principal point is in the last row",
+                     "fx 0 cx, 0 fy cy, 0 0 1, row by row", "transpose it");
+  }
+  if (!has_zeros || K[8].value != 1) {
+    throw node.error("a matrix that is no camera matrix", "fx 0 cx, 0 fy cy, 0 0 1, row by row",
+                     "look whether it is another matrix of the file");
+  }
+  if (K[1].value != 0) {
+    throw UnsupportedCamera(node.error("skew " + exactText(K[1].value),
+                                       "0: cameras with skewed pixels are not supported",
+                                       "calibrate without skew"));
+  }
+  return {K[0], K[4], K[2], K[5]};
+}
+
+std::vector<StatedNumber> numbersOf(const YamlNode& map, std::span<const std::string> keys) {
+  std::vector<StatedNumber> numbers;
+  for (const std::string& key : keys) numbers.push_back(statedNumber(map.at(key)));
+  return numbers;
+}
+
+ImageSize readSize(const YamlNode& width, const YamlNode& height) {
+  const auto side = [](const YamlNode& node) {
+    // Some tools write 640.
+    const double pixels = node.number();
+    constexpr double kMaxSide = 1e6;
+    if (!(pixels >= 1) || pixels > kMaxSide || pixels != std::floor(pixels))
+      throw node.error("'" + node.text() + "'", "a whole number of pixels, 1 to 1000000",
+                       pixels == std::floor(pixels) ? "correct it" : "take the size of the image files");
+    return static_cast<int>(pixels);
+  };
+  return {.width = side(width), .height = side(height)};
+}
+
+ImageSize readSize(const YamlNode& list) {
+  const std::vector<YamlNode> items = list.items();
+  if (items.size() != 2) throw list.error(std::to_string(items.size()) + " numbers", "width and height");
+  return readSize(items[0], items[1]);
+}
+
+StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
+                         std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size) {
+  std::vector<double> values;
+  std::vector<double> half_units;
+  for (const StatedNumber& number : parameters) {
+    values.push_back(number.value);
+    half_units.push_back(number.half_unit);
+  }
+  const auto make = [&] {
+    try {
+      return AnyCamera::make(model, values);
+    } catch (const Error& e) {
+      throw inputError({.where = place, .found = e.what(), .expected = "", .next_step = ""});
+    }
+  };
+  return {.name = std::move(name),
+          .number = 0,
+          .camera = make(),
+          .image_size = image_size,
+          .half_units = std::move(half_units),
+          .remarks = {},
+          .own = {}};
+}
+
+void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> more) {
+  numbers.insert(numbers.end(), more.begin(), more.end());
+}
+
+void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera) {
+  std::vector<std::string> unknown;
+  for (const std::string& key : map.keys()) {
+    if (std::find(known.begin(), known.end(), key) == known.end()) unknown.push_back(key);
+  }
+  if (unknown.empty()) return;
+  camera.remarks.push_back(
+      {"unknown_keys",
+       keysText(map, unknown) + (unknown.size() == 1 ? " means nothing to this program and was not used"
+                                                     : " mean nothing to this program and were not used")});
+}
+
+void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys, StatedCamera& camera) {
+  std::vector<std::string> dropped;
+  for (const std::string& key : keys) {
+    const auto node = map.find(key);
+    if (node && !saysNothing(*node)) dropped.push_back(key);
+  }
+  if (dropped.empty()) return;
+  camera.remarks.push_back(
+      {"not_carried", keysText(map, dropped) + (dropped.size() == 1 ? " is" : " are") +
+                          " not carried along: a camera here is its lens and image size alone"});
+}
+
+}  // namespace alidade::detail

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+// MATLAB's cameraIntrinsics, cameraParameters and stereoParameters (Computer Vision Toolbox), as JSON by
+// jsonencode(toStruct(params)) or jsonencode(params).
+// ImageSize is [rows, columns]; IntrinsicMatrix is the transpose of K; RadialDistortion has k1 k2 [k3],
+// TangentialDistortion p1 p2, by OpenCV's formulas. Pixels count from 1: the centre of the first one is (1,
+// 1).
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/format_text.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_layout.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+constexpr double kOrigin = 1;  // px, of the first pixel's centre
+constexpr detail::LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
+
+// Any of these tells a camera; the last is of a fisheye, which is refused with the reason.
+constexpr std::array kTelling = {"FocalLength", "IntrinsicMatrix", "RadialDistortion", "MappingCoefficients"};
+constexpr std::array kStereo = {"CameraParameters1", "CameraParameters2"};
+const std::vector<std::string> kPoses = {"RotationOfCamera2", "TranslationOfCamera2", "PoseCamera2"};
+// Of the calibration, not of the camera.
+const std::vector<std::string> kOtherKeys = {"FocalLength",
+                                             "PrincipalPoint",
+                                             "ImageSize",
+                                             "RadialDistortion",
+                                             "TangentialDistortion",
+                                             "Skew",
+                                             "K",
+                                             "IntrinsicMatrix",
+                                             "Intrinsics",
+                                             "CameraParameters1",
+                                             "CameraParameters2",
+                                             "RotationOfCamera2",
+                                             "TranslationOfCamera2",
+                                             "PoseCamera2",
+                                             "FundamentalMatrix",
+                                             "EssentialMatrix",
+                                             "RectificationParams",
+                                             "MeanReprojectionError",
+                                             "NumPatterns",
+                                             "WorldPoints",
+                                             "WorldUnits",
+                                             "EstimateSkew",
+                                             "NumRadialDistortionCoefficients",
+                                             "EstimateTangentialDistortion",
+                                             "RotationVectors",
+                                             "RotationMatrices",
+                                             "TranslationVectors",
+                                             "PatternExtrinsics",
+                                             "ReprojectionErrors",
+                                             "ReprojectedPoints",
+                                             "DetectedKeypoints",
+                                             "Version"};
+
+bool isCamera(const YamlNode& node) {
+  return std::any_of(kTelling.begin(), kTelling.end(), [&node](const char* key) { return node.has(key); });
+}
+
+// The properties of a camera are in an object of their own inside of newer ones.
+YamlNode cameraIn(const YamlNode& node) {
+  const auto inner = node.find("Intrinsics");
+  return inner && inner->isMap() ? *inner : node;
+}
+
+bool recognisesTree(const YamlNode& root) {
+  if (isCamera(cameraIn(root))) return true;
+  return std::any_of(kStereo.begin(), kStereo.end(),
+                     [&root](const char* key) { return root.has(key) && isCamera(cameraIn(root.at(key))); });
+}
+
+bool recognises(const CameraDocument& document) {
+  return document.isMap() && recognisesTree(document.root());
+}
+
+[[noreturn]] void refuseSkew(const YamlNode& node, const std::string& value) {
+  throw UnsupportedCamera(node.error("skew " + value, "0: cameras with skewed pixels are not supported",
+                                     "calibrate without EstimateSkew"));
+}
+
+// fx fy cx cy, as one of the properties that state them has them.
+struct Pinhole {
+  std::string name;  // "FocalLength and PrincipalPoint"
+  YamlNode place;
+  std::vector<StatedNumber> parameters;
+};
+
+std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
+  const std::vector<StatedNumber> m = detail::statedNumbers(matrix, 9);
+  if (m[1].value != 0 || m[2].value != 0 || m[5].value != 0 || m[8].value != 1) {
+    throw matrix.error("a matrix that is no IntrinsicMatrix", "fx 0 0, skew fy 0, cx cy 1, row by row",
+                       m[6].value == 0 && m[7].value == 0 ? "transpose it, or call it K" : "export it again");
+  }
+  if (m[3].value != 0) refuseSkew(matrix, exactText(m[3].value));
+  return {m[0], m[4], m[6], m[7]};
+}
+
+std::vector<Pinhole> pinholesOf(const YamlNode& node) {
+  std::vector<Pinhole> all;
+  if (const auto focal = node.find("FocalLength")) {
+    std::vector<StatedNumber> parameters = detail::statedNumbers(*focal, 2);
+    detail::append(parameters, detail::statedNumbers(node.at("PrincipalPoint"), 2));
+    all.push_back({"FocalLength and PrincipalPoint", *focal, std::move(parameters)});
+  }
+  if (const auto matrix = node.find("K")) all.push_back({"K", *matrix, detail::readCameraMatrix(*matrix)});
+  if (const auto matrix = node.find("IntrinsicMatrix"))
+    all.push_back({"IntrinsicMatrix", *matrix, readTransposed(*matrix)});
+  return all;
+}
+
+// fx fy cx cy, from the properties that name them or from a matrix. Of newer objects, what is in `outer`
+// repeats what is in `node`, its Intrinsics.
+std::vector<StatedNumber> readPinhole(const YamlNode& node, const YamlNode& outer) {
+  if (const auto skew = node.find("Skew"); skew && skew->number() != 0) refuseSkew(*skew, skew->text());
+  std::vector<Pinhole> all = pinholesOf(node);
+  if (all.empty()) static_cast<void>(node.at("FocalLength"));  // says that it is missing
+  if (node.where() != outer.where()) {
+    for (Pinhole& pinhole : pinholesOf(outer)) all.push_back(std::move(pinhole));
+  }
+  const auto text = [](const Pinhole& pinhole) {
+    std::vector<std::string> numbers;
+    for (const StatedNumber& number : pinhole.parameters) numbers.push_back(exactText(number.value));
+    return pinhole.name + " (fx fy cx cy = " + join(numbers, " ") + ")";
+  };
+  for (const Pinhole& pinhole : all) {
+    if (detail::isSameStated(pinhole.parameters, all.front().parameters)) continue;
+    throw pinhole.place.error(
+        text(pinhole) + " beside another " + text(all.front()) + " at " + all.front().place.where(),
+        "both to say the same", "remove the wrong one");
+  }
+  return all.front().parameters;
+}
+
+std::vector<StatedNumber> readCoefficients(const YamlNode& node, const char* key, std::size_t min_count,
+                                           std::size_t max_count) {
+  const auto list = node.find(key);
+  if (!list) return std::vector<StatedNumber>(max_count);
+  std::vector<StatedNumber> numbers = detail::statedNumbers(*list);
+  if (numbers.size() < min_count || numbers.size() > max_count) {
+    throw list->error(std::to_string(numbers.size()) + " coefficients",
+                      min_count == max_count
+                          ? std::to_string(max_count)
+                          : std::to_string(min_count) + " or " + std::to_string(max_count));
+  }
+  numbers.resize(max_count);
+  return numbers;
+}
+
+// Empty where the calibration never knew.
+std::optional<ImageSize> readImageSize(const YamlNode& node) {
+  const auto list = node.find("ImageSize");
+  if (!list || list->isNull()) return std::nullopt;
+  const std::vector<YamlNode> sides = list->items();
+  if (sides.empty()) return std::nullopt;
+  if (sides.size() != 2) throw list->error(std::to_string(sides.size()) + " numbers", "rows and columns");
+  return detail::readSize(sides[1], sides[0]);
+}
+
+StatedCamera readOne(const YamlNode& outer, const std::string& name) {
+  const YamlNode node = cameraIn(outer);
+  if (node.has("MappingCoefficients")) {
+    throw UnsupportedCamera(
+        node.at("MappingCoefficients")
+            .error("a fisheye by Scaramuzza's polynomial", "cameraIntrinsics or cameraParameters",
+                   "calibrate the images with this program: alidade calibrate --model kannala_brandt"));
+  }
+  std::vector<StatedNumber> parameters = readPinhole(node, outer);
+  detail::append(parameters, readCoefficients(node, "RadialDistortion", 2, 3));
+  detail::append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
+  parameters = detail::storageOrder(kLens, parameters);
+  detail::takeOrigin(parameters, kOrigin);
+  StatedCamera camera = detail::stateCamera(node.where(), name, kLens.model, parameters, readImageSize(node));
+  for (const char* key : {"RadialDistortion", "TangentialDistortion"}) {
+    if (node.has(key)) continue;
+    camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; taken as zero"});
+  }
+  detail::remarkUnknownKeys(node, kOtherKeys, camera);
+  return camera;
+}
+
+StatedCameras readTree(const YamlNode& root) {
+  if (isCamera(cameraIn(root))) return {.cameras = {readOne(root, "")}};
+  StatedCameras all;
+  for (const char* key : kStereo) {
+    const YamlNode node = root.at(key);
+    all.add(key, [&] { return readOne(node, key); });
+  }
+  for (StatedCamera& camera : all.cameras) detail::remarkNotCarried(root, kPoses, camera);
+  return all;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+  return readTree(document.root());
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const std::vector<double> listed = detail::listedOrder(kLens, named.camera, kOrigin);
+  const auto list = [&listed](std::size_t first, std::size_t count) {
+    const auto begin = listed.begin() + static_cast<std::ptrdiff_t>(first);
+    return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
+  };
+  return detail::jsonFileText({{"FocalLength", list(0, 2)},
+                               {"PrincipalPoint", list(2, 2)},
+                               {"ImageSize", {named.image_size.height, named.image_size.width}},
+                               {"RadialDistortion", list(4, 3)},
+                               {"TangentialDistortion", list(7, 2)},
+                               {"Skew", 0.0}});
+}
+
+}  // namespace
+
+const CameraFormat& matlab() {
+  static const CameraFormat kFormat = {.id = "matlab",
+                                       .title = "MATLAB camera parameters (JSON)",
+                                       .models = {"radtan"},
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

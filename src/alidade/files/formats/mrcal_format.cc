@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// mrcal's .cameramodel: a Python literal, which reads as YAML too (mrcal's documentation, "cameramodel: the
+// camera model file format" and "lens models"; cameramodel.py names the keys of older files). Intrinsics: fx,
+// fy, cx, cy, then OpenCV's coefficients. Pixel (0, 0) is a pixel's centre.
+#include <array>
+#include <string>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/format_text.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_layout.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+constexpr std::array<LensLayout, 5> kLenses = {
+    {{"LENSMODEL_PINHOLE", "pinhole", "fx fy cx cy"},
+     {"LENSMODEL_OPENCV5", "radtan", "fx fy cx cy k1 k2 p1 p2 k3"},
+     {"LENSMODEL_OPENCV4", "radtan", "fx fy cx cy k1 k2 p1 p2"},
+     {"LENSMODEL_OPENCV8", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
+     {"LENSMODEL_OPENCV12", "thin_prism", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4"}}};
+// 2 tan(theta / 2): the unified model half way, with no coefficients of its own.
+constexpr LensLayout kStereographic = {"LENSMODEL_STEREOGRAPHIC", "ucm", "fx fy cx cy"};
+
+constexpr std::array kModelKeys = {"lensmodel", "lens_model",
+                                   "distortion_model"};  // of today, and of old files
+const std::vector<std::string> kPoses = {"extrinsics", "rt_cam_ref", "valid_intrinsics_region"};
+const std::vector<std::string> kKnown = {"lensmodel",          "lens_model",
+                                         "distortion_model",   "intrinsics",
+                                         "imagersize",         "extrinsics",
+                                         "rt_cam_ref",         "valid_intrinsics_region",
+                                         "icam_intrinsics",    "icam_intrinsics_optimization_inputs",
+                                         "optimization_inputs"};
+
+const char* modelKey(const CameraDocument& document) {
+  for (const char* key : kModelKeys) {
+    if (document.has(key)) return key;
+  }
+  return nullptr;
+}
+
+bool recognises(const CameraDocument& document) {
+  return modelKey(document) != nullptr && document.has("intrinsics") && document.has("imagersize");
+}
+
+const LensLayout& lensOf(const YamlNode& node) {
+  std::string name = node.text();
+  constexpr std::string_view kOldPrefix = "DISTORTION_";
+  if (name.starts_with(kOldPrefix)) name = "LENSMODEL_" + name.substr(kOldPrefix.size());
+  if (name == kStereographic.name) return kStereographic;
+  if (const LensLayout* lens = detail::findLayout(kLenses, name)) return *lens;
+  throw node.error("'" + name + "'",
+                   "LENSMODEL_PINHOLE, _OPENCV4, _OPENCV5, _OPENCV8, _OPENCV12 or _STEREOGRAPHIC",
+                   "mrcal-convert-lensmodel makes one of these of it, with a fit");
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+  const YamlNode& root = document.root();
+  const LensLayout& lens = lensOf(root.at(modelKey(document)));
+  const std::size_t count = detail::listedNames(lens).size();
+  std::vector<StatedNumber> parameters =
+      detail::storageOrder(lens, detail::statedNumbers(root.at("intrinsics"), count));
+  if (&lens == &kStereographic) parameters.back().value = 0.5;
+  StatedCamera camera = detail::stateCamera(root.at("intrinsics").where(), "", lens.model, parameters,
+                                            detail::readSize(root.at("imagersize")));
+  detail::remarkUnknownKeys(root, kKnown, camera);
+  detail::remarkNotCarried(root, kPoses, camera);
+  return {.cameras = {camera}};
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const LensLayout& lens = detail::layoutOf(kLenses, named.camera.modelId());
+  return "{\n    'lensmodel':  '" + std::string(lens.name) + "',\n\n    # intrinsics are " +
+         std::string(lens.order) +
+         "\n    'intrinsics': " + detail::listText(detail::listedOrder(lens, named.camera)) +
+         ",\n\n    # extrinsics are rt_fromref\n    'extrinsics': [0, 0, 0, 0, 0, 0],\n\n    'imagersize': "
+         "[" +
+         std::to_string(named.image_size.width) + ", " + std::to_string(named.image_size.height) + "]\n}\n";
+}
+
+}  // namespace
+
+const CameraFormat& mrcal() {
+  static const CameraFormat kFormat = {.id = "mrcal",
+                                       .title = "mrcal camera model (.cameramodel)",
+                                       .models = {"pinhole", "radtan", "rational", "thin_prism"},
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

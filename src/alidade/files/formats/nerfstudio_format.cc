@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: MIT
+// nerfstudio's transforms.json, and instant-ngp's, from which it comes: fl_x fl_y cx cy w h and coefficients
+// at the top, or in each frame (nerfstudio's documentation, "Data conventions"; nerfstudio_dataparser.py; the
+// names in cameras.py). A perspective camera has k1 k2 k3 p1 p2 as OpenCV's five, and k4 of an eighth power
+// that nothing else has; a fisheye k1 k2 k3 k4. Pixels count from the image's corner: the centre of the first
+// one is (0.5, 0.5). Axes that point up and back are those of the poses, which are not read.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/format_text.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/stated_size.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
+
+constexpr std::array<LensLayout, 3> kWritten = {
+    {{"PINHOLE", "pinhole", "fx fy cx cy"},
+     {"OPENCV", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"},
+     {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"}}};
+constexpr std::array kPerspective = {"OPENCV",        "PINHOLE", "SIMPLE_PINHOLE",
+                                     "SIMPLE_RADIAL", "RADIAL",  "PERSPECTIVE"};
+constexpr const char* kFisheye = "OPENCV_FISHEYE";
+// Lenses that instant-ngp knows by a key of their own, beside whatever else the file says.
+constexpr std::array kOtherLenses = {"ftheta_p0", "latlong", "equirectangular", "orthographic"};
+
+const std::vector<std::string> kCameraKeys = {"camera_model", "fl_x", "fl_y", "cx", "cy", "w",  "h",
+                                              "k1",           "k2",   "k3",   "k4", "p1", "p2", "is_fisheye"};
+// Poses, images and how to train: not of the camera.
+const std::vector<std::string> kOtherKeys = {"frames",
+                                             "applied_transform",
+                                             "applied_scale",
+                                             "ply_file_path",
+                                             "orientation_override",
+                                             "train_filenames",
+                                             "val_filenames",
+                                             "test_filenames",
+                                             "camera_angle_x",
+                                             "camera_angle_y",
+                                             "aabb_scale",
+                                             "scale",
+                                             "offset",
+                                             "fl_y_is_fl_x",
+                                             "enable_depth_loading",
+                                             "integer_depth_scale"};
+
+bool recognises(const CameraDocument& document) {
+  return document.has("fl_x") || document.has("camera_angle_x") ||
+         (document.has("frames") && !document.has("alidade_camera"));
+}
+
+constexpr std::array kTopCoefficients = {"k1", "k2", "k3", "p1", "p2"};
+
+// What the top says of all frames goes before what one of them says, unless that frame has a camera of its
+// own. Coefficients come from one of the two.
+struct Intrinsics {
+  YamlNode top;
+  YamlNode frame;
+  bool is_own = false;
+
+  [[nodiscard]] const YamlNode& first() const { return is_own ? frame : top; }
+  [[nodiscard]] const YamlNode& second() const { return is_own ? top : frame; }
+  [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const {
+    if (const auto node = first().find(key)) return node;
+    return second().find(key);
+  }
+  [[nodiscard]] StatedNumber number(const std::string& key) const {
+    if (const auto node = find(key)) return detail::statedNumber(*node);
+    return detail::statedNumber(frame.at(key));  // says that it is missing
+  }
+  [[nodiscard]] StatedNumber coefficient(const std::string& key) const {
+    const bool is_in_first = std::any_of(kTopCoefficients.begin(), kTopCoefficients.end(),
+                                         [this](const char* name) { return first().has(name); });
+    const auto node = (is_in_first ? first() : second()).find(key);
+    return node && !node->isNull() ? detail::statedNumber(*node) : StatedNumber{};
+  }
+};
+
+// What camera_model says: fisheye or not.
+bool isFisheyeModel(const YamlNode& model) {
+  const std::string name = model.text();
+  if (name == kFisheye) return true;
+  std::vector<std::string> known(kPerspective.begin(), kPerspective.end());
+  if (std::find(known.begin(), known.end(), name) != known.end()) return false;
+  known.emplace_back(kFisheye);
+  std::string upper = name;
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const auto nearest = nearestName(upper, known);
+  throw UnsupportedCamera(
+      model.error("'" + name + "'", "one of " + join(known, ", "),
+                  nearest ? "did you mean '" + *nearest + "'?"
+                          : "take one of these models in the program that calibrated the images"));
+}
+
+bool isFisheye(const Intrinsics& intrinsics) {
+  const auto model = intrinsics.find("camera_model");
+  const auto flag = intrinsics.find("is_fisheye");
+  if (!model) return flag && flag->boolean();
+  const bool is_fisheye = isFisheyeModel(*model);
+  if (flag && flag->boolean() != is_fisheye) {
+    throw flag->error(
+        "'" + flag->text() + "' beside a camera_model of '" + model->text() + "' at " + model->where(),
+        "both to say the same", "remove the wrong one");
+  }
+  return is_fisheye;
+}
+
+void refuseOtherLenses(const Intrinsics& intrinsics) {
+  for (const char* key : kOtherLenses) {
+    const auto node = intrinsics.find(key);
+    if (!node || node->isNull() || (node->isScalar() && node->text() == "false")) continue;
+    throw UnsupportedCamera(node->error(std::string("a lens of instant-ngp's kind '") + key + "'",
+                                        "a camera of OPENCV or OPENCV_FISHEYE",
+                                        "calibrate the images with one of these models"));
+  }
+}
+
+// Where nothing tells the focal length, other names of it may.
+void refuseNoFocalLength(const Intrinsics& intrinsics) {
+  if (intrinsics.find("fl_x") || intrinsics.find("camera_angle_x")) return;
+  for (const char* key : {"fx", "focal_x", "focal", "focal_length", "fl", "f"}) {
+    const auto other = intrinsics.find(key);
+    if (!other) continue;
+    throw other->error(std::string("'") + key + "' and no 'fl_x'", "fl_x, fl_y, cx and cy, in pixels",
+                       "if it is the focal length in pixels, rename it");
+  }
+  throw intrinsics.frame.error("no key 'fl_x'",
+                               "fl_x, fl_y, cx and cy at the top of the file, or in each frame", "add them");
+}
+
+bool hasAngleAlone(const Intrinsics& intrinsics) {
+  return !intrinsics.find("fl_x") && intrinsics.find("camera_angle_x");
+}
+
+// The focal length at which an image of `side` pixels sees the field angle of `node`.
+StatedNumber focalOf(const YamlNode& node, int side) {
+  const StatedNumber angle = detail::statedNumber(node);
+  if (!(angle.value > 0 && angle.value < std::numbers::pi))
+    throw node.error("'" + node.text() + "'", "a field angle in radians, more than 0 and less than pi");
+  const double sine = std::sin(0.5 * angle.value);
+  return {.value = 0.5 * side / std::tan(0.5 * angle.value),
+          .half_unit = 0.25 * side / (sine * sine) * angle.half_unit};
+}
+
+// A field angle beside a focal length says the same, or one of the two is of another camera or image. Of a
+// fisheye, colmap2nerf.py writes the angle by the formula of a pinhole; others by that of the lens itself.
+void refuseOtherAngle(const Intrinsics& intrinsics, const char* angle_key, const char* focal_key,
+                      bool is_fisheye, int side) {
+  constexpr double kSameShare = 0.01;
+  const auto angle = intrinsics.find(angle_key);
+  const auto stated = intrinsics.find(focal_key);
+  if (!angle || angle->isNull() || !stated) return;
+  const double focal = detail::statedNumber(*stated).value;
+  const auto isSameFocal = [focal](double other) { return std::abs(focal - other) <= kSameShare * other; };
+  if (is_fisheye && isSameFocal(side / detail::statedNumber(*angle).value)) return;
+  const double told = focalOf(*angle, side).value;
+  if (isSameFocal(told)) return;
+  throw angle->error("'" + angle->text() + "', which in " + std::to_string(side) +
+                         " pixels is a focal length of " + exactText(told),
+                     "that of " + stated->where() + ", which is " + stated->text(),
+                     "correct or remove the wrong one");
+}
+
+// instant-ngp's files may have no more than the angle that the width of the image spans; what is left out is
+// as in its own reader (nerf_loader.cu).
+std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_fisheye,
+                                         std::optional<ImageSize> size, std::vector<Remark>& remarks) {
+  const YamlNode angle = *intrinsics.find("camera_angle_x");
+  if (is_fisheye) {
+    throw angle.error("a fisheye with camera_angle_x and no fl_x", "fl_x, fl_y, cx and cy",
+                      "take them from the tool that made the file");
+  }
+  if (!size) {
+    throw angle.error("camera_angle_x, but neither fl_x nor the size of the image",
+                      "fl_x, fl_y, cx and cy, or w and h beside camera_angle_x",
+                      "add --image-size WIDTHxHEIGHT, the size of the images in pixels");
+  }
+  const auto angle_y = intrinsics.find("camera_angle_y");
+  const bool has_y = intrinsics.find("fl_y") || angle_y;
+  StatedNumber fx = focalOf(angle, size->width);
+  StatedNumber fy = fx;
+  if (intrinsics.find("fl_y")) {
+    fy = intrinsics.number("fl_y");
+  } else if (angle_y) {
+    fy = focalOf(*angle_y, size->height);
+  }
+  remarks.push_back({"assumed", angle.where() +
+                                    ": there is no fl_x; taken as 0.5 w / tan(camera_angle_x / 2) = " +
+                                    exactText(fx.value) + (has_y ? "" : ", and fl_y as the same")});
+  const auto middle = [&](const char* key, int side) {
+    if (intrinsics.find(key)) return intrinsics.number(key);
+    remarks.push_back(
+        {"assumed", angle.where() + ": there is no " + key + "; taken as the middle of the image"});
+    return StatedNumber{.value = 0.5 * side, .half_unit = 0};
+  };
+  const StatedNumber cx = middle("cx", size->width);
+  return {fx, fy, cx, middle("cy", size->height)};
+}
+
+std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fisheye,
+                                       std::optional<ImageSize> size, std::vector<Remark>& remarks) {
+  std::vector<StatedNumber> parameters;
+  if (hasAngleAlone(intrinsics)) {
+    parameters = pinholeOfAngle(intrinsics, is_fisheye, size, remarks);
+  } else {
+    for (const char* key : {"fl_x", "fl_y", "cx", "cy"}) parameters.push_back(intrinsics.number(key));
+  }
+  detail::takeOrigin(parameters, kOrigin);
+  const std::vector<std::string> keys = is_fisheye ? std::vector<std::string>{"k1", "k2", "k3", "k4"}
+                                                   : std::vector<std::string>{"k1", "k2", "p1", "p2", "k3"};
+  for (const std::string& key : keys) parameters.push_back(intrinsics.coefficient(key));
+  for (const char* key : {"k4", "p1", "p2"}) {
+    if (std::find(keys.begin(), keys.end(), key) != keys.end() || intrinsics.coefficient(key).value == 0)
+      continue;
+    throw UnsupportedCamera(intrinsics.find(key)->error(
+        std::string(key) + " = " + intrinsics.find(key)->text(),
+        is_fisheye ? "0: a fisheye here has no tangential terms" : "0: a perspective camera here ends at k3",
+        is_fisheye ? "calibrate the images without them"
+                   : "if it is a fisheye, write OPENCV_FISHEYE; otherwise calibrate "
+                     "the images without it"));
+  }
+  return parameters;
+}
+
+StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, const ReadOptions& options) {
+  refuseOtherLenses(intrinsics);
+  const bool is_fisheye = isFisheye(intrinsics);
+  refuseNoFocalLength(intrinsics);
+  std::vector<Remark> remarks;
+  const auto size =
+      detail::sizeOfSides({.key = "w", .node = intrinsics.find("w")},
+                          {.key = "h", .node = intrinsics.find("h")}, options.image_size, remarks);
+  const auto known_size = size ? size : options.image_size;
+  if (known_size) {
+    refuseOtherAngle(intrinsics, "camera_angle_x", "fl_x", is_fisheye, known_size->width);
+    refuseOtherAngle(intrinsics, "camera_angle_y", "fl_y", is_fisheye, known_size->height);
+  }
+  const std::vector<StatedNumber> parameters = parametersOf(intrinsics, is_fisheye, known_size, remarks);
+  const bool is_plain =
+      !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
+                                 [](const StatedNumber& number) { return number.value == 0; });
+  const char* telling = hasAngleAlone(intrinsics) ? "camera_angle_x" : "fl_x";
+  StatedCamera camera =
+      detail::stateCamera(intrinsics.find(telling)->where(), name,
+                          is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
+                          std::span(parameters).first(is_plain ? 4 : parameters.size()), size);
+  camera.remarks = std::move(remarks);
+  if (!intrinsics.find("camera_model") && !intrinsics.find("is_fisheye")) {
+    camera.remarks.push_back(
+        {"assumed",
+         intrinsics.top.where() + ": there is no camera_model; taken as OPENCV, as nerfstudio does"});
+  }
+  std::vector<std::string> known = kCameraKeys;
+  known.insert(known.end(), kOtherKeys.begin(), kOtherKeys.end());
+  detail::remarkUnknownKeys(intrinsics.top, known, camera);
+  return camera;
+}
+
+bool saysSame(const YamlNode& a, const YamlNode& b) {
+  const auto x = detail::parseStated(a.text());
+  const auto y = detail::parseStated(b.text());
+  return x && y ? x->value == y->value : a.text() == b.text();
+}
+
+// Does a frame say another camera than the top of the file? Then it has to say all of it, as the readers of
+// this format differ in which of the two they take.
+bool hasOwnCamera(const YamlNode& top, const YamlNode& frame) {
+  std::vector<std::string> keys = kCameraKeys;
+  keys.insert(keys.end(), {"camera_angle_x", "camera_angle_y"});
+  std::vector<std::string> others;
+  for (const std::string& key : keys) {
+    const auto theirs = top.find(key);
+    const auto own = frame.find(key);
+    if (theirs && own && theirs->isScalar() && own->isScalar() && !saysSame(*theirs, *own))
+      others.push_back(key);
+  }
+  if (others.empty()) return false;
+  std::vector<std::string> needed = {"fl_x", "fl_y", "cx", "cy"};
+  const bool is_other_size = std::any_of(others.begin(), others.end(),
+                                         [](const std::string& key) { return key == "w" || key == "h"; });
+  if (is_other_size) needed.insert(needed.end(), {"w", "h"});
+  for (const std::string& key : needed) {
+    if (frame.has(key)) continue;
+    const YamlNode own = frame.at(others.front());
+    const YamlNode theirs = top.at(others.front());
+    throw own.error("'" + own.text() + "', where " + theirs.where() + " says '" + theirs.text() +
+                        "', and no " + key + " in this frame",
+                    "the same as at the top, or the frame's own " + join(needed, ", "),
+                    "correct the wrong one, or state all of these for the frame");
+  }
+  return true;
+}
+
+bool isSame(const StatedCamera& a, const StatedCamera& b) {
+  return a.camera.modelId() == b.camera.modelId() && a.image_size == b.image_size &&
+         std::equal(a.camera.parameters().begin(), a.camera.parameters().end(),
+                    b.camera.parameters().begin());
+}
+
+// What a frame says of its camera. Frames that say the same have the same camera, which is made once.
+std::string statementOf(const YamlNode& frame) {
+  std::vector<std::string> keys = kCameraKeys;
+  keys.insert(keys.end(), {"camera_angle_x", "camera_angle_y"});
+  std::string statement;
+  for (const std::string& key : keys) {
+    const auto node = frame.find(key);
+    if (node && node->isScalar()) statement += key + "=" + node->text() + "\n";
+  }
+  return statement;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  const YamlNode& root = document.root();
+  const auto list = root.find("frames");
+  const bool has_frames = list && list->isSequence() && !list->items().empty();
+  if (!has_frames) {
+    if (list && !list->isSequence() && !root.has("fl_x") && !root.has("camera_angle_x"))
+      static_cast<void>(list->items());  // says that it is no list
+    return {.cameras = {readOne({root, root}, "", options)}};
+  }
+  constexpr std::size_t kMaxFrames = 100'000;
+  constexpr std::size_t kMaxCameras = 1000;
+  const std::vector<YamlNode> frames = list->items();
+  if (frames.size() > kMaxFrames) throw list->error(std::to_string(frames.size()) + " frames", "fewer");
+  // Each frame has a camera, and mostly they are all the same.
+  StatedCameras all;
+  std::set<std::string> statements;
+  for (const YamlNode& frame : frames) {
+    if (!statements.insert(statementOf(frame)).second) continue;
+    const auto path = frame.find("file_path");
+    const std::string name = path ? path->text() : "";
+    const std::size_t num_before = all.cameras.size();
+    const bool is_own = hasOwnCamera(root, frame);
+    all.add(name, [&] { return readOne({root, frame, is_own}, name, options); });
+    if (is_own && all.cameras.size() > num_before) {
+      all.cameras.back().remarks.push_back(
+          {"assumed", frame.where() +
+                          ": another camera than at the top of the file; the frame's own is taken, "
+                          "which nerfstudio does not do"});
+    }
+    if (all.cameras.size() > num_before &&
+        std::any_of(all.cameras.begin(), all.cameras.end() - 1,
+                    [&all](const StatedCamera& other) { return isSame(other, all.cameras.back()); }))
+      all.cameras.pop_back();
+    if (all.cameras.size() + all.refused.size() > kMaxCameras)
+      throw frame.error("more than " + std::to_string(kMaxCameras) + " different cameras", "fewer");
+  }
+  if (all.cameras.size() == 1 && all.refused.empty()) all.cameras.front().name.clear();
+  return all;
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const LensLayout& lens = detail::layoutOf(kWritten, named.camera.modelId());
+  const std::vector<std::string> names = detail::listedNames(lens);
+  const std::vector<double> values = detail::listedOrder(lens, named.camera, kOrigin);
+  nlohmann::ordered_json document = {
+      {"camera_model", lens.name}, {"w", named.image_size.width}, {"h", named.image_size.height}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string key = names[i] == "fx" ? "fl_x" : (names[i] == "fy" ? "fl_y" : names[i]);
+    document[key] = values[i];
+  }
+  document["frames"] = nlohmann::ordered_json::array();
+  return detail::jsonFileText(document);
+}
+
+}  // namespace
+
+const CameraFormat& nerfstudio() {
+  static const CameraFormat kFormat = {.id = "nerfstudio",
+                                       .title = "nerfstudio transforms.json",
+                                       .models = {"pinhole", "radtan", "kannala_brandt"},
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: MIT
+// OpenCV's FileStorage: YAML with the header %YAML:1.0, XML, or JSON. What the nodes are called is up to each
+// program; known here are the names of OpenCV's own samples (calibration, stereo_calib, the tutorial
+// camera_calibration, omnidir), of its application interactive-calibration, and the commonest ones beside
+// them. Coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] as in cv::projectPoints, k1 k2 k3 k4
+// as in cv::fisheye. Pixel (0, 0) is a pixel's centre.
+#include <array>
+#include <string>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/opencv_text.h"
+#include "alidade/files/formats/stated_size.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::OpenCvNode;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+constexpr std::array kMatrixKeys = {"camera_matrix",
+                                    "Camera_Matrix",
+                                    "cameraMatrix",
+                                    "CameraMatrix",
+                                    "camera_Matrix",
+                                    "intrinsic_matrix",
+                                    "mtx",
+                                    "K",
+                                    "M"};
+constexpr std::array kCoefficientKeys = {"distortion_coefficients",
+                                         "Distortion_Coefficients",
+                                         "distCoeffs",
+                                         "DistCoeffs",
+                                         "dist_coeffs",
+                                         "dist_coeff",
+                                         "distortion",
+                                         "dist",
+                                         "D"};
+// Names that mean something, or that OpenCV's samples write beside the camera.
+const std::vector<std::string> kOtherKeys = {"image_width",
+                                             "image_height",
+                                             "image_Width",
+                                             "image_Height",
+                                             "image_size",
+                                             "imageSize",
+                                             "cameraResolution",
+                                             "width",
+                                             "height",
+                                             "fisheye_model",
+                                             "distortion_model",
+                                             "xi",
+                                             "camera_name",
+                                             "calibration_time",
+                                             "calibration_Time",
+                                             "calibrationDate",
+                                             "framesCount",
+                                             "nframes",
+                                             "nr_of_frames",
+                                             "nrOfFrames",
+                                             "board_width",
+                                             "board_height",
+                                             "board_Width",
+                                             "board_Height",
+                                             "square_size",
+                                             "square_Size",
+                                             "fix_aspect_ratio",
+                                             "aspectRatio",
+                                             "flags",
+                                             "flagValue",
+                                             "avg_reprojection_error",
+                                             "avg_reprojection_Error",
+                                             "per_view_reprojection_errors",
+                                             "cameraMatrix_std_dev",
+                                             "camera_matrix_std_dev",
+                                             "dist_coeffs_std_dev",
+                                             "distortion_coefficients_std_dev",
+                                             "extrinsic_parameters",
+                                             "image_points",
+                                             "grid_points",
+                                             "R",
+                                             "T",
+                                             "R1",
+                                             "R2",
+                                             "P1",
+                                             "P2",
+                                             "Q",
+                                             "E",
+                                             "F"};
+
+const std::vector<std::string> kStereo = {"R", "T", "R1", "R2", "P1", "P2", "extrinsic_parameters"};
+
+template <std::size_t N>
+std::optional<std::string> findKey(const YamlNode& root, const std::array<const char*, N>& keys,
+                                   const std::string& suffix) {
+  std::optional<std::string> found;
+  for (const char* key : keys) {
+    if (!root.has(key + suffix)) continue;
+    if (found)
+      throw root.at(key + suffix)
+          .error("'" + (key + suffix) + "' beside '" + *found + "'", "one of them", "remove the other");
+    found = key + suffix;
+  }
+  return found;
+}
+
+// A camera without coefficients is a pinhole only if nothing is left over that may be its coefficients.
+void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
+  for (const std::string& name : root.keys()) {
+    const YamlNode node = root.at(name);
+    const bool is_matrix = node.isMap() && node.has("rows") && node.has("cols") && node.has("data");
+    if (std::find(kOtherKeys.begin(), kOtherKeys.end(), name) != kOtherKeys.end() || name.starts_with("x_") ||
+        !(is_matrix || node.isSequence()))
+      continue;
+    const std::size_t count = (is_matrix ? node.at("data") : node).items().size();
+    constexpr std::array<std::size_t, 5> kCounts = {4, 5, 8, 12, 14};
+    if (std::find(kCounts.begin(), kCounts.end(), count) == kCounts.end()) continue;
+    throw node.error(std::to_string(count) + " numbers '" + name +
+                         "', which may be the distortion coefficients that the camera matrix at " +
+                         matrix.where() + " lacks",
+                     "coefficients under a known name, such as distortion_coefficients",
+                     "rename them, or remove them if they are something else");
+  }
+}
+
+// A single camera, or the first and second of a pair ("M1", "M2").
+constexpr std::array kSuffixes = {"", "1", "2"};
+
+bool recognises(const CameraDocument& document) {
+  // ROS and MATLAB call matrices by the same names.
+  if (!document.isMap() || ros().recognises(document) || matlab().recognises(document)) return false;
+  for (const char* suffix : kSuffixes) {
+    if (findKey(document.root(), kMatrixKeys, suffix)) return true;
+  }
+  return false;
+}
+
+std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& options,
+                                  std::vector<Remark>& remarks) {
+  constexpr std::array<std::array<const char*, 2>, 3> kPairs = {
+      {{"image_width", "image_height"}, {"image_Width", "image_Height"}, {"width", "height"}}};
+  std::optional<ImageSize> found;
+  const auto requireSame = [&](const YamlNode& place, bool is_same) {
+    if (is_same) return;
+    throw place.error("another image size than before",
+                      std::to_string(found->width) + "x" + std::to_string(found->height),
+                      "remove the wrong one");
+  };
+  const auto take = [&](const YamlNode& place, ImageSize size) {
+    requireSame(place, !found || *found == size);
+    found = size;
+  };
+  for (const auto& [width, height] : kPairs) {
+    if (root.has(width) && root.has(height))
+      take(root.at(width), detail::readSize(root.at(width), root.at(height)));
+  }
+  for (const char* key : {"image_size", "imageSize", "cameraResolution"}) {
+    if (root.has(key)) take(root.at(key), detail::readSize(root.at(key)));
+  }
+  // A side alone: where the size is known, it has to agree.
+  for (const auto& [width, height] : kPairs) {
+    if (root.has(width) == root.has(height)) continue;
+    if (!found) {
+      found = detail::sizeOfSides(detail::sideOf(root, width), detail::sideOf(root, height),
+                                  options.image_size, remarks);
+    } else {
+      const YamlNode side = root.at(root.has(width) ? width : height);
+      requireSame(side, side.number() == (root.has(width) ? found->width : found->height));
+    }
+  }
+  return found;
+}
+
+// cv::fisheye with 1, an ordinary lens with 0; OpenCV's sample writes no other number.
+bool saysFisheye(const YamlNode& flag) {
+  const std::string text = flag.text();
+  const auto number = parseDouble(text);
+  if (text == "true" || number == 1.0) return true;
+  if (text == "false" || number == 0.0) return false;
+  throw flag.error("'" + text + "'", "1 for a fisheye (cv::fisheye) or 0 for an ordinary lens",
+                   "correct it, or remove it and add --read-as radtan or --read-as kannala_brandt");
+}
+
+// What the file says of its lens: "" where it does not.
+std::string namedModel(const YamlNode& root) {
+  const auto name = root.find("distortion_model");
+  if (!name) return "";
+  const std::string text = name->text();
+  for (const char* fisheye : {"kannala_brandt", "fisheye", "equidistant"}) {
+    if (text == fisheye) return "kannala_brandt";
+  }
+  for (const char* radtan :
+       {"radtan", "plumb_bob", "rational", "rational_polynomial", "thin_prism", "pinhole"}) {
+    if (text == radtan) return "radtan";
+  }
+  throw name->error("'" + text + "'",
+                    "kannala_brandt, fisheye or equidistant; or radtan, plumb_bob, rational, "
+                    "rational_polynomial, thin_prism or pinhole");
+}
+
+std::string statedModel(const YamlNode& root) {
+  const std::string named = namedModel(root);
+  if (!root.has("fisheye_model")) return named;
+  std::string flagged = saysFisheye(root.at("fisheye_model")) ? "kannala_brandt" : "radtan";
+  if (!named.empty() && named != flagged) {
+    throw root.at("fisheye_model")
+        .error("'" + root.at("fisheye_model").text() + "' beside a distortion_model of '" +
+                   root.at("distortion_model").text() + "'",
+               "both to say the same", "remove the wrong one");
+  }
+  return flagged;
+}
+
+[[noreturn]] void throwAmbiguous(const YamlNode& node) {
+  throw node.error(
+      "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a "
+      "fisheye",
+      "a file that says which, by 'fisheye_model: 1' or 'fisheye_model: 0'",
+      "add --read-as radtan or --read-as kannala_brandt");
+}
+
+std::string modelOf(const YamlNode& node, std::size_t count, const std::string& stated) {
+  const bool is_fisheye = stated == "kannala_brandt";
+  switch (count) {
+    case 0:
+      if (!is_fisheye) return "pinhole";
+      break;
+    case 4:
+      if (stated.empty()) throwAmbiguous(node);
+      return is_fisheye ? "kannala_brandt" : "radtan";
+    case 5:
+      if (!is_fisheye) return "radtan";
+      break;
+    case 8:
+      if (!is_fisheye) return "rational";
+      break;
+    case 12:
+    case 14:
+      if (!is_fisheye) return "thin_prism";
+      break;
+    default:
+      break;
+  }
+  throw node.error(std::to_string(count) + " distortion coefficients",
+                   is_fisheye ? "4 for a fisheye" : "none, 4, 5, 8, 12 or 14");
+}
+
+// k1 k2 p1 p2 and the unified model's xi, as cv::omnidir has them.
+StatedCamera readOmni(const YamlNode& node, const std::string& name, std::vector<StatedNumber> parameters,
+                      const YamlNode& xi, std::span<const StatedNumber> coefficients,
+                      std::optional<ImageSize> size) {
+  if (coefficients.size() != 4)
+    throw node.error(std::to_string(coefficients.size()) + " distortion coefficients", "4 beside xi");
+  parameters.push_back(xi.isMap() ? detail::statedNumbers(xi, 1).front() : detail::statedNumber(xi));
+  detail::append(parameters, coefficients);
+  return detail::stateCamera(node.where(), name, "omni", parameters, size);
+}
+
+StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std::string& read_as,
+                      std::optional<ImageSize> size) {
+  const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
+  std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
+  const auto key = findKey(root, kCoefficientKeys, suffix);
+  if (!key) refuseLeftOver(matrix, root);
+  // One value in XML is no list.
+  std::vector<StatedNumber> coefficients =
+      key ? detail::statedNumbers(root.at(*key)) : std::vector<StatedNumber>();
+  const YamlNode place = key ? root.at(*key) : matrix;
+  const auto flag = root.find("fisheye_model");
+  if (root.has("xi") && flag && saysFisheye(*flag)) {
+    throw flag->error("'" + flag->text() + "' beside 'xi', which is of cv::omnidir", "one of the two lenses",
+                      "remove the wrong one");
+  }
+  if (root.has("xi")) return readOmni(place, suffix, parameters, root.at("xi"), coefficients, size);
+  const std::string stated = statedModel(root).empty() ? read_as : statedModel(root);
+  const std::string model = modelOf(place, coefficients.size(), stated);
+  if (coefficients.size() == 14) {
+    if (coefficients[12].value != 0 || coefficients[13].value != 0) {
+      throw UnsupportedCamera(place.error("a tilted sensor (coefficients 13 and 14)",
+                                          "both zero: tilt is not supported",
+                                          "convert the calibration to 12 coefficients"));
+    }
+    coefficients.resize(12);
+  }
+  if (model == "radtan") coefficients.resize(5);
+  detail::append(parameters, coefficients);
+  StatedCamera camera = detail::stateCamera(place.where(), suffix, model, parameters, size);
+  if (!key)
+    camera.remarks.push_back(
+        {"assumed", matrix.where() + ": there are no distortion coefficients; taken as none"});
+  return camera;
+}
+
+StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
+  std::vector<Remark> remarks;
+  const auto size = findSize(root, options, remarks);
+  StatedCamera camera = readLens(root, suffix, options.model, size);
+  camera.remarks.insert(camera.remarks.begin(), remarks.begin(), remarks.end());
+  return camera;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  const YamlNode& root = document.root();
+  std::vector<std::string> known = kOtherKeys;
+  StatedCameras all;
+  for (const char* suffix : kSuffixes) {
+    for (const char* key : kMatrixKeys) known.push_back(std::string(key) + suffix);
+    for (const char* key : kCoefficientKeys) known.push_back(std::string(key) + suffix);
+    if (findKey(root, kMatrixKeys, suffix)) all.add(suffix, [&] { return readOne(root, suffix, options); });
+  }
+  for (StatedCamera& camera : all.cameras) {
+    detail::remarkUnknownKeys(root, known, camera);
+    detail::remarkNotCarried(root, kStereo, camera);
+  }
+  return all;
+}
+
+std::vector<OpenCvNode> nodesOf(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const std::span<const double> p = named.camera.parameters();
+  const std::string_view model = named.camera.modelId();
+  std::vector<OpenCvNode> nodes = {
+      {.key = "image_width", .whole = named.image_size.width},
+      {.key = "image_height", .whole = named.image_size.height},
+      {.key = "fisheye_model", .whole = model == "kannala_brandt" ? 1 : 0},
+      {.key = "camera_matrix", .rows = 3, .columns = 3, .values = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1}}};
+  std::vector<double> coefficients(p.begin() + 4, p.end());
+  if (model == "pinhole") coefficients.assign(5, 0.0);
+  if (model == "omni") {
+    // A plain number, as the sample omni_calibration writes it.
+    nodes.push_back({.key = "xi", .values = {coefficients.front()}});
+    coefficients.erase(coefficients.begin());
+  }
+  nodes.push_back({.key = "distortion_coefficients",
+                   .rows = static_cast<int>(coefficients.size()),
+                   .columns = 1,
+                   .values = coefficients});
+  return nodes;
+}
+
+std::string writeYaml(std::span<const NamedCamera> cameras) {
+  return detail::openCvYaml(nodesOf(cameras));
+}
+std::string writeXml(std::span<const NamedCamera> cameras) {
+  return detail::openCvXml(nodesOf(cameras));
+}
+std::string writeJson(std::span<const NamedCamera> cameras) {
+  return detail::openCvJson(nodesOf(cameras));
+}
+
+}  // namespace
+
+const CameraFormat& opencv() {
+  static const CameraFormat kFormat = {
+      .id = "opencv",
+      .title = "OpenCV FileStorage (YAML, XML, JSON)",
+      .models = {"pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "omni"},
+      .recognises = recognises,
+      .read = read,
+      .write = writeYaml,
+      .dialects = {{".xml", writeXml}, {".json", writeJson}}};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

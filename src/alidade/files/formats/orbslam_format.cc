@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT
+// ORB-SLAM3's settings (OpenCV's YAML; src/Settings.cc): Camera.type, Camera.width, Camera.height, and keys
+// Camera1.fx ... of the first camera, Camera2.fx ... of the second. Files without File.version, and those of
+// ORB-SLAM2, call the first camera Camera.fx ... PinHole has k1 k2 p1 p2 [k3], KannalaBrandt8 k1 k2 k3 k4.
+// Pixel (0, 0) is a pixel's centre. OpenVSLAM and stella_vslam (camera/perspective.cc, camera/fisheye.cc)
+// have the same keys, Camera.model in place of the type, Camera.cols and Camera.rows of the size;
+// stella_vslam has them in a map Camera.
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/format_text.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/stated_size.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::LensLayout;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+constexpr LensLayout kPlain = {"PinHole", "pinhole", "fx fy cx cy"};
+constexpr LensLayout kRadtan = {"PinHole", "radtan", "fx fy cx cy k1 k2 p1 p2"};
+constexpr LensLayout kRadtan5 = {"PinHole", "radtan", "fx fy cx cy k1 k2 p1 p2 k3"};
+constexpr LensLayout kFisheye = {"KannalaBrandt8", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"};
+constexpr std::array<LensLayout, 3> kWritten = {kPlain, kRadtan5, kFisheye};
+
+constexpr std::string_view kNumbers = "fx fy cx cy k1 k2 k3 k4 k5 k6 p1 p2";
+constexpr std::array kPrefixes = {"Camera1", "Camera", "Camera2"};
+const std::vector<std::string> kTransforms = {
+    "Stereo.T_c1_c2",    "Tbc",    "IMU.T_b_c1", "Camera.newWidth", "Camera.newHeight",
+    "Camera.imageScale", "LEFT.R", "RIGHT.R"};
+// Camera matrices of the images as they were taken, where those of the cameras are of rectified ones.
+constexpr std::array kRawMatrices = {"LEFT.K", "RIGHT.K", "StereoRectifier", "StereoRectifier.K_left",
+                                     "StereoRectifier.K_right"};
+// What else such files hold: not of the camera, by the start of the key.
+constexpr std::array kOtherSettings = {
+    "File.",    "ORBextractor.", "Viewer.",        "IMU.",     "Stereo.",         "RGBD.",
+    "System.",  "LEFT.",         "RIGHT.",         "ThDepth",  "DepthMapFactor",  "thFarPoints",
+    "Tbc",      "loopClosing",   "Initializer.",   "Feature.", "StereoRectifier", "PangolinViewer.",
+    "Mapping.", "Tracking.",     "depthmap_factor"};
+constexpr std::array kOtherCameraKeys = {"type",
+                                         "width",
+                                         "height",
+                                         "fps",
+                                         "RGB",
+                                         "bf",
+                                         "newWidth",
+                                         "newHeight",
+                                         "imageScale",
+                                         "overlappingBegin",
+                                         "overlappingEnd",
+                                         "lappingBegin",
+                                         "lappingEnd",
+                                         "name",
+                                         "setup",
+                                         "model",
+                                         "cols",
+                                         "rows",
+                                         "color_order",
+                                         "focal_x_baseline",
+                                         "depth_threshold"};
+
+// The keys of a camera: "Camera1.fx" of the file, or "fx" of a map.
+struct Keys {
+  YamlNode map;
+  std::string prefix;
+
+  [[nodiscard]] std::string of(std::string_view name) const { return prefix + std::string(name); }
+  [[nodiscard]] std::optional<YamlNode> find(std::string_view name) const { return map.find(of(name)); }
+  [[nodiscard]] bool has(std::string_view name) const { return map.has(of(name)); }
+};
+
+bool isNested(const YamlNode& root) {
+  const auto camera = root.find("Camera");
+  return camera && camera->isMap() && camera->has("model");
+}
+
+bool recognises(const CameraDocument& document) {
+  return document.has("Camera.type") || document.has("Camera.fx") || document.has("Camera1.fx") ||
+         document.has("Camera.model") || (document.isMap() && isNested(document.root()));
+}
+
+// Ours of OpenVSLAM's Camera.model; empty where there is none.
+std::string typeOfModel(const Keys& common) {
+  const auto model = common.find("model");
+  if (!model) return "";
+  if (model->text() == "perspective") return "PinHole";
+  if (model->text() == "fisheye") return "KannalaBrandt8";
+  throw UnsupportedCamera(model->error("'" + model->text() + "'", "perspective or fisheye",
+                                       "project the images into one of these, and calibrate it"));
+}
+
+// Empty where the file does not say.
+std::string typeOf(const Keys& common) {
+  const std::string of_model = typeOfModel(common);
+  const auto type = common.find("type");
+  if (!type) return of_model;
+  const std::vector<std::string> known = {"PinHole", "Rectified", "KannalaBrandt8"};
+  if (std::find(known.begin(), known.end(), type->text()) == known.end()) {
+    const auto nearest = nearestName(type->text(), known);
+    throw UnsupportedCamera(type->error("'" + type->text() + "'", join(known, ", "),
+                                        nearest
+                                            ? "did you mean '" + *nearest + "'?"
+                                            : "take another lens model in the program that made the file"));
+  }
+  if (!of_model.empty() && of_model != type->text()) {
+    throw type->error(
+        "'" + type->text() + "' beside " + common.of("model") + " '" + common.find("model")->text() + "'",
+        "both to say the same", "remove the wrong one");
+  }
+  return type->text();
+}
+
+const LensLayout& lensOf(const Keys& keys, const std::string& type) {
+  if (type == "KannalaBrandt8") return kFisheye;
+  if (type == "Rectified") return kPlain;
+  if (keys.has("k3")) return kRadtan5;
+  for (const char* name : {"k1", "k2", "p1", "p2"}) {
+    if (keys.has(name)) return kRadtan;
+  }
+  return kPlain;
+}
+
+// "write Camera.type: KannalaBrandt8"
+std::string adviceForFisheye(const Keys& common) {
+  return common.has("model") && !common.has("type") ? "write " + common.of("model") + ": fisheye"
+                                                    : "write " + common.of("type") + ": KannalaBrandt8";
+}
+
+// Without a type a file is one of ORB-SLAM2, which has no fisheye; but k1 to k4 alone are those of one. A k4
+// of 0 is as if it were not there.
+void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
+  const auto k4 = keys.find("k4");
+  if (!k4 || keys.has("p1") || keys.has("p2") || detail::statedNumber(*k4).value == 0) return;
+  throw k4->error("coefficients k1 to k4 and no " + common.of("type"),
+                  "the type of a fisheye, or k1 k2 p1 p2 of an ordinary lens",
+                  "if it is a fisheye, " + adviceForFisheye(common));
+}
+
+// A coefficient for which the lens has no place would be lost. 0 is as if it were not there.
+void refuseForeignCoefficients(const Keys& keys, const Keys& common, const LensLayout& lens,
+                               const std::string& type) {
+  const std::vector<std::string> own = detail::listedNames(lens);
+  for (const std::string_view name : split(kNumbers, ' ')) {
+    const auto node = keys.find(name);
+    if (!node || std::find(own.begin(), own.end(), name) != own.end()) continue;
+    if (detail::statedNumber(*node).value == 0) continue;
+    const std::string found = "'" + node->text() + "'";
+    if (type == "KannalaBrandt8") {
+      throw node->error(found, "0, or no such key: a fisheye has k1 k2 k3 k4; p1 and p2 are of PinHole",
+                        "correct the type, or take the coefficients from a calibration of this type");
+    }
+    if (type == "Rectified") {
+      throw node->error(found, "0, or no such key: Rectified images have no distortion",
+                        "remove the coefficients, or write PinHole if they are those of the images");
+    }
+    throw node->error(
+        found, "0, or no such key: an ordinary lens has k1 k2 p1 p2 k3",
+        "if it is a fisheye, " + adviceForFisheye(common) + "; otherwise calibrate with no more than these");
+  }
+}
+
+std::optional<ImageSize> sizeOf(const Keys& common, const ReadOptions& options,
+                                std::vector<Remark>& remarks) {
+  const auto side = [&common](const char* name) { return detail::sideOf(common.map, common.of(name)); };
+  const auto size = detail::sizeOfSides(side("width"), side("height"), options.image_size, remarks);
+  const auto other = detail::sizeOfSides(side("cols"), side("rows"), options.image_size, remarks);
+  if (size && other && *size != *other) {
+    throw common.find("cols")
+        .value_or(common.map)
+        .error("another image size than " + common.of("width") + " and " + common.of("height"),
+               "both to say the same", "remove the wrong one");
+  }
+  return size ? size : other;
+}
+
+StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& name,
+                     const ReadOptions& options) {
+  const std::string type = typeOf(common);
+  if (type.empty()) refuseFisheyeWithoutType(keys, common);
+  const LensLayout& lens = lensOf(keys, type);
+  refuseForeignCoefficients(keys, common, lens, type);
+  std::vector<std::string> names;
+  for (const std::string& listed : detail::listedNames(lens)) names.push_back(keys.of(listed));
+  std::vector<Remark> remarks;
+  const auto size = sizeOf(common, options, remarks);
+  StatedCamera camera =
+      detail::stateCamera(keys.map.at(names.front()).where(), name, lens.model,
+                          detail::storageOrder(lens, detail::numbersOf(keys.map, names)), size);
+  camera.remarks = std::move(remarks);
+  if (type.empty()) {
+    camera.remarks.push_back({"assumed", common.map.where() + ": there is no " + common.of("type") +
+                                             "; taken as PinHole, as ORB-SLAM2 does"});
+  }
+  return camera;
+}
+
+bool isOfCamera(const std::string& key) {
+  for (const char* prefix : kPrefixes) {
+    if (!key.starts_with(std::string(prefix) + ".")) continue;
+    const std::string name = key.substr(std::string(prefix).size() + 1);
+    for (const std::string_view known : split(kNumbers, ' ')) {
+      if (name == known) return true;
+    }
+    for (const char* known : kOtherCameraKeys) {
+      if (name == known) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<std::string> knownKeys(const YamlNode& root) {
+  std::vector<std::string> known;
+  for (const std::string& key : root.keys()) {
+    const bool is_setting = std::any_of(kOtherSettings.begin(), kOtherSettings.end(),
+                                        [&key](const char* start) { return key.starts_with(start); });
+    if (is_setting || isOfCamera(key)) known.push_back(key);
+  }
+  return known;
+}
+
+// A pair's file has the cameras of the images before rectification too.
+void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
+  for (const char* key : kRawMatrices) {
+    if (!root.has(key)) continue;
+    camera.remarks.push_back(
+        {"not_carried", root.whereKey(key) +
+                            ": this is a camera of the images as they were taken, which is not used; "
+                            "the one that was read is that of the rectified images"});
+    return;
+  }
+}
+
+// The first camera has two sets of names, of which ORB-SLAM reads one. What the other set says has to be the
+// same; a coefficient of 0 is as if it were not there.
+void refuseMixedNames(const YamlNode& root, const std::string& own, const std::string& other) {
+  for (const std::string_view name : split(kNumbers, ' ')) {
+    const auto ours = root.find(own + "." + std::string(name));
+    const auto theirs = root.find(other + "." + std::string(name));
+    if (!theirs) continue;
+    const StatedNumber number = detail::statedNumber(*theirs);
+    if (ours && detail::statedNumber(*ours).value == number.value) continue;
+    if (ours) {
+      throw theirs->error("'" + theirs->text() + "', where " + ours->where() + " says '" + ours->text() + "'",
+                          "keys of one kind for the first camera, or both to say the same",
+                          "remove the wrong one");
+    }
+    if (number.value == 0) continue;
+    throw theirs->error("'" + other + "." + std::string(name) + "' without '" + own + "." +
+                            std::string(name) + "', beside " + root.at(own + ".fx").where(),
+                        "keys of one kind for the first camera",
+                        "rename it, or remove it if it is something else");
+  }
+}
+
+// stella_vslam's map of one camera; its other maps are settings.
+StatedCameras readNested(const YamlNode& root, const ReadOptions& options) {
+  const YamlNode camera_map = root.at("Camera");
+  const Keys keys = {camera_map, ""};
+  StatedCameras all;
+  all.add("", [&] {
+    StatedCamera camera = readOne(keys, keys, "", options);
+    std::vector<std::string> known;
+    for (const std::string& key : camera_map.keys()) {
+      if (isOfCamera("Camera." + key)) known.push_back(key);
+    }
+    detail::remarkUnknownKeys(camera_map, known, camera);
+    remarkRawCameras(root, camera);
+    return camera;
+  });
+  return all;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  const YamlNode& root = document.root();
+  if (isNested(root)) return readNested(root, options);
+  StatedCameras all;
+  const Keys common = {root, "Camera."};
+  const bool is_older = !root.has("Camera1.fx") && (root.has("Camera.fx") || root.has("Camera.model"));
+  if (root.has("Camera1.fx") || root.has("Camera.fx"))
+    refuseMixedNames(root, is_older ? "Camera" : "Camera1", is_older ? "Camera1" : "Camera");
+  const Keys first = {root, is_older ? "Camera." : "Camera1."};
+  all.add("Camera1", [&] { return readOne(first, common, "Camera1", options); });
+  if (root.has("Camera2.fx")) {
+    all.add("Camera2", [&] { return readOne({root, "Camera2."}, common, "Camera2", options); });
+  }
+  for (StatedCamera& camera : all.cameras) {
+    detail::remarkUnknownKeys(root, knownKeys(root), camera);
+    detail::remarkNotCarried(root, kTransforms, camera);
+    remarkRawCameras(root, camera);
+  }
+  return all;
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const LensLayout& lens = detail::layoutOf(kWritten, named.camera.modelId());
+  const std::vector<std::string> names = detail::listedNames(lens);
+  const std::vector<double> values = detail::listedOrder(lens, named.camera);
+  std::string text =
+      "%YAML:1.0\n---\nFile.version: \"1.0\"\n\nCamera.type: \"" + std::string(lens.name) + "\"\n";
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += "Camera1." + names[i] + ": " + detail::realText(values[i]) + "\n";
+  return text + "\nCamera.width: " + std::to_string(named.image_size.width) +
+         "\nCamera.height: " + std::to_string(named.image_size.height) + "\n";
+}
+
+}  // namespace
+
+const CameraFormat& orbslam() {
+  static const CameraFormat kFormat = {.id = "orbslam",
+                                       .title = "ORB-SLAM3 settings (YAML)",
+                                       .models = {"pinhole", "radtan", "kannala_brandt"},
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

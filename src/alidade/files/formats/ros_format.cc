@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+// ROS camera_info as YAML: the file of the package camera_calibration_parsers, and the message itself (D, K,
+// R, P) as `rostopic echo` and `ros2 topic echo` print it. The models are those of sensor_msgs/CameraInfo:
+// plumb_bob (5), rational_polynomial (8), equidistant (4, also called fisheye). Pixel (0, 0) is a pixel's
+// centre. RealSense's driver has names of its own (realsense-ros, and librealsense's
+// rs2_distortion_to_string): None, and Inverse Brown Conrady, whose coefficients take the image's directions
+// to those of the lens.
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "alidade/core/text.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/format_text.h"
+#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/ros_messages.h"
+
+namespace alidade::formats {
+namespace {
+
+using detail::CameraDocument;
+using detail::StatedNumber;
+using detail::YamlNode;
+
+// The names of the file, of ROS 1's message, of ROS 2's message.
+struct Names {
+  const char* width;
+  const char* height;
+  const char* matrix;
+  const char* coefficients;
+  const char* projection;
+};
+constexpr std::array<Names, 3> kNames = {
+    {{"image_width", "image_height", "camera_matrix", "distortion_coefficients", "projection_matrix"},
+     {"width", "height", "K", "D", "P"},
+     {"width", "height", "k", "d", "p"}}};
+const std::vector<std::string> kKnown = {"image_width",
+                                         "image_height",
+                                         "camera_name",
+                                         "camera_matrix",
+                                         "distortion_model",
+                                         "distortion_coefficients",
+                                         "rectification_matrix",
+                                         "projection_matrix",
+                                         "header",
+                                         "width",
+                                         "height",
+                                         "K",
+                                         "D",
+                                         "R",
+                                         "P",
+                                         "k",
+                                         "d",
+                                         "r",
+                                         "p",
+                                         "binning_x",
+                                         "binning_y",
+                                         "roi"};
+
+const Names* namesOf(const CameraDocument& document) {
+  for (const Names& names : kNames) {
+    if (document.has(names.matrix)) return &names;
+  }
+  return nullptr;
+}
+
+bool recognises(const CameraDocument& document) {
+  const std::string& text = document.text();
+  if (detail::isCalibratorIni(text)) return true;
+  return document.has("distortion_model") && namesOf(document) != nullptr &&
+         text.find("opencv-matrix") == std::string::npos && text.find("opencv_storage") == std::string::npos;
+}
+
+// A file of one kind that has a key of another, of which either may be meant.
+void refuseMixedNames(const YamlNode& root, const Names& names) {
+  for (const Names& other : kNames) {
+    for (const auto member :
+         {&Names::width, &Names::height, &Names::matrix, &Names::coefficients, &Names::projection}) {
+      const std::string own = names.*member;
+      const std::string foreign = other.*member;
+      const auto theirs = root.find(foreign);
+      if (own == foreign || !theirs || theirs->isNull()) continue;
+      const auto ours = root.find(own);
+      const auto numbers = [](const YamlNode& node) {
+        return node.isScalar() ? std::vector<StatedNumber>{detail::statedNumber(node)}
+                               : detail::statedNumbers(node);
+      };
+      if (ours && detail::isSameStated(numbers(*ours), numbers(*theirs))) continue;
+      if (ours) {
+        throw theirs->error(
+            "'" + foreign + "', which says something else than '" + own + "' at " + ours->where(),
+            "one of them, or both to say the same", "remove the wrong one");
+      }
+      throw theirs->error(
+          "'" + foreign + "' beside '" + names.matrix + "', which are keys of two kinds of file",
+          "'" + own + "' beside '" + names.matrix + "'", "rename it, or remove it if it is something else");
+    }
+  }
+}
+
+// Drivers that do not know the size write 0.
+bool isUnknownSide(const YamlNode& root, const char* key) {
+  const auto node = root.find(key);
+  return !node || node->isNull() || node->number() == 0;
+}
+
+// The size of the image, where the file does not say it from the user, with a remark.
+ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& options,
+                 std::vector<Remark>& remarks) {
+  const std::array<const char*, 2> keys = {names.width, names.height};
+  const std::array<int, 2> given = {options.image_size.value_or(ImageSize{}).width,
+                                    options.image_size.value_or(ImageSize{}).height};
+  std::string unknown;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (isUnknownSide(root, keys[i])) {
+      unknown += (unknown.empty() ? "" : " and ") + std::string(keys[i]);
+    } else if (options.image_size && root.at(keys[i]).number() != given[i]) {
+      throw root.at(keys[i]).error("'" + root.at(keys[i]).text() + "'",
+                                   std::to_string(given[i]) + " as --image-size says", "correct one of them");
+    }
+  }
+  if (unknown.empty() || !options.image_size) {
+    const auto side = [&](const char* key) {
+      if (!isUnknownSide(root, key)) return root.at(key);
+      if (!root.has(key)) {
+        throw root.error(std::string("no key '") + key + "'", "the size of the image in pixels",
+                         "add it, or --image-size WIDTHxHEIGHT");
+      }
+      throw root.at(key).error(root.at(key).isNull() ? "nothing" : "'" + root.at(key).text() + "'",
+                               "1 to 1000000 pixels", "correct it, or add --image-size WIDTHxHEIGHT");
+    };
+    const YamlNode width = side(names.width);
+    return detail::readSize(width, side(names.height));
+  }
+  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; taken as " +
+                                    std::to_string(given[0]) + "x" + std::to_string(given[1]) +
+                                    " from --image-size"});
+  return *options.image_size;
+}
+
+// The projection matrix is that of the rectified image, whose camera is another one.
+void remarkProjection(const YamlNode& root, const char* key, std::span<const StatedNumber> pinhole,
+                      StatedCamera& camera) {
+  const auto node = root.find(key);
+  if (!node || node->isNull()) return;
+  const std::vector<StatedNumber> P = detail::statedNumbers(*node, 12);
+  const auto isZero = [](const StatedNumber& number) { return number.value == 0; };
+  if (std::all_of(P.begin(), P.end(), isZero)) return;
+  constexpr std::array<std::size_t, 9> kLeft = {0, 1, 2, 4, 5, 6, 8, 9, 10};
+  const StatedNumber zero;
+  const StatedNumber one{1, 0};
+  const std::array<StatedNumber, 9> K = {pinhole[0], zero, pinhole[2], zero, pinhole[1],
+                                         pinhole[3], zero, zero,       one};
+  for (std::size_t i = 0; i < K.size(); ++i) {
+    if (detail::isSameStated(P[kLeft[i]], K[i])) continue;
+    camera.remarks.push_back({"not_carried", root.whereKey(key) +
+                                                 ": this is the camera of rectified images, with other "
+                                                 "numbers than the camera matrix, and is not used"});
+    return;
+  }
+}
+
+// Images of a topic may be binned and cut; the camera is that of the whole sensor.
+void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
+  const auto above = [](const YamlNode& map, const char* key, double limit) {
+    const auto node = map.find(key);
+    return node && node->number() > limit;
+  };
+  const auto roi = root.find("roi");
+  const bool is_cut = roi && roi->isMap() && (above(*roi, "width", 0) || above(*roi, "height", 0));
+  const char* key = is_cut ? "roi" : above(root, "binning_x", 1) ? "binning_x" : "binning_y";
+  if (!is_cut && !above(root, key, 1)) return;
+  camera.remarks.push_back(
+      {"not_carried", root.whereKey(key) +
+                          ": binning and roi are not carried along: this is the camera of "
+                          "the whole image; alidade convert --crop and --bin make that of the part"});
+}
+
+// What to do about a distortion model that is none of ROS' own.
+std::string adviceFor(const std::string& model, std::span<const StatedNumber> coefficients) {
+  if (std::all_of(coefficients.begin(), coefficients.end(),
+                  [](const StatedNumber& n) { return n.value == 0; }))
+    return "all coefficients are 0, which is the same lens as plumb_bob with zeros: write plumb_bob";
+  const auto nearest =
+      nearestName(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"});
+  return nearest ? "did you mean '" + *nearest + "'?"
+                 : "calibrate the camera's images: alidade calibrate, or ROS' camera_calibration";
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  if (detail::isCalibratorIni(document.text())) {
+    throw inputError({.where = document.file(),
+                      .found = "found the INI file (ost.txt) of ROS' calibrator",
+                      .expected = "its YAML file, which says the distortion model too",
+                      .next_step = "take ost.yaml, which the calibrator writes beside it"});
+  }
+  const YamlNode& root = document.root();
+  const Names& names = *namesOf(document);
+  refuseMixedNames(root, names);
+  const YamlNode matrix = root.at(names.matrix);
+  std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
+  const YamlNode model_node = root.at("distortion_model");
+  const std::string stated = model_node.isNull() ? "" : model_node.text();
+  const auto coefficients_node = root.find(names.coefficients);
+  std::vector<StatedNumber> coefficients;
+  if (coefficients_node) coefficients = detail::statedNumbers(*coefficients_node);
+  const std::size_t count = coefficients.size();
+  const YamlNode place = coefficients_node.value_or(matrix);
+  const auto wrongCount = [&](const char* expected) {
+    return place.error(std::to_string(count) + " coefficients", std::string(expected) + " for " + stated,
+                       "correct distortion_model, or the list");
+  };
+  std::string model;
+  if (stated == "plumb_bob") {
+    if (count != 4 && count != 5) throw wrongCount("5");
+    coefficients.resize(5);
+    model = "radtan";
+  } else if (stated == "rational_polynomial") {
+    if (count != 8) throw wrongCount("8");
+    model = "rational";
+  } else if (stated == "equidistant" || stated == "fisheye") {
+    if (count != 4) throw wrongCount("4");
+    model = "kannala_brandt";
+  } else if (stated.empty() || stated == "none" || stated == "None") {
+    for (const StatedNumber& number : coefficients) {
+      if (number.value != 0)
+        throw model_node.error("no distortion model",
+                               "one, as the coefficients are not zero: plumb_bob, "
+                               "rational_polynomial or equidistant",
+                               "write the one that the driver or the calibration used");
+    }
+    coefficients.clear();
+    model = "pinhole";
+  } else {
+    throw model_node.error("'" + stated + "'", "plumb_bob, rational_polynomial or equidistant",
+                           adviceFor(stated, coefficients));
+  }
+  const std::vector<StatedNumber> pinhole = parameters;
+  detail::append(parameters, coefficients);
+  const auto name = root.find("camera_name");
+  std::vector<Remark> remarks;
+  const ImageSize size = sizeOf(root, names, options, remarks);
+  StatedCamera camera = detail::stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model,
+                                            parameters, size);
+  camera.remarks = std::move(remarks);
+  detail::remarkUnknownKeys(root, kKnown, camera);
+  detail::remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
+  remarkProjection(root, names.projection, pinhole, camera);
+  remarkCroppedImages(root, camera);
+  return {.cameras = {camera}};
+}
+
+std::string matrixText(const std::string& key, int rows, int columns, std::span<const double> values) {
+  return key + ":\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(columns) +
+         "\n  data: " + detail::listText(values) + "\n";
+}
+
+std::string write(std::span<const NamedCamera> cameras) {
+  const NamedCamera& named = cameras.front();
+  const std::span<const double> p = named.camera.parameters();
+  const std::string_view model = named.camera.modelId();
+  std::vector<double> coefficients(p.begin() + 4, p.end());
+  if (model == "pinhole") coefficients.assign(5, 0.0);
+  const std::string ros_model = model == "rational"         ? "rational_polynomial"
+                                : model == "kannala_brandt" ? "equidistant"
+                                                            : "plumb_bob";
+  const std::array<double, 9> K = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
+  const std::array<double, 9> R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const std::array<double, 12> P = {p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0};
+  return "image_width: " + std::to_string(named.image_size.width) +
+         "\nimage_height: " + std::to_string(named.image_size.height) +
+         "\ncamera_name: " + detail::yamlText(named.name.empty() ? "camera" : named.name) + "\n" +
+         matrixText("camera_matrix", 3, 3, K) + "distortion_model: " + ros_model + "\n" +
+         matrixText("distortion_coefficients", 1, static_cast<int>(coefficients.size()), coefficients) +
+         matrixText("rectification_matrix", 3, 3, R) + matrixText("projection_matrix", 3, 4, P);
+}
+
+}  // namespace
+
+const CameraFormat& ros() {
+  static const CameraFormat kFormat = {.id = "ros",
+                                       .title = "ROS camera_info (YAML)",
+                                       .models = {"pinhole", "radtan", "rational", "kannala_brandt"},
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
+  return kFormat;
+}
+
+}  // namespace alidade::formats

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/pose_file.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "alidade/core/text.h"
+#include "alidade/files/pose_node.h"
+#include "alidade/geometry/rotation_conversions.h"
+
+namespace alidade {
+namespace detail {
+namespace {
+
+const std::vector<std::string> kRotationKeys = {"quaternion_xyzw", "rotation_vector_rad", "rotation_matrix",
+                                                "euler_zyx_rad", "euler_zyx_deg"};
+
+// Numbers of an n x n matrix written as n lists or as one.
+std::vector<double> matrixNumbers(const YamlNode& node, std::size_t n) {
+  const std::vector<YamlNode> rows = node.items();
+  if (rows.size() != n) return node.numbers(n * n);
+  std::vector<double> all;
+  for (const YamlNode& row : rows) {
+    const std::vector<double> values = row.numbers(n);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return all;
+}
+
+template <int kSize>
+Eigen::Matrix<double, kSize, kSize> matrixOf(const YamlNode& node) {
+  const std::vector<double> values = matrixNumbers(node, kSize);
+  return Eigen::Map<const Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>>(values.data());
+}
+
+SO3 readRotation(const YamlNode& node, const std::string& key) {
+  const YamlNode value = node.at(key);
+  try {
+    if (key == "quaternion_xyzw") {
+      const std::vector<double> q = value.numbers(4);
+      return SO3::fromQuaternion(Eigen::Quaterniond(q[3], q[0], q[1], q[2]));
+    }
+    if (key == "rotation_matrix") return rotationFromMatrix(matrixOf<3>(value));
+    const std::vector<double> v = value.numbers(3);
+    if (key == "rotation_vector_rad") return SO3::exp({v[0], v[1], v[2]});
+    const double unit = key == "euler_zyx_deg" ? std::numbers::pi / 180 : 1.0;
+    return rotationFromEuler({.yaw_rad = v[0] * unit, .pitch_rad = v[1] * unit, .roll_rad = v[2] * unit});
+  } catch (const Error& e) {
+    // Conversions know what is wrong, but not where it was written.
+    const std::string message = e.what();
+    if (message.starts_with(value.where())) throw;
+    throw inputError({.where = value.where(), .found = message});
+  }
+}
+
+}  // namespace
+
+SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
+  std::vector<std::string> allowed = kRotationKeys;
+  allowed.insert(allowed.end(), {"translation_m", "matrix"});
+  allowed.insert(allowed.end(), beside.begin(), beside.end());
+  node.allowKeys(allowed);
+  if (node.has("matrix")) {
+    for (const std::string& key : node.keys()) {
+      const bool is_of_pose =
+          key == "translation_m" || std::count(kRotationKeys.begin(), kRotationKeys.end(), key);
+      if (is_of_pose)
+        throw node.error("'matrix' beside '" + key + "'", "'matrix' alone: it holds the whole pose");
+    }
+    const YamlNode matrix = node.at("matrix");
+    const Eigen::Matrix4d values = matrixOf<4>(matrix);
+    try {
+      return motionFromMatrix(values);
+    } catch (const Error& e) {
+      throw inputError({.where = matrix.where(), .found = e.what()});
+    }
+  }
+  std::string rotation_key;
+  for (const std::string& key : kRotationKeys) {
+    if (!node.has(key)) continue;
+    if (!rotation_key.empty()) throw node.error("both " + rotation_key + " and " + key, "one rotation");
+    rotation_key = key;
+  }
+  if (rotation_key.empty())
+    throw node.error("no rotation", "one of " + join(kRotationKeys, ", ") + ", or matrix");
+  SE3 pose;
+  pose.rotation = readRotation(node, rotation_key);
+  const std::vector<double> t = node.at("translation_m").numbers(3);
+  pose.translation = {t[0], t[1], t[2]};
+  return pose;
+}
+
+FramedPose readFramedPose(const YamlNode& node, const std::vector<std::string>& beside) {
+  for (const char* frame : {"world", "board", "rig"}) {
+    const std::string forward = std::string("camera_from_") + frame;
+    const std::string backward = std::string(frame) + "_from_camera";
+    for (const std::string& key : {forward, backward}) {
+      if (!node.has(key)) continue;
+      std::vector<std::string> allowed = beside;
+      allowed.push_back(key);
+      node.allowKeys(allowed);
+      const SE3 pose = readPose(node.at(key));
+      return {key == forward ? pose : pose.inverse(), true};
+    }
+  }
+  return {readPose(node, beside), false};
+}
+
+void writePose(YAML::Emitter& out, const SE3& pose) {
+  Eigen::Vector4d q = pose.rotation.quaternion().coeffs();
+  if (q.w() < 0) q = -q;
+  const auto write = [&out](const char* key, const auto& values) {
+    out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginSeq;
+    for (const double value : values) out << exactText(value);
+    out << YAML::EndSeq;
+  };
+  out << YAML::Flow << YAML::BeginMap;
+  write("quaternion_xyzw", q);
+  write("translation_m", pose.translation);
+  out << YAML::EndMap;
+}
+
+}  // namespace detail
+
+SE3 readPoseSource(const std::string& source) {
+  using detail::YamlNode;
+  const bool is_text = trim(source).starts_with('{');
+  const YamlNode root = is_text ? YamlNode::parse(source, "pose") : YamlNode::readFile(source);
+  if (!is_text && !root.isMap()) {
+    throw root.error(root.isSequence() ? "a list" : "no pose",
+                     "one pose: a map with a rotation and translation_m",
+                     "a list or a table of poses goes to --poses");
+  }
+  return detail::readFramedPose(root).camera_from_x;
+}
+
+}  // namespace alidade

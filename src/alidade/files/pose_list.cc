@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/pose_list.h"
+
+#include <array>
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/pose_node.h"
+#include "alidade/files/table_lines.h"
+
+namespace alidade {
+namespace {
+
+using detail::TableColumn;
+using detail::TableLines;
+using detail::YamlNode;
+
+constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20U;
+
+const std::vector<std::string> kTumNames = {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+const std::vector<TableColumn> kTranslation = {{"tx", "m"}, {"ty", "m"}, {"tz", "m"}};
+const std::vector<TableColumn> kPlainTranslation = {{"x", "m"}, {"y", "m"}, {"z", "m"}};
+const std::vector<TableColumn> kQuaternion = {{"qx"}, {"qy"}, {"qz"}, {"qw"}};
+const std::vector<TableColumn> kRotationVector = {{"rx", "rad"}, {"ry", "rad"}, {"rz", "rad"}};
+const std::string kHowToSay =
+    "add --poses-are camera_from_world (points to the camera) or world_from_camera (where the camera is)";
+
+SE3 cameraFromWorld(const SE3& pose, PoseDirection direction) {
+  return direction == PoseDirection::kCameraFromWorld ? pose : pose.inverse();
+}
+
+// One pose a row.
+class PoseTable {
+ public:
+  PoseTable(const std::string& name, std::optional<PoseDirection> direction)
+      : lines_(name), direction_(direction) {}
+
+  void line(std::string_view text) {
+    const TableLines::Kind kind = lines_.take(text);
+    if (kind == TableLines::Kind::kNothing) return;
+    if (kind == TableLines::Kind::kHeader) return readHeader(lines_.names());
+    if (list_.poses.empty() && rotation_.empty()) withoutHeader();
+    list_.poses.push_back(row());
+  }
+
+  PoseList finish() { return std::move(list_); }
+
+ private:
+  // The first row has no header above it, or one that is a comment.
+  void withoutHeader() {
+    const auto& comment = lines_.commentNames();
+    if (detail::findColumn(comment, {"qw"}).index && detail::findColumn(comment, {"qx"}).index) {
+      if (comment == kTumNames && !direction_) direction_ = PoseDirection::kWorldFromCamera;
+      return readHeader(comment);
+    }
+    if (lines_.numFields() != kTumNames.size()) {
+      throw lines_.error(
+          std::to_string(lines_.numFields()) + " columns without a header",
+          "a header that names tx,ty,tz,qx,qy,qz,qw or tx,ty,tz,rx,ry,rz, or the 8 columns of a "
+          "TUM trajectory, " +
+              join(kTumNames, " "),
+          "add a header");
+    }
+    list_.is_assumed_tum = !direction_;
+    if (!direction_) direction_ = PoseDirection::kWorldFromCamera;
+    readHeader(kTumNames);
+  }
+
+  void readHeader(const std::vector<std::string>& names) {
+    const bool has_quaternion = detail::findColumn(names, {"qw"}).index.has_value();
+    const detail::ColumnSearch vector = detail::findColumn(names, {"rx", "rad"});
+    const bool has_vector = vector.index || (!has_quaternion && !vector.complaint.empty());
+    if (has_quaternion && has_vector)
+      throw lines_.error("both a quaternion and a rotation vector", "one rotation, qx,qy,qz,qw or rx,ry,rz");
+    const bool is_plain =
+        !detail::findColumn(names, {"tx", "m"}).index && detail::findColumn(names, {"x", "m"}).index;
+    const std::vector<TableColumn>& translation = is_plain ? kPlainTranslation : kTranslation;
+    const std::vector<TableColumn>& rotation = has_vector ? kRotationVector : kQuaternion;
+    for (const TableColumn& column : translation) translation_.push_back(indexOf(names, column));
+    for (const TableColumn& column : rotation) rotation_.push_back(indexOf(names, column));
+    for (const char* id : {"id", "pose", "name", "image", "frame", "timestamp", "time"}) {
+      // A time may be in seconds or anything else: it is a name here.
+      for (std::size_t i = 0; i < names.size() && !id_; ++i) {
+        if (detail::findColumn({names[i]}, {id}).index || names[i].starts_with(std::string(id) + " ["))
+          id_ = i;
+      }
+    }
+    names_ = names;
+    if (!direction_) {
+      throw lines_.error("poses that may go either way", "to be told which", kHowToSay);
+    }
+  }
+
+  std::size_t indexOf(const std::vector<std::string>& names, const TableColumn& column) {
+    const detail::ColumnSearch search = detail::findColumn(names, column);
+    if (search.index) return *search.index;
+    throw lines_.error(search.complaint.empty()
+                           ? "no column " + column.name + " in the header " + join(names, ",")
+                           : search.complaint,
+                       "tx,ty,tz (metres) with qx,qy,qz,qw or with rx,ry,rz (radians)");
+  }
+
+  double number(std::size_t index) {
+    const double value = lines_.number(index, names_[index]);
+    if (!std::isfinite(value))
+      throw lines_.error("'" + std::string(lines_.fields()[index]) + "' as " + names_[index],
+                         "a finite number");
+    return value;
+  }
+
+  SO3 rotation() {
+    std::array<double, 4> r{};
+    for (std::size_t i = 0; i < rotation_.size(); ++i) r[i] = number(rotation_[i]);
+    if (rotation_.size() == 3) return SO3::exp({r[0], r[1], r[2]});
+    const Eigen::Quaterniond q(r[3], r[0], r[1], r[2]);
+    // Rounded to two digits at worst; numbers of other columns are farther away.
+    constexpr double kMaxLengthError = 0.01;
+    if (!(std::abs(q.norm() - 1) <= kMaxLengthError)) {
+      throw lines_.error("a quaternion of length " + exactText(q.norm()), "qx,qy,qz,qw of length 1",
+                         "see whether the columns are what the header says");
+    }
+    return SO3::fromQuaternion(q);
+  }
+
+  NamedPose row() {
+    NamedPose pose;
+    pose.id = id_ ? std::string(lines_.fields()[*id_]) : std::to_string(list_.poses.size());
+    if (id_ && !ids_.insert(pose.id).second)
+      throw lines_.error("the pose '" + pose.id + "' twice", "each " + names_[*id_] + " once");
+    SE3 stated;
+    stated.rotation = rotation();
+    stated.translation = {number(translation_[0]), number(translation_[1]), number(translation_[2])};
+    pose.camera_from_x = cameraFromWorld(stated, *direction_);
+    return pose;
+  }
+
+  TableLines lines_;
+  std::optional<PoseDirection> direction_;
+  std::vector<std::string> names_;
+  std::vector<std::size_t> translation_;
+  std::vector<std::size_t> rotation_;
+  std::optional<std::size_t> id_;
+  std::set<std::string> ids_;
+  PoseList list_;
+};
+
+PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) {
+  std::vector<YamlNode> items;
+  if (root.isSequence()) {
+    items = root.items();
+  } else if (root.has("poses")) {
+    root.allowKeys({"poses"});
+    items = root.at("poses").items();
+  } else {
+    items = {root};
+  }
+  PoseList list;
+  std::set<std::string> ids;
+  for (const YamlNode& item : items) {
+    const detail::FramedPose pose = detail::readFramedPose(item, {"id"});
+    const auto id = item.find("id");
+    if (pose.is_framed && direction) {
+      throw item.error("a key that names the frames, beside --poses-are", "one of the two",
+                       "leave --poses-are out: the key already says which way the pose goes");
+    }
+    list.poses.push_back(
+        {.id = id ? id->text() : std::to_string(list.poses.size()),
+         .camera_from_x =
+             pose.is_framed
+                 ? pose.camera_from_x
+                 : cameraFromWorld(pose.camera_from_x, direction.value_or(PoseDirection::kCameraFromWorld))});
+    if (!ids.insert(list.poses.back().id).second)
+      throw item.error("the pose '" + list.poses.back().id + "' twice", "each id once");
+  }
+  return list;
+}
+
+// A table's lines have neither of YAML's marks for lists and maps.
+bool looksLikeYaml(std::string_view text) {
+  for (std::string_view line : split(text, '\n')) {
+    line = trim(line);
+    if (line.empty() || line.starts_with('#')) continue;
+    return line == "-" || line.starts_with("- ") || line.starts_with("---") ||
+           std::string_view("{[%").find(line.front()) != std::string_view::npos || line.ends_with(':') ||
+           line.find(": ") != std::string_view::npos;
+  }
+  return false;
+}
+
+}  // namespace
+
+PoseList parsePoseList(const std::string& text, const std::string& name,
+                       std::optional<PoseDirection> direction) {
+  PoseList list;
+  if (looksLikeYaml(text)) {
+    list = readYaml(YamlNode::parse(text, name), direction);
+  } else {
+    PoseTable table(name, direction);
+    for (const std::string_view line : split(text, '\n')) table.line(line);
+    list = table.finish();
+  }
+  if (list.poses.empty()) {
+    throw inputError({.where = name,
+                      .found = "no pose",
+                      .expected = "a YAML list of poses, or a table with a row a pose",
+                      .next_step = "see alidade project --help"});
+  }
+  return list;
+}
+
+PoseList readPoseList(const std::string& path, std::optional<PoseDirection> direction) {
+  return parsePoseList(readTextFile(path, kMaxFileBytes), path, direction);
+}
+
+}  // namespace alidade

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/scene_file.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "alidade/files/board_file.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_node.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/pose_node.h"
+
+namespace alidade {
+namespace {
+
+using detail::YamlNode;
+
+// Fields of an options struct by their names in the file, which are their names in the code.
+template <class Options>
+struct Field {
+  const char* key;
+  double Options::*value;
+};
+
+constexpr Field<RandomViewOptions> kRandomFields[] = {{"max_tilt_deg", &RandomViewOptions::max_tilt_deg},
+                                                      {"max_roll_deg", &RandomViewOptions::max_roll_deg},
+                                                      {"min_fill", &RandomViewOptions::min_fill},
+                                                      {"max_fill", &RandomViewOptions::max_fill},
+                                                      {"margin_px", &RandomViewOptions::margin_px}};
+
+constexpr Field<RenderOptions> kRenderFields[] = {
+    {"blur_px", &RenderOptions::blur_px},
+    {"dark_level", &RenderOptions::dark_level},
+    {"bright_level", &RenderOptions::bright_level},
+    {"background_level", &RenderOptions::background_level},
+    {"falloff", &RenderOptions::falloff},
+    {"vignetting_exponent", &RenderOptions::vignetting_exponent},
+    {"read_noise", &RenderOptions::read_noise},
+    {"full_well_electrons", &RenderOptions::full_well_electrons}};
+
+template <class Options, std::size_t kCount>
+void readFields(const YamlNode& node, const Field<Options> (&fields)[kCount],
+                std::vector<std::string> other_keys, Options& options) {
+  std::vector<std::string> keys = std::move(other_keys);
+  for (const auto& field : fields) keys.emplace_back(field.key);
+  node.allowKeys(keys);
+  for (const auto& field : fields) {
+    if (const auto value = node.find(field.key)) options.*(field.value) = value->number();
+  }
+}
+
+// Complaints about ranges come from the options themselves; the file's place is added here.
+template <class Options>
+void checkRanges(const YamlNode& node, const Options& options) {
+  try {
+    options.validate();
+  } catch (const Error& e) {
+    throw inputError({.where = node.where(), .found = e.what()});
+  }
+}
+
+// Reads what a scene only names, and adds the scene's line to complaints: the mistake may be on either side.
+template <class Read>
+auto readNamed(const YamlNode& node, const Read& read) {
+  try {
+    return read();
+  } catch (const Error& e) {
+    throw inputError({.where = node.where(), .found = e.what()});
+  }
+}
+
+Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& folder) {
+  const std::string source = node.text();
+  const bool is_spec = source.find(':') != std::string::npos;
+  return readNamed(node, [&] { return readBoard(is_spec ? source : (folder / source).string()); });
+}
+
+// `node` is the one that says how large the images are. Rendering takes memory for several of them.
+void checkRenderSize(const YamlNode& node, const ImageSize& size) {
+  constexpr std::int64_t kMaxPixels = 100'000'000;
+  if (std::int64_t{size.width} * size.height <= kMaxPixels) return;
+  throw node.error("images of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+                   "at most " + std::to_string(kMaxPixels) + " pixels in all for a scene");
+}
+
+Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
+  const YamlNode camera = root.at("camera");
+  const Checkerboard board = readSceneBoard(root.at("board"), folder);
+  const auto make = [&](AnyCamera any_camera, ImageSize size) {
+    return Scene{.camera = std::move(any_camera),
+                 .image_size = size,
+                 .board = board,
+                 .camera_from_board = {},
+                 .num_random_views = 0,
+                 .seed = 1,
+                 .random_views = {},
+                 .render = {},
+                 .corner_noise_px = 0};
+  };
+  if (camera.isMap()) {
+    camera.allowKeys({"model", "image_size", "parameters"});
+    const YamlNode size_node = camera.at("image_size");
+    const ImageSize size = detail::readImageSize(size_node);
+    checkRenderSize(size_node, size);
+    return make(detail::readCamera(camera), size);
+  }
+  const std::string file = (folder / camera.text()).string();
+  const CameraSource source = readNamed(camera, [&] { return loadCameras(file); });
+  const CameraRecord read = readNamed(camera, [&] { return onlyCamera(source); });
+  checkRenderSize(camera, read.image_size);
+  Scene scene = make(read.camera, read.image_size);
+  for (const Remark& remark : source.cameras.front().remarks) scene.camera_remarks.push_back(remark.message);
+  return scene;
+}
+
+void readViews(const YamlNode& node, Scene& scene) {
+  node.allowKeys({"random", "poses"});
+  if (node.has("random") == node.has("poses"))
+    throw node.error("both or neither of random and poses", "one of them");
+  if (node.has("random")) {
+    const YamlNode count = node.at("random");
+    scene.num_random_views = count.integer();
+    constexpr int kMaxViews = 100'000;
+    if (scene.num_random_views < 1 || scene.num_random_views > kMaxViews) {
+      throw count.error("'" + count.text() + "'", "1 to 100000 views");
+    }
+    return;
+  }
+  for (const YamlNode& item : node.at("poses").items())
+    scene.camera_from_board.push_back(detail::readPose(item));
+  if (scene.camera_from_board.empty()) throw node.at("poses").error("no pose", "at least one");
+}
+
+Scene readRoot(const YamlNode& root, const std::string& name) {
+  root.allowKeys(
+      {"alidade_scene", "camera", "board", "views", "seed", "random", "render", "corner_noise_px"});
+  const YamlNode version = root.at("alidade_scene");
+  if (version.integer() != 1) throw version.error("format version " + version.text(), "1");
+  Scene scene = readBasics(root, std::filesystem::path(name).parent_path());
+  readViews(root.at("views"), scene);
+  if (const auto n = root.find("seed")) {
+    if (n->integer() < 0) throw n->error("'" + n->text() + "'", "0 or more");
+    scene.seed = static_cast<std::uint64_t>(n->integer());
+  }
+  if (const auto n = root.find("random")) {
+    readFields(*n, kRandomFields, {}, scene.random_views);
+    checkRanges(*n, scene.random_views);
+  }
+  if (const auto n = root.find("render")) {
+    readFields(*n, kRenderFields, {"samples"}, scene.render);
+    if (const auto samples = n->find("samples")) scene.render.samples = samples->integer();
+    checkRanges(*n, scene.render);
+  }
+  if (const auto n = root.find("corner_noise_px")) {
+    scene.corner_noise_px = n->number();
+    if (scene.corner_noise_px < 0) throw n->error("'" + n->text() + "'", "0 or more");
+  }
+  return scene;
+}
+
+}  // namespace
+
+Scene readSceneFile(const std::string& path) {
+  return readRoot(YamlNode::readFile(path), path);
+}
+
+Scene parseSceneFile(const std::string& text, const std::string& name) {
+  return readRoot(YamlNode::parse(text, name), name);
+}
+
+std::string posesText(const std::vector<std::string>& images, const std::vector<SE3>& camera_from_board) {
+  expect(images.size() == camera_from_board.size(), "one pose an image");
+  YAML::Emitter out;
+  out << YAML::BeginSeq;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "image" << YAML::Value << images[i];
+    out << YAML::Key << "camera_from_board" << YAML::Value;
+    detail::writePose(out, camera_from_board[i]);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+  return std::string(out.c_str(), out.size()) + "\n";
+}
+
+}  // namespace alidade

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/geometry/se3.h"
+#include "alidade/record/scene.h"
+
+namespace alidade {
+
+/// Reads a scene:
+///
+///   alidade_scene: 1
+///   camera: camera.yaml            # a camera file, or a map of its model, image_size, parameters
+///   board: checkerboard:9x6:25mm   # or a board file
+///   views: {random: 12}            # or {poses: [...]}, each as in pose_file.h
+///   seed: 1
+///   random: {max_tilt_deg: 45, max_roll_deg: 30, min_fill: 0.35, max_fill: 0.8, margin_px: 4}
+///   render: {blur_px: 0.8, read_noise: 1.5, full_well_electrons: 10000, dark_level: 30, bright_level: 220,
+///            background_level: 110, falloff: 0, vignetting_exponent: 0, samples: 377}
+///   corner_noise_px: 0
+///
+/// camera, board and views are needed. Files are looked for from the scene's folder.
+/// @throws Error (kInput) naming line and key
+[[nodiscard]] Scene readSceneFile(const std::string& path);
+
+/// The same from text; `name` stands for the file in messages and in the search for other files.
+[[nodiscard]] Scene parseSceneFile(const std::string& text, const std::string& name);
+
+/// Text of a YAML list of the true poses: image and camera_from_board of each view.
+[[nodiscard]] std::string posesText(const std::vector<std::string>& images,
+                                    const std::vector<SE3>& camera_from_board);
+
+}  // namespace alidade

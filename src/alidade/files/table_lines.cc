@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/table_lines.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <utility>
+
+#include "alidade/core/text.h"
+
+namespace alidade::detail {
+namespace {
+
+bool isBlank(char c) {
+  return c == ' ' || c == '\t' || c == '\r';
+}
+
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
+// The unit's symbol for the ways of writing it; empty for what is none.
+std::string_view unitSymbol(std::string_view text) {
+  using Spelling = std::pair<std::string_view, std::string_view>;
+  constexpr std::array<Spelling, 21> kSpellings = {
+      {{"m", "m"},        {"meter", "m"},   {"meters", "m"},    {"metre", "m"}, {"metres", "m"},
+       {"mm", "mm"},      {"cm", "cm"},     {"um", "um"},       {"km", "km"},   {"in", "in"},
+       {"inch", "in"},    {"inches", "in"}, {"ft", "ft"},       {"px", "px"},   {"pixel", "px"},
+       {"pixels", "px"},  {"rad", "rad"},   {"radians", "rad"}, {"deg", "deg"}, {"degree", "deg"},
+       {"degrees", "deg"}}};
+  for (const auto& [spelling, symbol] : kSpellings) {
+    if (spelling == text) return symbol;
+  }
+  return {};
+}
+
+// What follows the column's name in a header's field: nothing, or a unit in brackets or after a blank or '_'.
+// Nothing at all for a field that is another name.
+std::optional<std::string> unitBehind(std::string_view field, const std::string& column) {
+  const std::string text = lowerCase(trim(field));
+  if (!text.starts_with(column)) return std::nullopt;
+  std::string_view rest = std::string_view(text).substr(column.size());
+  if (rest.empty()) return "";
+  constexpr std::string_view kAround = " _[]()";
+  if (kAround.find(rest.front()) == std::string_view::npos) return std::nullopt;
+  const std::size_t first = rest.find_first_not_of(kAround);
+  if (first == std::string_view::npos) return "";
+  rest = rest.substr(first, rest.find_last_not_of(kAround) - first + 1);
+  const std::string_view symbol = unitSymbol(rest);
+  if (symbol.empty()) return std::nullopt;
+  return std::string(symbol);
+}
+
+// The first place from `start` on that ends a field, outside of quotes; or the line's end.
+template <class IsEnd>
+std::size_t endOfField(std::string_view line, std::size_t start, const IsEnd& isEnd) {
+  bool is_quoted = false;
+  std::size_t i = start;
+  for (; i < line.size() && (is_quoted || !isEnd(line[i])); ++i) {
+    if (line[i] == '"') is_quoted = !is_quoted;
+  }
+  return i;
+}
+
+std::string_view withoutBlanks(std::string_view text) {
+  while (!text.empty() && isBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && isBlank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+ColumnSearch findColumn(const std::vector<std::string>& names, const TableColumn& column) {
+  std::vector<std::size_t> exact;
+  std::vector<std::size_t> alike;
+  std::string complaint;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == column.name) exact.push_back(i);
+    const auto unit = unitBehind(names[i], column.name);
+    if (!unit) continue;
+    if (unit->empty() || *unit == column.unit) {
+      alike.push_back(i);
+    } else if (complaint.empty()) {
+      complaint = "the column '" + names[i] + "'";
+    }
+  }
+  const std::vector<std::size_t>& found = exact.empty() ? alike : exact;
+  if (found.size() > 1)
+    return {.complaint = "two columns '" + names[found[0]] + "' and '" + names[found[1]] + "'"};
+  if (found.size() == 1) return {.index = found.front()};
+  return {.complaint = complaint};
+}
+
+TableLines::Kind TableLines::take(std::string_view line) {
+  ++line_;
+  if (line_ == 1) {
+    if (line.starts_with("\xff\xfe") || line.starts_with("\xfe\xff"))
+      throw error("UTF-16 text", "UTF-8 or ASCII", "save the table as CSV (UTF-8)");
+    if (line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);
+  }
+  line = withoutBlanks(line);
+  if (line.empty()) return Kind::kNothing;
+  if (line.starts_with('#')) {
+    if (num_fields_ != 0) return Kind::kNothing;
+    line = trim(line.substr(std::min(line.find_first_not_of('#'), line.size())));
+    try {
+      split(line);
+      comment_names_ = names();
+    } catch (const Error&) {
+      comment_names_.clear();  // a remark may hold anything, such as one quotation mark
+    }
+    return Kind::kNothing;
+  }
+  split(line);
+  if (num_fields_ == 0) {
+    num_fields_ = fields_.size();
+    if (!parseDouble(fields_.front())) return Kind::kHeader;
+    if (comment_names_.size() != num_fields_) comment_names_.clear();
+    return Kind::kRow;
+  }
+  if (fields_.size() != num_fields_)
+    throw error(std::to_string(fields_.size()) + " fields",
+                std::to_string(num_fields_) + " as in the rows before");
+  return Kind::kRow;
+}
+
+void TableLines::split(std::string_view line) {
+  fields_.clear();
+  unquoted_.clear();
+  bool has_comma = line.find(',') != std::string_view::npos;
+  bool has_semicolon = line.find(';') != std::string_view::npos;
+  bool is_quoted = false;
+  if (line.find('"') != std::string_view::npos) {  // what stands in quotes does not count
+    has_comma = has_semicolon = false;
+    for (const char c : line) {
+      if (c == '"') is_quoted = !is_quoted;
+      if (is_quoted) continue;
+      has_comma = has_comma || c == ',';
+      has_semicolon = has_semicolon || c == ';';
+    }
+  }
+  if (is_quoted) throw error("an open quote", "a quote at the field's end too");
+  if (has_comma && has_semicolon)
+    throw error("commas beside semicolons", "one of them between fields, and a point in numbers",
+                "if the numbers have decimal commas, write points instead");
+  if (has_comma || has_semicolon) return splitAt(line, has_comma ? ',' : ';');
+  splitAtBlanks(line);
+}
+
+void TableLines::splitAt(std::string_view line, char separator) {
+  for (std::size_t start = 0;;) {
+    const std::size_t end = endOfField(line, start, [separator](char c) { return c == separator; });
+    addField(withoutBlanks(line.substr(start, end - start)));
+    if (end == line.size()) return;
+    start = end + 1;
+  }
+}
+
+void TableLines::splitAtBlanks(std::string_view line) {
+  for (std::size_t start = 0; start < line.size();) {
+    const std::size_t end = endOfField(line, start, isBlank);
+    addField(line.substr(start, end - start));
+    start = end;
+    while (start < line.size() && isBlank(line[start])) ++start;
+  }
+}
+
+void TableLines::addField(std::string_view text) {
+  if (!text.starts_with('"')) {
+    fields_.push_back(text);
+    return;
+  }
+  std::string field;
+  bool is_quoted = false;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    if (text[k] != '"') {
+      field += text[k];
+    } else {
+      if (!is_quoted && k > 0) field += '"';  // a doubled one inside
+      is_quoted = !is_quoted;
+    }
+  }
+  fields_.emplace_back(unquoted_.emplace_back(std::move(field)));
+}
+
+double TableLines::number(std::size_t index, const std::string& column) const {
+  const std::string_view field = fields_[index];
+  const auto value = parseDouble(field);
+  if (!value) {
+    const bool is_decimal_comma = field.find(',') != std::string_view::npos;
+    throw error("'" + std::string(field.substr(0, 40)) + "' as " + column, "a number",
+                is_decimal_comma ? "write a decimal point instead of the comma" : "");
+  }
+  return *value;
+}
+
+Error TableLines::error(const std::string& found, const std::string& expected,
+                        const std::string& next_step) const {
+  return inputError({.where = name_ + ":" + std::to_string(line_),
+                     .found = "found " + found,
+                     .expected = expected,
+                     .next_step = next_step});
+}
+
+}  // namespace alidade::detail

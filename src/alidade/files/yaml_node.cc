@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/yaml_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include <yaml-cpp/depthguard.h>
+#include <yaml-cpp/parser.h>
+
+#include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
+
+namespace alidade::detail {
+namespace {
+
+constexpr std::size_t kMaxFileBytes = 64u << 20u;
+
+// "cam.yaml:4"
+std::string placeInFile(const std::string& file, const YAML::Mark& mark) {
+  return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
+}
+
+// Takes no notice of what a document holds.
+class DocumentSkipper final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  }
+  void OnMapEnd() override {}
+};
+
+// Up to two: YAML::LoadAll() goes on for ever where a stray bracket or comma lets it read empty documents.
+int countDocuments(const std::string& text, YAML::EventHandler* inspector) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentSkipper skipper;
+  if (!parser.HandleNextDocument(inspector != nullptr ? *inspector : skipper)) return 0;
+  return parser.HandleNextDocument(skipper) ? 2 : 1;
+}
+
+}  // namespace
+
+YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML::EventHandler* inspector) {
+  if (text.starts_with("%YAML:1.0")) {
+    throw inputError({.where = file + ":1",
+                      .found = "found %YAML:1.0, which starts files of OpenCV's own format",
+                      .expected = "YAML 1.2",
+                      .next_step = "OpenCV's files are read as camera files only"});
+  }
+  try {
+    const int num_documents = countDocuments(text, inspector);
+    if (num_documents == 0) {
+      throw inputError(
+          {.where = file,
+           .found = text.empty() ? "an empty file" : "a file of nothing but blanks and comments",
+           .expected = "YAML or JSON",
+           .next_step = "check the path, and whether the program that wrote the file came to its end"});
+    }
+    if (num_documents > 1) {
+      throw inputError({.where = file,
+                        .found = "at least 2 YAML documents",
+                        .expected = "one",
+                        .next_step = "keep one of those that lines --- separate"});
+    }
+    return {YAML::Load(text), file, ""};
+  } catch (const YAML::DeepRecursion& e) {
+    throw inputError({.where = placeInFile(file, e.mark),
+                      .found = "lists or maps nested more than " + std::to_string(e.depth()) + " deep",
+                      .expected = "a few levels",
+                      .next_step = "look for brackets or dashes that were repeated by mistake"});
+  } catch (const YAML::Exception& e) {
+    throw inputError({.where = placeInFile(file, e.mark),
+                      .found = "not valid YAML: " + e.msg,
+                      .expected = "YAML 1.2",
+                      .next_step = "correct the file near that line"});
+  }
+}
+
+YamlNode YamlNode::readFile(const std::string& path) {
+  return parse(readTextFile(path, kMaxFileBytes), path);
+}
+
+void YamlNode::allowKeys(const std::vector<std::string>& allowed) const {
+  if (!node_.IsMap()) throw error(describe(), "a map with the keys " + join(allowed, ", "));
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const YamlNode key(entry.first, file_, path_);
+    const std::string name = key.text();
+    if (!seen.insert(name).second) throw key.error("the key '" + name + "' twice", "each key once");
+    if (name.starts_with("x_") || std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
+    const auto nearest = nearestName(name, allowed);
+    throw key.error("unknown key '" + name + "'", "one of " + join(allowed, ", "),
+                    nearest ? "did you mean '" + *nearest + "'?" : "keys of your own start with x_");
+  }
+}
+
+bool YamlNode::has(const std::string& key) const {
+  const YAML::Node& node = node_;
+  return node.IsMap() && node[key].IsDefined();
+}
+
+YamlNode YamlNode::at(const std::string& key) const {
+  if (!node_.IsMap()) throw error(describe(), "a map with the key '" + key + "'");
+  if (!has(key)) {
+    std::string present = join(keys(), ", ");
+    throw error("no key '" + key + "'", "'" + key + "' beside " + (present.empty() ? "nothing" : present),
+                "add it");
+  }
+  const YAML::Node& node = node_;
+  return {node[key], file_, path_.empty() ? key : path_ + "." + key};
+}
+
+std::optional<YamlNode> YamlNode::find(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  return at(key);
+}
+
+std::vector<std::string> YamlNode::keys() const {
+  if (!node_.IsMap()) throw error(describe(), "a map");
+  std::vector<std::string> names;
+  for (const auto& entry : node_) names.push_back(YamlNode(entry.first, file_, path_).text());
+  return names;
+}
+
+int YamlNode::lineOfKey(const std::string& key) const {
+  if (!node_.IsMap()) return 0;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar() || entry.first.Scalar() != key) continue;
+    const YAML::Mark mark = entry.first.Mark();
+    return mark.is_null() ? 0 : mark.line + 1;
+  }
+  return 0;
+}
+
+std::vector<YamlNode> YamlNode::items() const {
+  if (!node_.IsSequence()) throw error(describe(), "a list");
+  std::vector<YamlNode> all;
+  for (std::size_t i = 0; i < node_.size(); ++i) {
+    const YAML::Node& node = node_;
+    all.push_back({node[i], file_, path_ + "[" + std::to_string(i) + "]"});
+  }
+  return all;
+}
+
+std::string YamlNode::text() const {
+  if (!node_.IsScalar()) throw error(describe(), "a single value");
+  return node_.Scalar();
+}
+
+double YamlNode::number() const {
+  if (!node_.IsScalar()) throw error(describe(), "a number");
+  const auto value = parseDouble(node_.Scalar());
+  if (!value || !std::isfinite(*value)) throw error("'" + node_.Scalar() + "'", "a finite number");
+  return *value;
+}
+
+int YamlNode::integer() const {
+  if (!node_.IsScalar()) throw error(describe(), "a whole number");
+  const auto value = parseInt(node_.Scalar());
+  if (!value) throw error("'" + node_.Scalar() + "'", "a whole number");
+  return *value;
+}
+
+bool YamlNode::boolean() const {
+  const std::string value = text();
+  if (value == "true") return true;
+  if (value == "false") return false;
+  throw error("'" + value + "'", "true or false");
+}
+
+std::vector<double> YamlNode::numbers(std::size_t count) const {
+  std::vector<double> values;
+  for (const YamlNode& item : items()) values.push_back(item.number());
+  if (count != 0 && values.size() != count) {
+    throw error(std::to_string(values.size()) + " numbers", std::to_string(count));
+  }
+  return values;
+}
+
+std::string YamlNode::where() const {
+  std::string place = placeInFile(file_, node_.Mark());
+  if (!path_.empty()) place += ": " + path_;
+  return place;
+}
+
+std::string YamlNode::whereKey(const std::string& key) const {
+  const int line = lineOfKey(key);
+  return file_ + (line > 0 ? ":" + std::to_string(line) : "") + ": " + (path_.empty() ? "" : path_ + ".") +
+         key;
+}
+
+Error YamlNode::error(const std::string& found, const std::string& expected,
+                      const std::string& next_step) const {
+  return inputError(
+      {.where = where(), .found = "found " + found, .expected = expected, .next_step = next_step});
+}
+
+std::string YamlNode::describe() const {
+  switch (node_.Type()) {
+    case YAML::NodeType::Map:
+      return "a map";
+    case YAML::NodeType::Sequence:
+      return "a list";
+    case YAML::NodeType::Scalar:
+      return "'" + node_.Scalar() + "'";
+    default:
+      return "nothing";
+  }
+}
+
+}  // namespace alidade::detail

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/imagery/image_container.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <string_view>
+
+namespace alidade {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+enum class ByteOrder { kLittle, kBig };
+
+bool startsWith(Bytes bytes, std::string_view magic) {
+  return bytes.size() >= magic.size() &&
+         std::equal(magic.begin(), magic.end(), bytes.begin(),
+                    [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; });
+}
+
+/// The part [at, at + count), or nothing if `bytes` ends before that.
+std::optional<Bytes> slice(Bytes bytes, std::size_t at, std::size_t count) {
+  if (at > bytes.size() || count > bytes.size() - at) return std::nullopt;
+  return bytes.subspan(at, count);
+}
+
+std::optional<std::uint32_t> readUint(Bytes bytes, std::size_t at, std::size_t num_bytes, ByteOrder order) {
+  const std::optional<Bytes> part = slice(bytes, at, num_bytes);
+  if (!part) return std::nullopt;
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < num_bytes; ++i) {
+    value = (value << 8) | (*part)[order == ByteOrder::kBig ? i : num_bytes - 1 - i];
+  }
+  return value;
+}
+
+std::optional<ImageSize> makeSize(std::optional<std::uint32_t> width, std::optional<std::uint32_t> height) {
+  constexpr auto kMax = static_cast<std::uint32_t>(std::numeric_limits<int>::max());
+  if (!width || !height || *width - 1 >= kMax || *height - 1 >= kMax) return std::nullopt;
+  return ImageSize{static_cast<int>(*width), static_cast<int>(*height)};
+}
+
+std::optional<ByteOrder> tiffByteOrder(Bytes tiff) {
+  if (startsWith(tiff, std::string_view("II*\0", 4))) return ByteOrder::kLittle;
+  if (startsWith(tiff, std::string_view("MM\0*", 4))) return ByteOrder::kBig;
+  return std::nullopt;
+}
+
+/// The orientation tag in the first directory of a TIFF file, which is also the form of Exif data.
+int tiffOrientation(Bytes tiff) {
+  constexpr std::size_t kEntryBytes = 12;
+  constexpr std::uint32_t kOrientationTag = 0x0112;
+  constexpr std::uint32_t kShort = 3;
+  const std::optional<ByteOrder> order = tiffByteOrder(tiff);
+  if (!order) return 1;
+  const auto directory = readUint(tiff, 4, 4, *order);
+  const auto num_entries = directory ? readUint(tiff, *directory, 2, *order) : std::nullopt;
+  for (std::uint32_t i = 0; i < num_entries.value_or(0); ++i) {
+    const std::size_t entry = std::size_t{*directory} + 2 + i * kEntryBytes;
+    const auto tag = readUint(tiff, entry, 2, *order);
+    if (!tag) break;
+    if (tag != kOrientationTag || readUint(tiff, entry + 2, 2, *order) != kShort) continue;
+    const std::uint32_t value = readUint(tiff, entry + 8, 2, *order).value_or(1);
+    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+  }
+  return 1;
+}
+
+// Markers of ITU-T T.81, table B.1.
+constexpr std::uint8_t kTem = 0x01;
+constexpr std::uint8_t kRst0 = 0xD0;
+constexpr std::uint8_t kSoi = 0xD8;
+constexpr std::uint8_t kEoi = 0xD9;
+constexpr std::uint8_t kApp1 = 0xE1;
+
+bool isStandalone(std::uint8_t marker) {
+  return marker == kTem || (marker >= kRst0 && marker <= kSoi);
+}
+
+bool isStartOfFrame(std::uint8_t marker) {
+  constexpr std::uint8_t kDht = 0xC4;
+  constexpr std::uint8_t kJpg = 0xC8;
+  constexpr std::uint8_t kDac = 0xCC;
+  return marker >= 0xC0 && marker <= 0xCF && marker != kDht && marker != kJpg && marker != kDac;
+}
+
+/// The next marker at or after `at`, which moves behind it. In the coded data 0xFF is followed by 0, so this
+/// passes over the scan data as well as over fill bytes.
+std::optional<std::uint8_t> nextMarker(Bytes bytes, std::size_t& at) {
+  for (; at + 1 < bytes.size(); ++at) {
+    if (bytes[at] != 0xFF || bytes[at + 1] == 0x00 || bytes[at + 1] == 0xFF) continue;
+    at += 2;
+    return bytes[at - 1];
+  }
+  return std::nullopt;
+}
+
+ContainerInfo parseJpeg(Bytes bytes) {
+  constexpr std::string_view kExif("Exif\0\0", 6);
+  ContainerInfo info{.format = ContainerInfo::Format::kJpeg, .complete = false};
+  bool has_exif = false;
+  std::size_t at = 2;
+  while (const std::optional<std::uint8_t> marker = nextMarker(bytes, at)) {
+    if (marker == kEoi) {
+      info.complete = true;
+      break;
+    }
+    if (isStandalone(*marker)) continue;
+    const auto length = readUint(bytes, at, 2, ByteOrder::kBig);  // counts its own two bytes
+    const auto segment = length.value_or(0) >= 2 ? slice(bytes, at, *length) : std::nullopt;
+    if (!segment) break;
+    const Bytes payload = segment->subspan(2);
+    if (isStartOfFrame(*marker) && !info.size) {
+      info.size =
+          makeSize(readUint(payload, 3, 2, ByteOrder::kBig), readUint(payload, 1, 2, ByteOrder::kBig));
+    } else if (marker == kApp1 && !has_exif && startsWith(payload, kExif)) {
+      has_exif = true;
+      info.exif_orientation = tiffOrientation(payload.subspan(kExif.size()));
+    }
+    at += *length;
+  }
+  return info;
+}
+
+/// CRC-32 as in PNG, annex D.
+std::uint32_t crc32(Bytes bytes) {
+  static const std::array<std::uint32_t, 256> kTable = [] {
+    std::array<std::uint32_t, 256> table{};
+    for (std::uint32_t i = 0; i < table.size(); ++i) {
+      std::uint32_t value = i;
+      for (int bit = 0; bit < 8; ++bit) value = (value & 1) != 0 ? 0xEDB88320U ^ (value >> 1) : value >> 1;
+      table[i] = value;
+    }
+    return table;
+  }();
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const std::uint8_t byte : bytes) crc = kTable[(crc ^ byte) & 0xFF] ^ (crc >> 8);
+  return ~crc;
+}
+
+ContainerInfo parsePng(Bytes bytes) {
+  ContainerInfo info{.format = ContainerInfo::Format::kPng, .complete = false};
+  std::size_t at = 8;  // behind the signature
+  while (const auto length = readUint(bytes, at, 4, ByteOrder::kBig)) {
+    const auto chunk =
+        slice(bytes, at + 4, std::size_t{*length} + 4);  // type and data, as the checksum covers
+    const auto checksum = chunk ? readUint(bytes, at + 4 + chunk->size(), 4, ByteOrder::kBig) : std::nullopt;
+    if (!checksum) break;
+    const Bytes data = chunk->subspan(4);
+    const bool is_critical = ((*chunk)[0] & 0x20) == 0;  // upper case: a decoder cannot do without
+    if (is_critical && crc32(*chunk) != *checksum) info.intact = false;
+    if (startsWith(*chunk, "IHDR")) {
+      info.size = makeSize(readUint(data, 0, 4, ByteOrder::kBig), readUint(data, 4, 4, ByteOrder::kBig));
+    } else if (startsWith(*chunk, "eXIf")) {
+      info.exif_orientation = tiffOrientation(data);
+    } else if (startsWith(*chunk, "IEND")) {
+      info.complete = true;
+      break;
+    }
+    at += 4 + chunk->size() + 4;
+  }
+  return info;
+}
+
+}  // namespace
+
+ContainerInfo parseImageContainer(std::span<const std::uint8_t> bytes) {
+  if (startsWith(bytes, "\xFF\xD8\xFF")) return parseJpeg(bytes);
+  if (startsWith(bytes, "\x89PNG\r\n\x1A\n")) return parsePng(bytes);
+  if (tiffByteOrder(bytes)) {
+    return {.format = ContainerInfo::Format::kTiff, .exif_orientation = tiffOrientation(bytes)};
+  }
+  return {};
+}
+
+}  // namespace alidade

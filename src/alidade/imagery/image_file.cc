@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/imagery/image_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <new>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "alidade/core/error.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/imagery/image_container.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kMaxFileBytes = std::numeric_limits<int>::max();  // OpenCV counts bytes in an int
+
+// What OpenCV decodes at most; checked first, as its own complaint names no file.
+constexpr int kMaxSide = 1 << 20;
+constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
+
+Error imageError(const std::string& path, std::string found, std::string next_step) {
+  return inputError({.where = path,
+                     .found = std::move(found),
+                     .expected = "an image (JPEG, PNG, TIFF, BMP, PGM, WebP)",
+                     .next_step = std::move(next_step)});
+}
+
+Error damagedError(const std::string& path, std::string found) {
+  return imageError(path, std::move(found),
+                    "copy or record the image again, convert it to an 8-bit PNG, or leave it out");
+}
+
+/// Says what a file that no decoder took begins with: text is worth quoting, since it often says what
+/// happened (a web page instead of a download, a pointer instead of large file storage).
+std::string describeStart(std::string_view bytes) {
+  constexpr std::size_t kMaxQuoted = 20;
+  const auto is_text = [](char c) { return c >= ' ' && c <= '~'; };
+  const auto end =
+      std::find_if_not(bytes.begin(), bytes.begin() + std::min(bytes.size(), kMaxQuoted), is_text);
+  const std::string start(bytes.begin(), end);
+  constexpr std::size_t kLeastText = 4;  // shorter runs turn up in binary files by chance
+  const bool whole_line = start.size() == bytes.size() || *end == '\n' || *end == '\r';
+  if (start.size() >= kLeastText || (!start.empty() && whole_line)) {
+    return "the file starts with '" + start + "', not an image";
+  }
+  return "not an image, or one of an unknown kind";
+}
+
+/// The first bytes of the formats that parseImageContainer does not know: BMP, WebP and the PNM family.
+bool hasImageSignature(std::string_view bytes) {
+  const bool is_pnm =
+      bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '7' && bytes[2] <= ' ';
+  return is_pnm || bytes.starts_with("BM") || bytes.starts_with("RIFF");
+}
+
+void checkSize(const std::string& path, const ImageSize& size) {
+  const std::int64_t num_pixels = std::int64_t{size.width} * size.height;
+  if (size.width <= kMaxSide && size.height <= kMaxSide && num_pixels <= kMaxPixels) return;
+  throw inputError(
+      {.where = path,
+       .found = "an image of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+       .expected = "at most " + std::to_string(kMaxPixels) + " pixels and " + std::to_string(kMaxSide) +
+                   " along a side",
+       .next_step = "check that the file is not damaged"});
+}
+
+ContainerInfo checkContainer(const std::string& path, std::string_view content) {
+  const ContainerInfo info =
+      parseImageContainer({reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
+  if (!info.complete) {
+    throw damagedError(path, "the image is cut short: its end is missing after " +
+                                 std::to_string(content.size()) + " bytes");
+  }
+  if (!info.intact) throw damagedError(path, "the image is damaged: a checksum is wrong");
+  if (info.size) checkSize(path, *info.size);
+  if (info.format == ContainerInfo::Format::kTiff && info.exif_orientation != 1) {
+    // OpenCV (4.6) turns TIFF images even when told not to.
+    throw imageError(path,
+                     "a TIFF image to be shown " + describeExifOrientation(info.exif_orientation) +
+                         " (orientation tag " + std::to_string(info.exif_orientation) + ")",
+                     "save the pixels as the sensor gave them, without an orientation tag, or as PNG");
+  }
+  return info;
+}
+
+cv::Mat decode(const std::string& path, std::string& content, int flags) {
+  // The decoders' complaints reach the caller as an Error. OpenCV has one level for the whole process, so it
+  // is set once and not restored: another thread may be decoding.
+  [[maybe_unused]] static const auto kPreviousLevel =
+      cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  const cv::Mat encoded(1, static_cast<int>(content.size()), CV_8UC1, content.data());
+  cv::Mat image;
+  try {
+    image = cv::imdecode(encoded, flags);
+  } catch (const cv::Exception& exception) {
+    throw damagedError(path, "the image cannot be decoded (" + exception.err + ")");
+  } catch (const std::bad_alloc&) {
+    throw damagedError(path, "the image needs more memory than there is");
+  }
+  return image;
+}
+
+struct SampleRange {
+  double low = 0;
+  double high = 0;
+};
+
+/// What all but the least and the greatest 0.1 % of the finite samples span, so that a hot or dead pixel does
+/// not decide. Images of up to 1000 pixels lose none.
+template <class Sample>
+SampleRange robustRange(const cv::Mat& image) {
+  constexpr std::size_t kMaxSamples = 1'000'000;  // of larger images, every k-th pixel
+  constexpr double kTail = 0.001;
+  const std::size_t step = (image.total() + kMaxSamples - 1) / kMaxSamples;
+  const auto num_columns = static_cast<std::size_t>(image.cols);
+  std::vector<Sample> samples;
+  samples.reserve(std::min(image.total(), kMaxSamples));
+  for (std::size_t i = 0; i < image.total(); i += step) {
+    const Sample sample = image.ptr<Sample>(static_cast<int>(i / num_columns))[i % num_columns];
+    if (std::isfinite(static_cast<double>(sample))) samples.push_back(sample);
+  }
+  if (samples.empty()) return {};
+  const std::size_t last = samples.size() - 1;
+  const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(last));
+  const auto low = samples.begin() + static_cast<std::ptrdiff_t>(tail);
+  const auto high = samples.begin() + static_cast<std::ptrdiff_t>(last - tail);
+  std::nth_element(samples.begin(), low, samples.end());
+  const auto low_value = static_cast<double>(*low);
+  std::nth_element(low, high, samples.end());
+  return {.low = low_value, .high = static_cast<double>(*high)};
+}
+
+/// Values far apart (doubles) must not overflow in their difference, hence the halves.
+template <class Sample>
+void scaleTo8Bits(const cv::Mat& image, std::uint8_t* out) {
+  const auto [low, high] = robustRange<Sample>(image);
+  const double half_range = high / 2 - low / 2;
+  for (int y = 0; y < image.rows; ++y) {
+    for (const Sample sample : std::span(image.ptr<Sample>(y), static_cast<std::size_t>(image.cols))) {
+      const double share = (static_cast<double>(sample) / 2 - low / 2) / half_range;
+      // Samples out of the range are clamped; neither comparison holds for NaN.
+      *out++ = share >= 1.0 ? 255 : share > 0.0 ? static_cast<std::uint8_t>(std::lround(share * 255.0)) : 0;
+    }
+  }
+}
+
+GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
+  GrayImage gray{.size = {image.cols, image.rows}, .pixels = std::vector<std::uint8_t>(image.total())};
+  std::uint8_t* out = gray.pixels.data();
+  switch (image.type()) {
+    case CV_8UC1:
+      for (int y = 0; y < image.rows; ++y) out = std::copy_n(image.ptr<std::uint8_t>(y), image.cols, out);
+      break;
+    case CV_8SC1:
+      scaleTo8Bits<std::int8_t>(image, out);
+      break;
+    case CV_16UC1:
+      scaleTo8Bits<std::uint16_t>(image, out);
+      break;
+    case CV_16SC1:
+      scaleTo8Bits<std::int16_t>(image, out);
+      break;
+    case CV_32SC1:
+      scaleTo8Bits<std::int32_t>(image, out);
+      break;
+    case CV_32FC1:
+      scaleTo8Bits<float>(image, out);
+      break;
+    case CV_64FC1:
+      scaleTo8Bits<double>(image, out);
+      break;
+    default:
+      throw imageError(path, "samples that cannot be turned into grey", "convert the image to an 8-bit PNG");
+  }
+  return gray;
+}
+
+struct DecodedFile {
+  cv::Mat image;
+  int exif_orientation = 1;
+};
+
+DecodedFile decodeFile(const std::string& path, int flags) {
+  // A pipe would block a whole run for as long as nobody writes to it.
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_other(status)) {
+    throw imageError(path, "this is a device or pipe, not a file", "save the image to a file");
+  }
+  std::string content = readBinaryFile(path, kMaxFileBytes);
+  if (content.empty()) throw damagedError(path, "the file is empty (0 bytes)");
+  const ContainerInfo info = checkContainer(path, content);
+  const cv::Mat image = decode(path, content, flags);
+  if (image.empty()) {
+    if (info.format == ContainerInfo::Format::kOther && !hasImageSignature(content)) {
+      throw imageError(path, describeStart(content),
+                       "open it in an image viewer; get it again, or leave it out");
+    }
+    throw damagedError(path, "the image cannot be decoded: it is damaged, or of an unusual kind");
+  }
+  return {.image = image, .exif_orientation = info.exif_orientation};
+}
+
+/// A copy with the first and the third channel changed places: OpenCV's codecs have blue first.
+cv::Mat withRedAndBlueSwapped(const cv::Mat& image) {
+  if (image.channels() < 3) return image;
+  constexpr std::array<int, 8> kSwap = {0, 2, 1, 1, 2, 0, 3, 3};
+  cv::Mat swapped(image.size(), image.type());
+  cv::mixChannels(&image, 1, &swapped, 1, kSwap.data(), static_cast<std::size_t>(image.channels()));
+  return swapped;
+}
+
+RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
+  if (image.depth() != CV_8U && image.depth() != CV_16U) {
+    throw imageError(path, "samples that are not whole numbers of 8 or 16 bits without sign",
+                     "convert the image to PNG");
+  }
+  const cv::Mat pixels = withRedAndBlueSwapped(image);
+  constexpr int kBitsPerByte = 8;
+  RasterImage raster{.size = {pixels.cols, pixels.rows},
+                     .num_channels = pixels.channels(),
+                     .bits_per_sample = static_cast<int>(pixels.elemSize1()) * kBitsPerByte,
+                     .bytes = {}};
+  raster.bytes.reserve(pixels.total() * pixels.elemSize());
+  for (int y = 0; y < pixels.rows; ++y) {
+    const auto* row = pixels.ptr<std::uint8_t>(y);
+    raster.bytes.insert(raster.bytes.end(), row,
+                        row + static_cast<std::size_t>(pixels.cols) * pixels.elemSize());
+  }
+  return raster;
+}
+
+void writeEncoded(const std::string& path, const std::string& extension, const cv::Mat& image,
+                  const std::vector<int>& options) {
+  std::vector<std::uint8_t> encoded;
+  try {
+    cv::imencode(extension, image, encoded, options);
+  } catch (const cv::Exception& exception) {
+    throw inputError({.where = path,
+                      .found = "the image cannot be encoded (" + exception.err + ")",
+                      .expected = "an image that fits into a " +
+                                  std::string(extension == ".png" ? "PNG" : "JPEG") + " file",
+                      .next_step = "use a smaller image"});
+  }
+  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
+}
+
+}  // namespace
+
+LoadedImage readGrayImage(const std::string& path) {
+  const DecodedFile file =
+      decodeFile(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+  constexpr int kBitsPerByte = 8;
+  return {.image = toGrayImage(path, file.image),
+          .exif_orientation = file.exif_orientation,
+          .bits_per_sample = static_cast<int>(file.image.elemSize1()) * kBitsPerByte};
+}
+
+LoadedRaster readImage(const std::string& path) {
+  const DecodedFile file = decodeFile(path, cv::IMREAD_UNCHANGED);
+  return {.image = toRasterImage(path, file.image), .exif_orientation = file.exif_orientation};
+}
+
+bool hasJpegName(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return extension == ".jpg" || extension == ".jpeg";
+}
+
+void writeImage(const std::string& path, const RasterImage& image) {
+  expect(image.numPixels() > 0 && image.bytes.size() == image.numPixels() * image.bytesPerPixel(),
+         "an image has all its samples");
+  expect(image.num_channels != 2, "an image file has 1, 3 or 4 channels");
+  const int depth = image.bits_per_sample == 8 ? CV_8U : CV_16U;
+  const cv::Mat stored(image.size.height, image.size.width, CV_MAKETYPE(depth, image.num_channels),
+                       const_cast<std::uint8_t*>(image.bytes.data()));
+  const cv::Mat pixels = withRedAndBlueSwapped(stored);
+  if (!hasJpegName(path)) return writeEncoded(path, ".png", pixels, {});
+  if (depth != CV_8U || image.num_channels == 4) {
+    throw inputError({.where = path,
+                      .found = depth != CV_8U ? "samples of 16 bits" : "an image with alpha",
+                      .expected = "8 bits and no alpha in a JPEG file",
+                      .next_step = "give the image a name that ends with .png"});
+  }
+  constexpr int kQuality = 95;
+  writeEncoded(path, ".jpg", pixels, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+}
+
+void writeGrayPng(const std::string& path, const GrayImage& image) {
+  const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
+  expect(!image.empty() && image.pixels.size() == num_pixels, "an image has one byte a pixel");
+  // OpenCV has no view of constant data; imencode does not write to it.
+  writeEncoded(path, ".png",
+               {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())},
+               {});
+}
+
+void writeColorPng(const std::string& path, const ColorImage& image) {
+  const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
+  expect(!image.rgb.empty() && image.rgb.size() == 3 * num_pixels, "an image has three bytes a pixel");
+  const cv::Mat rgb(image.size.height, image.size.width, CV_8UC3,
+                    const_cast<std::uint8_t*>(image.rgb.data()));
+  writeEncoded(path, ".png", withRedAndBlueSwapped(rgb), {});
+}
+
+std::string describeExifOrientation(int orientation) {
+  constexpr std::array<std::string_view, 8> kDescriptions = {
+      "as stored",
+      "mirrored left to right",
+      "rotated 180 degrees",
+      "mirrored top to bottom",
+      "mirrored about the diagonal from top left to bottom right",
+      "rotated 90 degrees clockwise",
+      "mirrored about the diagonal from top right to bottom left",
+      "rotated 90 degrees counter-clockwise",
+  };
+  if (orientation < 1 || orientation > static_cast<int>(kDescriptions.size())) return "in an unknown way";
+  return std::string(kDescriptions[static_cast<std::size_t>(orientation - 1)]);
+}
+
+}  // namespace alidade

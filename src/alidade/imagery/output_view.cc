@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/imagery/output_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kHalfTurn = std::numbers::pi;
+constexpr double kPole = std::numbers::pi / 2;
+
+}  // namespace
+
+std::string_view projectionName(ViewProjection projection) {
+  switch (projection) {
+    case ViewProjection::kRectilinear:
+      return "rectilinear";
+    case ViewProjection::kCylindrical:
+      return "cylindrical";
+    case ViewProjection::kEquirectangular:
+      return "equirectangular";
+  }
+  return {};
+}
+
+const std::vector<std::string>& projectionNames() {
+  static const std::vector<std::string> names = {"rectilinear", "cylindrical", "equirectangular"};
+  return names;
+}
+
+ViewProjection projectionOf(std::string_view name) {
+  for (const ViewProjection projection :
+       {ViewProjection::kRectilinear, ViewProjection::kCylindrical, ViewProjection::kEquirectangular}) {
+    if (projectionName(projection) == name) return projection;
+  }
+  const auto nearest = nearestName(name, projectionNames());
+  throw usageError({.where = "projection",
+                    .found = "'" + std::string(name) + "'",
+                    .expected = "one of " + join(projectionNames(), ", "),
+                    .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
+}
+
+std::optional<Eigen::Vector2d> planeFromRay(ViewProjection projection, const Eigen::Vector3d& ray) {
+  if (!ray.allFinite()) return std::nullopt;
+  const double across = std::hypot(ray.x(), ray.z());
+  switch (projection) {
+    case ViewProjection::kRectilinear:
+      if (!(ray.z() > 0)) return std::nullopt;
+      return Eigen::Vector2d(ray.x() / ray.z(), ray.y() / ray.z());
+    case ViewProjection::kCylindrical:
+      if (!(across > 0)) return std::nullopt;
+      return Eigen::Vector2d(std::atan2(ray.x(), ray.z()), ray.y() / across);
+    case ViewProjection::kEquirectangular:
+      if (!(across > 0) && ray.y() == 0) return std::nullopt;
+      return Eigen::Vector2d(std::atan2(ray.x(), ray.z()), std::atan2(ray.y(), across));
+  }
+  return std::nullopt;
+}
+
+std::optional<Eigen::Vector3d> rayFromPlane(ViewProjection projection, const Eigen::Vector2d& plane) {
+  const double x = plane.x();
+  const double y = plane.y();
+  if (projection == ViewProjection::kRectilinear) return Eigen::Vector3d(x, y, 1);
+  if (!(std::abs(x) <= kHalfTurn)) return std::nullopt;
+  if (projection == ViewProjection::kCylindrical) return Eigen::Vector3d(std::sin(x), y, std::cos(x));
+  if (!(std::abs(y) <= kPole)) return std::nullopt;
+  return Eigen::Vector3d(std::sin(x) * std::cos(y), std::sin(y), std::cos(x) * std::cos(y));
+}
+
+std::optional<Eigen::Vector2d> OutputView::pixelFromRay(const Eigen::Vector3d& ray) const {
+  const auto plane = planeFromRay(projection, ray);
+  if (!plane) return std::nullopt;
+  return Eigen::Vector2d(scale_px.cwiseProduct(*plane) + axis_px);
+}
+
+double OutputView::horizontalFieldRad() const {
+  const double left = planeFromPixel({-0.5, axis_px.y()}).x();
+  const double right = planeFromPixel({size.width - 0.5, axis_px.y()}).x();
+  if (projection == ViewProjection::kRectilinear) return std::atan(right) - std::atan(left);
+  return std::min(right, kHalfTurn) - std::max(left, -kHalfTurn);
+}
+
+}  // namespace alidade

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <numbers>
+#include <optional>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/imagery/output_view.h"
+
+namespace alidade {
+
+/// How far from the optical axis views are laid out where the plane grows without bound: the axis itself for
+/// a rectilinear view, and the horizon for a cylindrical one. At 75 degrees a pixel of the axis has become 15
+/// times as long.
+inline constexpr double kMaxTangentAngleRad = 75 * std::numbers::pi / 180;
+
+/// What of the source a view shows.
+enum class ViewExtent {
+  kSameScale,    ///< the focal length on the axis, and the place of the axis in the image, as in the source
+  kFieldOfView,  ///< a given horizontal field, with the axis in the middle
+  kValid,        ///< as much as fits without a pixel that has no source; axis in the middle
+  kAll,          ///< every source pixel that has a ray, as large as fits
+};
+
+struct ViewRequest {
+  ViewProjection projection = ViewProjection::kRectilinear;
+  ViewExtent extent = ViewExtent::kSameScale;
+  double horizontal_field_rad = 0;  ///< kFieldOfView: between the outer edges of the outer pixels
+  std::optional<ImageSize> size;    ///< of the output; none: as the source
+};
+
+struct ViewChoice {
+  OutputView view;
+  /// kAll: share of the source pixels with a ray that lie beyond kMaxTangentAngleRad and are not shown, in
+  /// [0, 1].
+  double cut_share = 0;
+  /// kValid: the view ends at kMaxTangentAngleRad or at the projection's own end, and not at the source's.
+  bool is_limited_by_projection = false;
+};
+
+/// Chooses the view of a camera's images without distortion.
+///
+/// Only kSameScale keeps unequal focal lengths, and only in a rectilinear view; everything else has square
+/// pixels. With a size of its own it keeps the horizontal field and the axis' place in the middle part.
+/// kValid looks for the largest window whose pixels all lie between the centres of the source's outer pixels,
+/// from the axis outwards along the lines to the window's border pixels. kAll shows the centres of pixels.
+///
+/// @throws Error (kUsage) for a field or size out of range: at most 150 degrees for a rectilinear view, 360
+/// otherwise, sides of 2 to 65535 pixels; Error (kInput) if the camera does not see its own axis (kSameScale
+/// with no focal length there, kValid with the axis outside of the image) or no pixel has a ray (kAll).
+[[nodiscard]] ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size,
+                                    const ViewRequest& request);
+
+/// The camera that takes a rectilinear view: a pinhole camera.
+[[nodiscard]] AnyCamera pinholeOf(const OutputView& view);
+
+}  // namespace alidade

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/record/conversion.h"
+
+#include <cmath>
+#include <utility>
+
+#include "alidade/camera/self_check.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/record/converted_record.h"
+
+namespace alidade {
+namespace {
+
+std::string rectText(const PixelRect& rect) {
+  return std::to_string(rect.x) + "," + std::to_string(rect.y) + "," + std::to_string(rect.width) + "," +
+         std::to_string(rect.height);
+}
+
+std::vector<ConversionProblem> problemsOf(const CameraRecord& source, const Conversion& conversion) {
+  std::vector<ConversionProblem> problems;
+  if (source.calibration && source.calibration->verdict == Verdict::kNo)
+    problems.push_back(ConversionProblem::kSourceUntrustworthy);
+  if (!conversion.fit) return problems;
+  const ModelFit& fit = *conversion.fit;
+  if (fit.unreachedShare() > kMaxUnreachedShare) problems.push_back(ConversionProblem::kUnreachedPixels);
+  if (fit.is_exact) return problems;
+  if (fit.rms_px > conversion.max_error_px) problems.push_back(ConversionProblem::kModelRms);
+  if (fit.max_error_px > kMaxErrorFactor * conversion.max_error_px)
+    problems.push_back(ConversionProblem::kModelError);
+  return problems;
+}
+
+}  // namespace
+
+std::string_view problemId(ConversionProblem problem) {
+  switch (problem) {
+    case ConversionProblem::kSourceUntrustworthy:
+      return "source_untrustworthy";
+    case ConversionProblem::kUnreachedPixels:
+      return "unreached_pixels";
+    case ConversionProblem::kModelRms:
+      return "model_rms";
+    case ConversionProblem::kModelError:
+      return "model_error";
+  }
+  return "unknown";
+}
+
+Conversion convertCamera(const CameraRecord& source, const ConversionRequest& request) {
+  Conversion conversion{.edit = rotateCamera(source.camera, source.image_size, 0),
+                        .steps = {},
+                        .fit = {},
+                        .max_error_px = request.max_error_px,
+                        .problems = {}};
+  const auto take = [&conversion](const char* name, std::string value, const EditedCamera& next) {
+    EditedCamera& all = conversion.edit;
+    all = {.camera = next.camera,
+           .size = next.size,
+           .new_from_old = next.new_from_old * all.new_from_old,
+           .J_new_old = next.J_new_old * all.J_new_old};
+    conversion.steps.push_back({name, std::move(value), next.size});
+  };
+  const EditedCamera& now = conversion.edit;
+  if (request.crop) take("crop", rectText(*request.crop), cropCamera(now.camera, now.size, *request.crop));
+  if (request.bin) take("bin", std::to_string(*request.bin), binCamera(now.camera, now.size, *request.bin));
+  if (request.resize)
+    take("resize", sizeText(*request.resize), resizeCamera(now.camera, now.size, *request.resize));
+  if (request.rotate_deg)
+    take("rotate", std::to_string(*request.rotate_deg),
+         rotateCamera(now.camera, now.size, *request.rotate_deg / 90));
+  if (!request.model.empty()) {
+    conversion.fit = fitModel(now.camera, now.size, request.model, request.absent);
+    conversion.steps.push_back({"model", request.model, now.size});
+  }
+  conversion.problems = problemsOf(source, conversion);
+  return conversion;
+}
+
+CameraRecord convertedRecord(const CameraRecord& source, const Conversion& conversion,
+                             std::string created_by) {
+  const AnyCamera& camera = conversion.camera();
+  const ImageSize size = conversion.edit.size;
+  const DomainCertificate domain = conversion.fit ? conversion.fit->domain : certifyDomain(camera, size);
+  CameraRecord record{
+      .camera = camera,
+      .image_size = size,
+      .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
+      .self_check = makeSelfCheck(camera, size),
+      .calibration = {},
+      .created_by = std::move(created_by)};
+  // A model that reaches no pixel has no error. A file needs a number, and has the finding that says it.
+  const double fit_rms_px =
+      conversion.fit && std::isfinite(conversion.fit->rms_px) ? conversion.fit->rms_px : 0.0;
+  if (source.calibration) {
+    record.calibration = editedRecord(*source.calibration, source.camera, conversion.edit);
+    if (conversion.fit && (!conversion.fit->is_exact || camera.modelId() != source.camera.modelId()))
+      record.calibration = refittedRecord(*std::move(record.calibration), fit_rms_px);
+  }
+  if (!conversion.problems.empty()) {
+    // A file that was kept all the same says so, even one without a calibration of its own.
+    if (!record.calibration) {
+      record.calibration.emplace();
+      record.calibration->rms_px = fit_rms_px;
+    }
+    record.calibration->verdict = Verdict::kNo;
+    for (const ConversionProblem problem : conversion.problems)
+      record.calibration->findings.emplace_back(problemId(problem));
+  }
+  return record;
+}
+
+}  // namespace alidade

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/record/scene.h"
+
+#include <limits>
+
+#include "alidade/record/option_check.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kMaxLevel = 255;
+
+}  // namespace
+
+void RandomViewOptions::validate() const {
+  constexpr double kMaxTiltDeg = 89;  // edge-on, a board has no image
+  detail::checkOption("max_tilt_deg", max_tilt_deg, 0, kMaxTiltDeg);
+  detail::checkOption("max_roll_deg", max_roll_deg, 0, 180);
+  detail::checkOption("min_fill", min_fill, kSmallestFill, 1);
+  detail::checkOption("max_fill", max_fill, min_fill, 1);
+  detail::checkOption("margin_px", margin_px, 0, std::numeric_limits<double>::max());
+  detail::checkOption("max_attempts", max_attempts, 1, std::numeric_limits<int>::max());
+}
+
+void RenderOptions::validate() const {
+  constexpr double kMaxBlurPx = 10;  // beyond, the ray's expansion would be used too far from its pixel
+  constexpr double kMaxSamples = 1e6;
+  detail::checkOption("blur_px", blur_px, 0, kMaxBlurPx);
+  detail::checkOption("dark_level", dark_level, 0, kMaxLevel);
+  detail::checkOption("bright_level", bright_level, 0, kMaxLevel);
+  detail::checkOption("background_level", background_level, 0, kMaxLevel);
+  detail::checkOption("falloff", falloff, 0, 1);
+  detail::checkOption("vignetting_exponent", vignetting_exponent, 0, 16);
+  detail::checkOption("read_noise", read_noise, 0, kMaxLevel);
+  detail::checkOption("full_well_electrons", full_well_electrons, 0, 1e9);
+  detail::checkOption("samples", samples, 1, kMaxSamples);
+}
+
+}  // namespace alidade

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/triage.h"
+
+#include <gmock/gmock.h>
+
+#include "alidade/detect/draw_detection.h"
+
+namespace alidade {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.025};
+constexpr ImageSize kSize{.width = 640, .height = 480};
+
+ImageOutcome found(const std::string& name, double shift, bool is_closed = true) {
+  ImageOutcome outcome;
+  outcome.image = name;
+  outcome.size = kSize;
+  outcome.detection.reason = DetectionReason::kFound;
+  for (int id = 0; id < 54; ++id) {
+    Corner corner;
+    corner.id = id;
+    corner.pixel = {40.0 * (id % 9) + shift, 40.0 * (id / 9) + 7};
+    corner.sigma_px = 0.02;
+    outcome.detection.corners.push_back(corner);
+  }
+  outcome.detection.seen = SeenGrid{.columns = 9, .rows = 6, .num_corners = 54, .is_closed = is_closed};
+  return outcome;
+}
+
+ImageOutcome seen(int columns, int rows, bool is_closed,
+                  DetectionReason reason = DetectionReason::kOtherBoard) {
+  ImageOutcome outcome;
+  outcome.image = "other";
+  outcome.size = kSize;
+  outcome.detection.reason = reason;
+  outcome.detection.seen =
+      SeenGrid{.columns = columns, .rows = rows, .num_corners = columns * rows, .is_closed = is_closed};
+  return outcome;
+}
+
+TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 100.2),
+                                        found("d", 100.6), found("e", 160)};
+  triage(outcomes, kBoard);
+  EXPECT_TRUE(outcomes[0].detection.hasCorners());
+  EXPECT_TRUE(outcomes[1].detection.hasCorners());
+  EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kDuplicate);
+  EXPECT_EQ(outcomes[2].detection.detail, "shows the same as a");
+  EXPECT_TRUE(outcomes[2].detection.corners.empty());
+  EXPECT_TRUE(outcomes[3].detection.hasCorners()) << "moved by more than a quarter of a pixel";
+  EXPECT_EQ(outcomes[4].detection.detail, "shows the same as b");
+  EXPECT_EQ(outcomes[2].same_as, 0U);
+  EXPECT_EQ(outcomes[4].same_as, 1U);
+  EXPECT_FALSE(outcomes[3].same_as.has_value());
+}
+
+TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
+  outcomes[1].size = {.width = 641, .height = 480};
+  const auto notes = triage(outcomes, kBoard);
+  EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kOtherSize);
+  EXPECT_THAT(outcomes[1].detection.detail, HasSubstr("641x480"));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kSeveralSizes);
+  EXPECT_THAT(notes[0].images, ElementsAre(1));
+  EXPECT_EQ(noteText(notes[0], {}), "images of two sizes were given; the 2 of 640x480 are used");
+}
+
+TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100, false), found("b", 160, true), seen(10, 7, true),
+                                        seen(10, 7, true), seen(10, 7, true)};
+  triage(outcomes, kBoard);
+  EXPECT_EQ(outcomes[0].detection.reason, DetectionReason::kOtherBoard);
+  EXPECT_THAT(outcomes[0].detection.detail, HasSubstr("10x7"));
+  EXPECT_TRUE(outcomes[1].detection.hasCorners()) << "its border was seen";
+
+  // A stray image of another board casts no doubt on the others.
+  outcomes = {found("a", 100, false), found("b", 160, false), seen(10, 7, true)};
+  triage(outcomes, kBoard);
+  EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
+}
+
+TEST(Triage, RefusesASpecWithALineThatNoImageShows) {
+  // 9x6 corners of a board given as 10x6, one end unseen: each image alone could be right.
+  const Checkerboard asked{.columns = 10, .rows = 6, .square_m = 0.025};
+  std::vector<ImageOutcome> outcomes = {found("a", 100, false), found("b", 160, false),
+                                        found("c", 220, false), found("d", 280, false)};
+  for (ImageOutcome& outcome : outcomes) outcome.detection.reason = DetectionReason::kPartial;
+  std::vector<ImageOutcome> with_all = outcomes;
+  triage(outcomes, asked);
+  for (const ImageOutcome& outcome : outcomes) {
+    EXPECT_EQ(outcome.detection.reason, DetectionReason::kOtherBoard);
+    EXPECT_THAT(outcome.detection.detail, HasSubstr("most show 9x6"));
+  }
+  const auto hint = diagnoseBoard(outcomes, asked);
+  ASSERT_TRUE(hint);
+  EXPECT_EQ(hint->columns, 9);
+
+  with_all[2].detection.seen = SeenGrid{.columns = 10, .rows = 6, .num_corners = 60, .is_closed = false};
+  triage(with_all, asked);
+  for (const ImageOutcome& outcome : with_all) EXPECT_TRUE(outcome.detection.hasCorners());
+}
+
+TEST(Triage, LetsImagesWithoutTheBoardHaveNoSayInTheSize) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160)};
+  for (int i = 0; i < 3; ++i) {
+    outcomes.emplace_back();
+    outcomes.back().image = "noise";
+    outcomes.back().size = {.width = 600, .height = 500};
+  }
+  triage(outcomes, kBoard);
+  EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
+  EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kOtherSize);
+}
+
+TEST(DiagnoseBoard, DoesNotTakeTheBoardAskedForForAnother) {
+  std::vector<ImageOutcome> outcomes = {seen(9, 6, true, DetectionReason::kTooSmall),
+                                        seen(9, 6, true, DetectionReason::kTooSmall), found("c", 100, false)};
+  EXPECT_FALSE(diagnoseBoard(outcomes, kBoard));
+  triage(outcomes, kBoard);
+  EXPECT_TRUE(outcomes[2].detection.hasCorners());
+}
+
+TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
+  for (ImageOutcome& outcome : outcomes) outcome.detection.measures.blur_px = 0.9;
+  EXPECT_TRUE(triage(outcomes, kBoard).empty());
+  outcomes[1].detection.measures.blur_px = 2.4;
+  const auto notes = triage(outcomes, kBoard);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kBlurred);
+  EXPECT_THAT(notes[0].images, ElementsAre(1));
+  const BoardSurvey survey{.board = kBoard, .paths = {}, .outcomes = outcomes, .notes = {}};
+  EXPECT_EQ(noteText(notes[0], survey), "much more blurred than the others: b");
+  EXPECT_TRUE(outcomes[1].detection.hasCorners());
+}
+
+TEST(DiagnoseBoard, PrefersBoardsSeenWhole) {
+  EXPECT_FALSE(diagnoseBoard(std::vector<ImageOutcome>{found("a", 100)}, kBoard));
+  const auto hint =
+      diagnoseBoard(std::vector<ImageOutcome>{seen(8, 5, false), seen(8, 5, false), seen(8, 5, false),
+                                              seen(13, 12, true), seen(13, 12, true)},
+                    kBoard);
+  ASSERT_TRUE(hint);
+  EXPECT_EQ(hint->columns, 13);
+  EXPECT_EQ(hint->rows, 12);
+  EXPECT_EQ(hint->num_images, 2);
+  EXPECT_TRUE(hint->is_closed);
+}
+
+TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
+  const BoardHint hint{.columns = 13, .rows = 12, .num_images = 12, .is_closed = true};
+  EXPECT_THAT(
+      hintText(hint, {.columns = 14, .rows = 13, .square_m = 0.025}),
+      HasSubstr("12 images show 13x12 inner corners; did you count squares? Use checkerboard:13x12:25mm"));
+  EXPECT_THAT(hintText(hint, {.columns = 13, .rows = 14, .square_m = 0.025}),
+              HasSubstr("12x13 inner corners; did you count squares? Use checkerboard:12x13:25mm"));
+  EXPECT_THAT(hintText(hint, {.columns = 12, .rows = 11, .square_m = 0.025}),
+              HasSubstr("did you leave out a line"));
+  const BoardHint part{.columns = 7, .rows = 5, .num_images = 1, .is_closed = false};
+  EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));
+}
+
+TEST(NoteText, SaysHowAnAmbiguousBoardCanBeTurned) {
+  const auto text = [](int columns, int rows) {
+    return noteText({.kind = SurveyNote::Kind::kAmbiguousBoard},
+                    {.board = {.columns = columns, .rows = rows, .square_m = 0.02},
+                     .paths = {},
+                     .outcomes = {},
+                     .notes = {}});
+  };
+  EXPECT_THAT(text(8, 6), HasSubstr("turned by 180 degrees"));
+  EXPECT_THAT(text(7, 7), HasSubstr("turned by 180 degrees"));
+  EXPECT_THAT(text(6, 6), HasSubstr("90, 180 or 270"));
+}
+
+TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
+  const std::string folder = ALIDADE_SOURCE_DIR "/testdata/checkerboard/images/";
+  const std::vector<std::string> paths = {folder + "view_001.png", folder + "missing.png",
+                                          folder + "view_001.png"};
+  const BoardSurvey survey = surveyImages(paths, kBoard);
+  ASSERT_EQ(survey.outcomes.size(), 3U);
+  EXPECT_EQ(survey.paths, paths);
+  EXPECT_EQ(survey.outcomes[0].image, "view_001.png");
+  EXPECT_EQ(survey.outcomes[0].detection.reason, DetectionReason::kFound);
+  EXPECT_EQ(survey.outcomes[1].detection.reason, DetectionReason::kUnreadable);
+  EXPECT_EQ(survey.outcomes[2].detection.reason, DetectionReason::kDuplicate);
+  EXPECT_EQ(survey.outcomes[2].same_as, 0U);
+  EXPECT_EQ(survey.numFound(), 1U);
+  EXPECT_EQ(survey.numWhole(), 1U);
+  ASSERT_EQ(survey.views().size(), 1U);
+  EXPECT_EQ(survey.views()[0].corners.size(), 54U);
+  EXPECT_TRUE(survey.notes.empty());
+}
+
+TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {
+  const GrayImage image{.size = kSize, .pixels = std::vector<std::uint8_t>(640 * 480, 90)};
+  const ColorImage plain = drawDetection(image, {}, kBoard);
+  const ColorImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
+  EXPECT_EQ(drawn.size, kSize);
+  ASSERT_EQ(drawn.rgb.size(), 3U * 640 * 480);
+  int num_coloured = 0;
+  for (std::size_t i = 0; i < drawn.rgb.size(); ++i) num_coloured += drawn.rgb[i] != plain.rgb[i] ? 1 : 0;
+  EXPECT_GT(num_coloured, 54 * 40);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/camera_file.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+
+#include "alidade/core/error.h"
+#include "alidade/files/camera_source.h"
+
+namespace alidade {
+namespace {
+
+// As a fisheye has them in the corners of its image.
+TEST(CameraRecord, ReadsBackAGridWithPixelsWithoutARay) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CameraRecord file{.camera = AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240}),
+                    .image_size = {.width = 640, .height = 480},
+                    .domain = {},
+                    .self_check = {},
+                    .calibration = CalibrationRecord{},
+                    .created_by = ""};
+  file.calibration->projection_std = ProjectionStdRecord{.center_px = nan,
+                                                         .worst_px = 2,
+                                                         .worst_pixel = {639, 0},
+                                                         .columns = 2,
+                                                         .rows = 2,
+                                                         .std_px = {nan, 2, 1, nan}};
+  const std::string text = cameraFileText(file);
+  EXPECT_THAT(text, testing::HasSubstr("std_px: [~, 2, 1, ~]"));
+  int num_read = 0;
+  // Early files had the word in quotes.
+  std::string quoted = text;
+  for (std::size_t at = 0; (at = quoted.find('~', at)) != std::string::npos; at += 6)
+    quoted.replace(at, 1, "\"null\"");
+  for (const std::string& written : {text, quoted}) {
+    const CameraRecord back = parseCameraFile(written, "camera.yaml");
+    const auto& std_px = back.calibration->projection_std->std_px;
+    ASSERT_EQ(std_px.size(), 4u);
+    EXPECT_TRUE(std::isnan(std_px[0]) && std::isnan(std_px[3]));
+    EXPECT_EQ(std_px[1], 2);
+    EXPECT_TRUE(std::isnan(back.calibration->projection_std->center_px));
+    ++num_read;
+  }
+  EXPECT_EQ(num_read, 2);
+}
+
+std::string keysText(std::string_view model) {
+  std::string text;
+  for (const std::string_view name : parameterNames(model))
+    text += (text.empty() ? "" : ", ") + std::string(name) + ": 1";
+  return "{" + text + "}";
+}
+
+std::string complaintAbout(const std::string& text) {
+  try {
+    (void)parseCameraFile(text, "camera.yaml");
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+// As if the model's name alone had been changed by hand.
+TEST(CameraRecord, TellsWhoseParametersItHas) {
+  int num_pairs = 0;
+  for (const std::string& model : modelIds()) {
+    for (const std::string& other : modelIds()) {
+      if (model == other) continue;
+      EXPECT_THAT(
+          complaintAbout("alidade_camera: 1\nmodel: " + model + "\nimage_size: {width: 640, height: 480}\n" +
+                         "parameters: " + keysText(other) + "\n"),
+          testing::AllOf(
+              testing::StartsWith("camera.yaml:4: parameters: found the keys of the model " + other),
+              testing::HasSubstr("those of " + model + ": fx"),
+              testing::HasSubstr("write " + other + " again")));
+      ++num_pairs;
+    }
+  }
+  EXPECT_EQ(num_pairs, 90);
+  const std::string start =
+      "alidade_camera: 1\nmodel: kannala_brandt\nimage_size: {width: 640, height: 480}\n"
+      "parameters: {fx: 500, fy: 500, cx: 320, cy: 240, k1: 0, k2: 0, k3: 0, k4: 0}\n";
+  EXPECT_THAT(
+      complaintAbout(start +
+                     "calibration:\n  rms_px: 0.1\n  num_views: 13\n  num_corners: 702\n  parameter_std: " +
+                     keysText("radtan") + "\n"),
+      testing::StartsWith("camera.yaml:9: calibration.parameter_std: found the keys of the model radtan"));
+  // One wrong key is a slip of the hand.
+  EXPECT_THAT(complaintAbout("alidade_camera: 1\nmodel: pinhole\nimage_size: {width: 640, height: 480}\n"
+                             "parameters: {fx: 500, fy: 500, cx: 320, cz: 240}\n"),
+              testing::AllOf(testing::HasSubstr("unknown key 'cz'"), testing::HasSubstr("did you mean")));
+}
+
+// A coefficient's sign makes a pixel in the corner move by many pixels; the eighth digit of fx by none that
+// would matter, yet it is not the number that was written.
+TEST(CameraRecord, IsNotReadWhereItsSelfCheckFails) {
+  const AnyCamera camera =
+      AnyCamera::make("radtan", std::vector<double>{500, 501, 320, 240, -0.25, 0.1, 1e-3, 2e-3, 0});
+  const CameraRecord good = bareRecord(camera, {.width = 640, .height = 480}, "");
+  ASSERT_EQ(good.self_check.size(), 9u);
+  EXPECT_EQ(parseCameraFile(cameraFileText(good), "good.yaml").self_check.size(), 9u);
+  struct Slip {
+    std::size_t parameter;
+    double value;
+    const char* complaint;
+  };
+  const std::vector<Slip> slips = {{0, 500.00001, "e-06 px from its pixel ("},
+                                   {4, 0.25, "px from its pixel ("},
+                                   {4, -25, "do not project this point at all"}};
+  int num_refused = 0;
+  for (const Slip& slip : slips) {
+    std::vector<double> values(camera.parameters().begin(), camera.parameters().end());
+    values[slip.parameter] = slip.value;
+    CameraRecord wrong = good;
+    wrong.camera = AnyCamera::make("radtan", values);
+    for (const auto& read : {parseCameraFile, +[](const std::string&text, const std::string&name) {
+                               return onlyCamera(parseCameras(text, name));
+                             }}) {
+      try {
+        (void)read(cameraFileText(wrong), "wrong.yaml");
+        ADD_FAILURE() << slip.complaint;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::kInput);
+        EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("wrong.yaml: self_check["),
+                                                 testing::HasSubstr(slip.complaint)));
+        ++num_refused;
+      }
+    }
+  }
+  EXPECT_EQ(num_refused, 6);
+}
+
+}  // namespace
+}  // namespace alidade

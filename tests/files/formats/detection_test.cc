@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// Each file is of one format, whichever is asked first, and is read as what it is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/camera_format.h"
+#include "files/formats/examples.h"
+
+namespace alidade {
+namespace {
+
+TEST(FormatDetection, KnowsEachExampleByOneFormatAlone) {
+  int num_pairs = 0;
+  std::set<std::string_view> seen;
+  for (const FormatExample& example : formatExamples()) {
+    const detail::CameraDocument document(example.text, "file");
+    for (const CameraFormat* format : cameraFormats()) {
+      EXPECT_EQ(format->recognises(document), format->id == example.format)
+          << format->id << " of " << example.format << ", " << example.name;
+      ++num_pairs;
+    }
+    seen.insert(example.format);
+  }
+  EXPECT_EQ(seen.size(), cameraFormats().size());
+  EXPECT_EQ(num_pairs, static_cast<int>(formatExamples().size() * cameraFormats().size()));
+}
+
+TEST(FormatDetection, ReadsWhatEachExampleSays) {
+  int num_cameras = 0;
+  for (const FormatExample& example : formatExamples()) {
+    SCOPED_TRACE(std::string(example.format) + ", " + example.name);
+    const CameraSource source = parseCameras(example.text, "file");
+    EXPECT_EQ(source.format, example.format);
+    ASSERT_EQ(source.cameras.size(), example.cameras.size());
+    for (std::size_t i = 0; i < source.cameras.size(); ++i) {
+      const StatedCamera& camera = source.cameras[i];
+      const ExampleCamera& expected = example.cameras[i];
+      EXPECT_EQ(camera.name, expected.name);
+      EXPECT_EQ(camera.camera.modelId(), expected.model);
+      EXPECT_EQ(camera.image_size, std::optional(expected.size));
+      EXPECT_THAT(std::vector<double>(camera.camera.parameters().begin(), camera.camera.parameters().end()),
+                  testing::Pointwise(testing::DoubleEq(), expected.parameters));
+      EXPECT_EQ(camera.half_units.size(), expected.parameters.size());
+      ++num_cameras;
+    }
+    std::vector<std::string> ids;
+    for (const Remark& remark : source.cameras.front().remarks) {
+      ids.push_back(remark.id);
+      EXPECT_THAT(remark.message, testing::HasSubstr("file:"));
+    }
+    EXPECT_EQ(ids, example.remarks);
+  }
+  EXPECT_EQ(num_cameras, 55);
+}
+
+// The examples in docs/formats.md, each below the heading of its format.
+TEST(FormatDetection, ReadsTheExamplesOfTheDocumentation) {
+  const std::string text = readTextFile(ALIDADE_SOURCE_DIR "/docs/formats.md", 1U << 20U);
+  int num_examples = 0;
+  for (const CameraFormat* format : cameraFormats()) {
+    const std::size_t heading = text.find("\n### " + std::string(format->id) + "\n");
+    if (heading == std::string::npos) continue;
+    constexpr std::string_view kFence = "\n```";
+    const std::size_t begin = text.find('\n', text.find(kFence, heading) + 1) + 1;
+    const std::size_t end = text.find(kFence, begin);
+    ASSERT_NE(end, std::string::npos);
+    const CameraSource source = parseCameras(text.substr(begin, end + 1 - begin), "example");
+    EXPECT_EQ(source.format, format->id);
+    EXPECT_EQ(source.cameras.size(), 1u);
+    ++num_examples;
+  }
+  EXPECT_EQ(num_examples, static_cast<int>(cameraFormats().size()) - 1);  // all but this program's own
+}
+
+// Digits that were cut off are known where the numbers are text.
+TEST(FormatDetection, KnowsHowFarNumbersAreRounded) {
+  const CameraSource source = parseCameras(
+      R"({"FocalLength":[714.1885,710.3785],"PrincipalPoint":[563.6511,355.7254],"ImageSize":[712,1072],)"
+      R"("RadialDistortion":[-0.3361,0.0921],"TangentialDistortion":[0,0]})",
+      "file");
+  EXPECT_THAT(
+      source.cameras.front().half_units,
+      testing::Pointwise(testing::DoubleNear(1e-12), {5e-5, 5e-5, 5e-5, 5e-5, 5e-5, 5e-5, 0.0, 0.0, 0.0}));
+}
+
+}  // namespace
+}  // namespace alidade

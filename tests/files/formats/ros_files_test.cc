@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+// ROS: what its calibrator writes is read, and its parser reads ours without a loss.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_format.h"
+#include "apps/run_program.h"
+#include "apps/scratch_folder.h"
+#include "files/formats/reading.h"
+#include "support/model_fixture.h"
+#include "support/peer.h"
+
+namespace alidade {
+namespace {
+
+// The function by which camera_calibration writes its file, for each of its three models.
+constexpr const char* kScript = R"(
+import sys
+import numpy as np
+from camera_calibration.calibrator import MonoCalibrator, CAMERA_MODEL
+
+K = np.array([[533.123456789, 0., 342.5], [0., 534.25, 233.987654321], [0., 0., 1.]])
+P = np.hstack([K, np.zeros((3, 1))])
+for name, model, d in (
+        ('plumb_bob', CAMERA_MODEL.PINHOLE, [-0.2812345678, 0.02, 0.00123456789, -0.0001, 0.1]),
+        ('rational', CAMERA_MODEL.PINHOLE, [0.1, 0.2, 0.001, 0.002, 0.03, 0.4, 0.05, 0.0066666666]),
+        ('fisheye', CAMERA_MODEL.FISHEYE, [-0.0123456789, 0.02, -0.03, 0.004])):
+    with open(sys.argv[1] + '/' + name + '.yaml', 'w') as f:
+        f.write(MonoCalibrator.lryaml('narrow_stereo', np.array([d]), K, np.eye(3), P, (640, 480), model))
+)";
+
+TEST(RosFiles, OfTheCalibratorAreReadAsFarAsTheirDigitsGo) {
+  for (const auto& [module, package] :
+       {std::pair("camera_calibration", "python3-camera-calibration"),
+        std::pair("cv_bridge", "python3-cv-bridge"), std::pair("image_geometry", "python3-image-geometry")}) {
+    ALIDADE_NEED_PEER("/usr/lib/python3/dist-packages/" + std::string(module) + "/__init__.py", package);
+  }
+  const ScratchFolder folder;
+  const RunResult run = runProgram("/usr/bin/python3", {"-c", kScript, folder.path()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  struct Written {
+    std::string name;
+    std::string_view model;
+    std::vector<double> parameters;
+  };
+  const std::vector<double> pinhole = {533.123456789, 534.25, 342.5, 233.987654321};
+  const std::vector<Written> files = {
+      {"plumb_bob", "radtan", {-0.2812345678, 0.02, 0.00123456789, -0.0001, 0.1}},
+      {"rational", "rational", {0.1, 0.2, 0.001, 0.002, 0.03, 0.4, 0.05, 0.0066666666}},
+      {"fisheye", "kannala_brandt", {-0.0123456789, 0.02, -0.03, 0.004}}};
+  int num_numbers = 0;
+  for (const Written& file : files) {
+    const CameraSource source = loadCameras(folder.path(file.name + ".yaml"));
+    EXPECT_EQ(source.format, "ros");
+    const StatedCamera& read = source.cameras.at(0);
+    EXPECT_EQ(read.camera.modelId(), file.model);
+    EXPECT_EQ(read.name, "narrow_stereo");
+    EXPECT_EQ(read.image_size, std::optional(ImageSize{.width = 640, .height = 480}));
+    EXPECT_TRUE(read.remarks.empty());
+    std::vector<double> parameters = pinhole;
+    parameters.insert(parameters.end(), file.parameters.begin(), file.parameters.end());
+    ASSERT_EQ(read.camera.parameters().size(), parameters.size());
+    ASSERT_EQ(read.half_units.size(), parameters.size());
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      constexpr double kRounding = 1e-12;
+      EXPECT_LE(std::abs(read.camera.parameters()[i] - parameters[i]), read.half_units[i] + kRounding)
+          << file.name << " " << i;
+      ++num_numbers;
+    }
+    EXPECT_EQ(read.half_units[4], 5e-7);
+  }
+  EXPECT_EQ(num_numbers, 9 + 12 + 8);
+}
+
+template <class M>
+int passThroughParser(const ScratchFolder& folder) {
+  Random random(17);
+  int num_cameras = 0;
+  for (int i = 0; i < 5; ++i) {
+    const AnyCamera camera(Camera<M>(ModelFixture<M>::randomParams(random)));
+    folder.write(
+        "ours.yaml",
+        formatText(cameraFormat("ros"),
+                   std::vector<NamedCamera>{{.name = "left", .camera = camera, .image_size = kTestImage}}));
+    const RunResult run = runProgram("/usr/lib/camera_calibration_parsers/convert",
+                                     {folder.path("ours.yaml"), folder.path("theirs.yaml")});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const StatedCamera back = loadCameras(folder.path("theirs.yaml")).cameras.at(0);
+    EXPECT_EQ(back.camera.modelId(), camera.modelId());
+    EXPECT_EQ(back.name, "left");
+    EXPECT_EQ(back.image_size, std::optional(kTestImage));
+    EXPECT_THAT(std::vector<double>(back.camera.parameters().begin(), back.camera.parameters().end()),
+                testing::ElementsAreArray(camera.parameters().begin(), camera.parameters().end()));
+    ++num_cameras;
+  }
+  return num_cameras;
+}
+
+TEST(RosFiles, OfOursPassThroughTheParserOfRos) {
+  ALIDADE_NEED_PEER("/usr/lib/camera_calibration_parsers/convert", "camera-calibration-parsers-tools");
+  const ScratchFolder folder;
+  EXPECT_EQ(passThroughParser<Radtan>(folder) + passThroughParser<Rational>(folder) +
+                passThroughParser<KannalaBrandt>(folder),
+            15);
+}
+
+std::string message(int sequence, const std::string& K, const std::string& model = "plumb_bob",
+                    const std::string& D = "[0.1, 0.0, 0.0, 0.0, 0.0]") {
+  return "header: \n  seq: " + std::to_string(sequence) +
+         "\n  frame_id: \"left\"\nheight: 480\nwidth: 640\ndistortion_model: \"" + model + "\"\nD: " + D +
+         "\nK: " + K + "\nbinning_x: 0\n---\n";
+}
+constexpr const char* kMatrix = "[500.0, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]";
+constexpr const char* kOtherMatrix = "[500.5, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]";
+
+TEST(RosFiles, OfSeveralMessagesAreReadIfAllSayTheSame) {
+  for (const std::string start : {"", "---\n"}) {
+    for (const int count : {1, 2, 3}) {
+      std::string text = start;
+      for (int i = 0; i < count; ++i) text += message(i, kMatrix);
+      const CameraSource source = parseCameras(text, "file");
+      ASSERT_EQ(source.cameras.size(), 1u);
+      EXPECT_EQ(source.cameras.front().camera.parameters()[1], 501.0);
+    }
+  }
+  EXPECT_THAT(complaintAbout(message(1, kMatrix) + message(2, kMatrix) + message(3, kOtherMatrix)),
+              testing::AllOf(testing::HasSubstr("file:21: found a message that says something else"),
+                             testing::HasSubstr("rostopic echo -n 1")));
+  // One that was cut says something else too.
+  const std::string two = message(1, kMatrix) + message(2, kMatrix);
+  EXPECT_THAT(complaintAbout(two.substr(0, two.size() - 12)), testing::HasSubstr("file:11: found a message"));
+  // Other messages are no cameras.
+  EXPECT_NE(complaintAbout("header:\n  seq: 1\na: 1\n---\nheader:\n  seq: 2\na: 1\n"), "");
+}
+
+TEST(RosFiles, OfTheCalibratorInIniAreRefusedForTheYaml) {
+  EXPECT_THAT(
+      complaintAbout("# oST version 5.0 parameters\n\n[image]\n\nwidth\n640\n\nheight\n480\n\n"
+                     "[narrow_stereo]\n\ncamera matrix\n500 0 320\n0 501 240\n0 0 1\n"),
+      testing::AllOf(testing::StartsWith("file: found the INI file"), testing::HasSubstr("take ost.yaml")));
+}
+
+TEST(RosFiles, OfModelsThatAreNotRosOwnSayWhatToDo) {
+  const std::string zeros = "[0.0, 0.0, 0.0, 0.0, 0.0]";
+  EXPECT_EQ(parseCameras(message(1, kMatrix, "None", zeros), "file").cameras.at(0).camera.modelId(),
+            "pinhole");
+  struct Case {
+    std::string model;
+    std::string coefficients;
+    std::string advice;
+  };
+  int num_cases = 0;
+  for (const Case& one :
+       std::vector<Case>{{"None", "[0.1]", "write the one that"},
+                         {"Inverse Brown Conrady", "[0.1, 0.0, 0.0, 0.0, 0.0]", "alidade calibrate"},
+                         {"Inverse Brown Conrady", zeros, "write plumb_bob"},
+                         {"blumb_bob", "[0.1, 0.0, 0.0, 0.0, 0.0]", "did you mean 'plumb_bob'?"}}) {
+    EXPECT_THAT(
+        complaintAbout(message(1, kMatrix, one.model, one.coefficients)),
+        testing::AllOf(testing::HasSubstr("file:6: distortion_model"), testing::HasSubstr(one.advice)));
+    ++num_cases;
+  }
+  EXPECT_EQ(num_cases, 4);
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/imagery/remap_table.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "alidade/imagery/undistortion_view.h"
+#include "support/model_fixture.h"
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{640, 480};
+constexpr std::array kProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
+                                     ViewProjection::kEquirectangular};
+
+template <class M>
+class RemapTableOfModel : public testing::Test {};
+TYPED_TEST_SUITE(RemapTableOfModel, AllModelTypes, ModelName);
+
+// How a table differs from the projections of all rays.
+struct Difference {
+  std::size_t num_pixels = 0;
+  std::size_t num_with_source = 0;
+  std::size_t num_at_border = 0;  // with a source beside a pixel without one
+  std::size_t num_wrong = 0;      // a source where there is none, or none where there is one
+  double worst_px = 0;            // beyond what the nearest float is off
+};
+
+Difference differenceFromProjection(const AnyCamera& camera, const OutputView& view,
+                                    const RemapTable& table) {
+  Difference result;
+  for (int y = 0; y < view.size.height; ++y) {
+    for (int x = 0; x < view.size.width; ++x) {
+      const auto ray = view.rayFromPixel({x, y});
+      const Projection source = ray ? camera.project(*ray) : Projection{};
+      const bool is_inside = source.ok() && source.pixel.minCoeff() >= -0.5 &&
+                             source.pixel.x() < kTestImage.width - 0.5 &&
+                             source.pixel.y() < kTestImage.height - 0.5;
+      const SourcePixel& found = table.at(x, y);
+      ++result.num_pixels;
+      result.num_wrong += found.exists() == is_inside ? 0 : 1;
+      if (!found.exists() || !is_inside) continue;
+      ++result.num_with_source;
+      const bool is_at_border = (x > 0 && !table.at(x - 1, y).exists()) ||
+                                (x + 1 < view.size.width && !table.at(x + 1, y).exists()) ||
+                                (y > 0 && !table.at(x, y - 1).exists()) ||
+                                (y + 1 < view.size.height && !table.at(x, y + 1).exists());
+      result.num_at_border += is_at_border ? 1 : 0;
+      for (const auto& [value, exact] :
+           {std::pair{found.x, source.pixel.x()}, std::pair{found.y, source.pixel.y()}}) {
+        const float above = std::nextafter(std::abs(value), std::numeric_limits<float>::infinity());
+        const double half_ulp = 0.5 * (static_cast<double>(above) - std::abs(value));
+        result.worst_px = std::max(result.worst_px, std::abs(value - exact) - half_ulp);
+      }
+    }
+  }
+  return result;
+}
+
+constexpr double kPromisedPx = 1e-4;
+
+// Far more than the camera sees; all that it sees; and the last corner of the image, enlarged.
+std::vector<OutputView> viewsOf(const AnyCamera& camera, ViewProjection projection) {
+  const OutputView far{
+      .projection = projection, .size = {211, 137}, .scale_px = {25, 25}, .axis_px = {103.3, 60.8}};
+  const auto choose = [&](ViewExtent extent, std::optional<ImageSize> size) {
+    return chooseView(camera, kTestImage, {.projection = projection, .extent = extent, .size = size}).view;
+  };
+  const OutputView all = choose(ViewExtent::kAll, ImageSize{281, 199});
+  OutputView corner = choose(ViewExtent::kAll, ImageSize{900, 700});
+  corner.axis_px -= Eigen::Vector2d(900 - 241, 700 - 183);
+  corner.size = {241, 183};
+  return {far, all, corner};
+}
+
+TYPED_TEST(RemapTableOfModel, AgreesWithTheProjectionOfEveryRay) {
+  std::size_t num_views = 0;
+  Difference sum;
+  for (const auto& params : ModelFixture<TypeParam>::paramSets()) {
+    const AnyCamera camera{Camera<TypeParam>(params)};
+    for (const ViewProjection projection : kProjections) {
+      for (const OutputView& view : viewsOf(camera, projection)) {
+        const RemapTable table = makeRemapTable(camera, kTestImage, view, 2);
+        const Difference d = differenceFromProjection(camera, view, table);
+        EXPECT_EQ(table.pixels.size(), d.num_pixels);
+        EXPECT_EQ(d.num_wrong, 0u) << projectionName(projection);
+        EXPECT_EQ(table.num_without_source, d.num_pixels - d.num_with_source);
+        EXPECT_LE(d.worst_px, kPromisedPx) << projectionName(projection) << " " << view.size.width;
+        sum.num_with_source += d.num_with_source;
+        sum.num_at_border += d.num_at_border;
+        sum.worst_px = std::max(sum.worst_px, d.worst_px);
+        ++num_views;
+      }
+    }
+  }
+  EXPECT_EQ(num_views, 9 * ModelFixture<TypeParam>::paramSets().size());
+  EXPECT_GT(sum.num_with_source, 10'000 * num_views / 3);
+  EXPECT_GT(sum.num_at_border, 100 * num_views);
+  this->RecordProperty("worst_px", std::to_string(sum.worst_px));
+}
+
+// A lens with a ring `width_px` wide at half its height, 500 px from the axis: the map is smooth but for it.
+AnyCamera cameraWithRing(double width_px, double height_px) {
+  const double f = 1000;
+  const double s0 = 0.25;                        // r^2 of the ring
+  const double half_width = 0.5 * width_px / f;  // of r; 2 r = 1, so of r^2 too
+  const double n = s0 * s0 + half_width * half_width;
+  const double k5 = -2 * s0 / n;
+  const double k6 = 1 / n;
+  // Radius r (1 + e s / D(s)) with D = ((s - s0)^2 + half_width^2) / n.
+  const double e = height_px / 500 / s0 * half_width * half_width / n;
+  return AnyCamera::make("rational", std::vector<double>{f, f, 959.5, 599.5, k5 + e, k6, 0, 0, 0, k5, k6, 0});
+}
+
+TEST(RemapTable, FollowsAnUnevennessThatFallsBetweenTheNodes) {
+  int num_rings = 0;
+  for (const auto& [width_px, height_px] :
+       {std::pair{20.0, 0.05}, {5.0, 0.05}, {1.0, 0.05}, {1.0, 0.002}, {0.7, 0.002}}) {
+    const AnyCamera camera = cameraWithRing(width_px, height_px);
+    const OutputView view{.size = {1200, 320}, .scale_px = {1000, 1000}, .axis_px = {599.5, 10.5}};
+    const auto on_ring = camera.project({0.5, 0, 1});
+    ASSERT_TRUE(on_ring.ok());
+    EXPECT_NEAR(on_ring.pixel.x() - 959.5, 500 + height_px, 0.1 * height_px) << "there is a ring";
+    const Difference d = differenceFromProjection(camera, view, makeRemapTable(camera, kTestImage, view));
+    EXPECT_EQ(d.num_wrong, 0u);
+    EXPECT_LE(d.worst_px, kPromisedPx) << width_px << " " << height_px;
+    ++num_rings;
+  }
+  EXPECT_EQ(num_rings, 5);
+}
+
+TEST(RemapTable, KeepsDigitsWhereTheViewIsMuchCoarserThanTheSource) {
+  const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{9000, 9000, 959.5, 599.5});
+  int num_scales = 0;
+  for (const double scale_px : {500.0, 2000.0, 8000.0, 30000.0}) {
+    const OutputView view{.size = {640, 480}, .scale_px = {scale_px, scale_px}, .axis_px = {320.25, 240.5}};
+    const Difference d = differenceFromProjection(camera, view, makeRemapTable(camera, kTestImage, view));
+    EXPECT_EQ(d.num_wrong, 0u);
+    EXPECT_LE(d.worst_px, kPromisedPx) << scale_px;
+    EXPECT_GT(d.num_with_source, 5'000u);
+    ++num_scales;
+  }
+  EXPECT_EQ(num_scales, 4);
+}
+
+TEST(RemapTable, TakesAnySizeOfOutput) {
+  const AnyCamera camera{Camera<Radtan>({1003, 1001, 961, 597, -0.28, 0.08, 1e-3, -5e-4, 0})};
+  int num_sizes = 0;
+  for (const ImageSize size :
+       {ImageSize{1, 1}, {1, 700}, {900, 1}, {7, 300}, {8, 8}, {9, 17}, {161, 160}, {319, 15}, {333, 331}}) {
+    const OutputView view{
+        .size = size, .scale_px = {400, 410}, .axis_px = {0.45 * size.width, 0.52 * size.height}};
+    const Difference d = differenceFromProjection(camera, view, makeRemapTable(camera, kTestImage, view));
+    EXPECT_EQ(d.num_wrong, 0u) << size.width << "x" << size.height;
+    EXPECT_LE(d.worst_px, kPromisedPx) << size.width << "x" << size.height;
+    EXPECT_GT(d.num_with_source, 0u);
+    ++num_sizes;
+  }
+  EXPECT_EQ(num_sizes, 9);
+}
+
+TEST(RemapTable, ShowsNothingBeyondAFold) {
+  // Folds 41 degrees off the axis; beyond it the bare formula comes back into the image.
+  const std::vector<double> params = {300, 300, 319.5, 239.5, -0.45, 0, 0, 0, 0};
+  const AnyCamera camera = AnyCamera::make("radtan", params);
+  ASSERT_TRUE(camera.cone().is_limited_by_fold);
+  const OutputView view{.size = {641, 481}, .scale_px = {100, 100}, .axis_px = {320, 240}};
+  const RemapTable table = makeRemapTable(camera, kSize, view);
+  int num_beyond = 0;
+  int num_back_in_the_image = 0;
+  for (int y = 0; y < 481; ++y) {
+    for (int x = 0; x < 641; ++x) {
+      const double r = std::hypot(x - 320, y - 240) / 100;
+      const bool is_beyond = std::atan(r) > camera.cone().max_angle_rad;
+      if (!is_beyond) continue;
+      EXPECT_FALSE(table.at(x, y).exists()) << x << " " << y;
+      ++num_beyond;
+      if (300 * std::abs(r * (1 - 0.45 * r * r)) < 200) ++num_back_in_the_image;
+    }
+  }
+  EXPECT_GT(num_beyond, 100'000);
+  EXPECT_GT(num_back_in_the_image, 10'000) << "the case that the test is about";
+}
+
+TEST(RemapTable, EndsAtTheOuterEdgesOfTheOuterPixels) {
+  const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{1000, 1000, 0, 0});
+  // Four output pixels for one of the source.
+  const OutputView view{.size = {60, 8}, .scale_px = {4000, 4000}, .axis_px = {6, 0}};
+  const RemapTable table = makeRemapTable(camera, {10, 8}, view);
+  EXPECT_FALSE(table.at(3, 0).exists()) << "at -0.75";
+  EXPECT_TRUE(table.at(4, 0).exists()) << "at -0.5";
+  EXPECT_TRUE(table.at(43, 0).exists()) << "at 9.25";
+  EXPECT_FALSE(table.at(44, 0).exists()) << "at 9.5";
+  EXPECT_EQ(table.num_without_source, 8u * 20u);
+}
+
+TEST(RemapTable, DoesNotDependOnThreadsAndCanBeStopped) {
+  const AnyCamera camera{Camera<Radtan>({533, 535, 342, 234, -0.28, 0.08, 1e-3, -5e-4, 0})};
+  const OutputView view = chooseView(camera, kSize, {.extent = ViewExtent::kAll, .size = {}}).view;
+  const RemapTable one = makeRemapTable(camera, kSize, view, 1);
+  const RemapTable three = makeRemapTable(camera, kSize, view, 3);
+  const auto same = [](const SourcePixel& a, const SourcePixel& b) {
+    return a.exists() == b.exists() && (!a.exists() || (a.x == b.x && a.y == b.y));
+  };
+  EXPECT_TRUE(
+      std::equal(one.pixels.begin(), one.pixels.end(), three.pixels.begin(), three.pixels.end(), same));
+  EXPECT_GT(one.num_without_source, 0u);
+  EXPECT_EQ(one.num_without_source, three.num_without_source);
+  const CancelFlag cancel{true};
+  EXPECT_THROW((void)makeRemapTable(camera, kSize, view, 1, &cancel), Cancelled);
+
+  RemapTable used = makeRemapTable(camera, kSize, {.size = {700, 500}, .scale_px = {9, 9}, .axis_px = {}}, 1);
+  fillRemapTable(camera, kSize, view, used, 2);
+  EXPECT_EQ(used.size, view.size);
+  EXPECT_EQ(used.num_without_source, one.num_without_source);
+  ASSERT_EQ(used.pixels.size(), one.pixels.size());
+  EXPECT_TRUE(std::equal(one.pixels.begin(), one.pixels.end(), used.pixels.begin(), same));
+  EXPECT_THROW(fillRemapTable(camera, kSize, view, used, 1, &cancel), Cancelled);
+  EXPECT_TRUE(used.pixels.empty()) << "and not half of each";
+  EXPECT_EQ(used.size, ImageSize{});
+}
+
+}  // namespace
+}  // namespace alidade

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/imagery/undistortion_view.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <vector>
+
+#include "alidade/core/error.h"
+#include "alidade/imagery/remap_table.h"
+#include "support/model_fixture.h"
+
+namespace alidade {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr ImageSize kSize{640, 480};
+constexpr ImageSize kOutput{160, 100};  // of the tests over all models
+constexpr std::array kProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
+                                     ViewProjection::kEquirectangular};
+
+AnyCamera lens() {
+  return AnyCamera::make("radtan", std::vector<double>{533, 535, 342, 234, -0.28, 0.08, 1e-3, -5e-4, 0});
+}
+
+ViewChoice choose(const AnyCamera& camera, ImageSize size, ViewExtent extent,
+                  ViewProjection projection = ViewProjection::kRectilinear,
+                  std::optional<ImageSize> output = {}) {
+  return chooseView(
+      camera, size,
+      {.projection = projection, .extent = extent, .horizontal_field_rad = 90 * kDegree, .size = output});
+}
+
+TEST(UndistortionView, KeepsFocalLengthAxisAndSize) {
+  const OutputView view = choose(lens(), kSize, ViewExtent::kSameScale).view;
+  EXPECT_EQ(view.size, kSize);
+  EXPECT_EQ(view.scale_px, Eigen::Vector2d(533, 535));
+  EXPECT_EQ(view.axis_px, Eigen::Vector2d(342, 234));
+  const AnyCamera pinhole = pinholeOf(view);
+  EXPECT_EQ(pinhole.modelId(), "pinhole");
+  EXPECT_THAT(std::vector<double>(pinhole.parameters().begin(), pinhole.parameters().end()),
+              testing::ElementsAre(533, 535, 342, 234));
+}
+
+TEST(UndistortionView, KeepsTheFieldInAnotherSize) {
+  const OutputView view =
+      choose(lens(), kSize, ViewExtent::kSameScale, ViewProjection::kRectilinear, ImageSize{1280, 900}).view;
+  EXPECT_EQ(view.size, (ImageSize{1280, 900}));
+  EXPECT_NEAR(view.scale_px.x(), 2 * 533, 1e-9);
+  EXPECT_NEAR(view.axis_px.x(), 2 * 342.5 - 0.5, 1e-9);
+  EXPECT_NEAR(view.axis_px.y(), 2 * 234.5 - 0.5 - 30, 1e-9) << "60 rows less, half of them above";
+}
+
+TEST(UndistortionView, HasSquarePixelsWhereAnglesAreShown) {
+  const OutputView view =
+      choose(lens(), kSize, ViewExtent::kSameScale, ViewProjection::kEquirectangular).view;
+  EXPECT_NEAR(view.scale_px.x(), std::sqrt(533.0 * 535.0), 1e-9);
+  EXPECT_EQ(view.scale_px.x(), view.scale_px.y());
+}
+
+TEST(UndistortionView, ShowsTheFieldThatIsAskedFor) {
+  int num_checked = 0;
+  for (const ViewProjection projection : kProjections) {
+    const OutputView view = choose(lens(), kSize, ViewExtent::kFieldOfView, projection).view;
+    EXPECT_NEAR(view.horizontalFieldRad(), 90 * kDegree, 1e-12);
+    EXPECT_EQ(view.axis_px, Eigen::Vector2d(319.5, 239.5));
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 3);
+}
+
+std::string complaint(const ViewRequest& request, const AnyCamera& camera = lens()) {
+  try {
+    (void)chooseView(camera, kSize, request);
+  } catch (const Error& error) {
+    return std::to_string(static_cast<int>(error.code())) + ": " + error.what();
+  }
+  return "none";
+}
+
+TEST(UndistortionView, RefusesWhatItCannotShow) {
+  ViewRequest request{.extent = ViewExtent::kFieldOfView, .size = {}};
+  int num_refused = 0;
+  for (const double degrees : {0.0, -10.0, 150.1, 180.0, std::nan("")}) {
+    request.horizontal_field_rad = degrees * kDegree;
+    EXPECT_THAT(complaint(request), AllOf(HasSubstr("2: "), HasSubstr("at most 150 degrees")));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 5);
+  request.horizontal_field_rad = 150 * kDegree;
+  EXPECT_EQ(complaint(request), "none");
+  request.projection = ViewProjection::kEquirectangular;
+  request.horizontal_field_rad = 361 * kDegree;
+  EXPECT_THAT(complaint(request), HasSubstr("at most 360 degrees"));
+  request.horizontal_field_rad = 360 * kDegree;
+  EXPECT_EQ(complaint(request), "none");
+  for (const ImageSize size :
+       {ImageSize{1, 100}, ImageSize{100, 0}, ImageSize{70000, 100}, ImageSize{60000, 60000}}) {
+    request.size = size;
+    EXPECT_THAT(complaint(request), AllOf(HasSubstr("2: "), HasSubstr("output size")));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 9);
+  const AnyCamera aside = AnyCamera::make("pinhole", std::vector<double>{500, 500, -100, 240});
+  EXPECT_THAT(complaint({.extent = ViewExtent::kValid, .size = {}}, aside),
+              AllOf(HasSubstr("1: "), HasSubstr("axis outside of the image")));
+  EXPECT_EQ(complaint({.extent = ViewExtent::kAll, .size = {}}, aside), "none");
+}
+
+TEST(UndistortionView, AllOfAPinholeCameraIsThePinholeCamera) {
+  const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 500, 300, 250});
+  const OutputView view = choose(pinhole, kSize, ViewExtent::kAll).view;
+  EXPECT_NEAR(view.scale_px.x(), 500, 1e-5);
+  EXPECT_LT((view.axis_px - Eigen::Vector2d(300, 250)).norm(), 1e-5);
+  const OutputView valid = choose(pinhole, kSize, ViewExtent::kValid).view;
+  // The axis in the middle, up to the nearest border: below it are 229 pixels, of 239.5 in the output.
+  EXPECT_NEAR(valid.scale_px.x(), 500 * std::max(239.5 / 229, 319.5 / 300), 1e-5);
+}
+
+TEST(UndistortionView, SaysWhatIsCut) {
+  // 160 degrees wide: the outer 5 on both sides are too far out for a plane.
+  const double focal = 0.5 * kSize.width / std::tan(80 * kDegree);
+  const AnyCamera wide = AnyCamera::make("pinhole", std::vector<double>{focal, focal, 319.5, 239.5});
+  const ViewChoice all = choose(wide, kSize, ViewExtent::kAll);
+  EXPECT_GT(all.cut_share, 0.3);
+  EXPECT_LT(all.cut_share, 0.7);
+  // The image holds all rays of up to 75 degrees; the output's height is the smaller side.
+  EXPECT_NEAR(all.view.scale_px.y() * std::tan(75 * kDegree), 239.5, 2);
+  EXPECT_EQ(choose(wide, kSize, ViewExtent::kAll, ViewProjection::kEquirectangular).cut_share, 0);
+  const ViewChoice valid = choose(wide, kSize, ViewExtent::kValid);
+  EXPECT_TRUE(valid.is_limited_by_projection);
+  EXPECT_FALSE(choose(lens(), kSize, ViewExtent::kValid).is_limited_by_projection);
+}
+
+template <class M>
+class UndistortionViewOfModel : public testing::Test {};
+TYPED_TEST_SUITE(UndistortionViewOfModel, AllModelTypes, ModelName);
+
+TYPED_TEST(UndistortionViewOfModel, ValidIsTheLargestWindowWithoutABlackPixel) {
+  std::size_t num_checked = 0;
+  std::size_t num_enlarged = 0;
+  for (const auto& params : ModelFixture<TypeParam>::paramSets()) {
+    const AnyCamera camera{Camera<TypeParam>(params)};
+    for (const ViewProjection projection : kProjections) {
+      const ViewChoice choice = choose(camera, kTestImage, ViewExtent::kValid, projection, kOutput);
+      EXPECT_EQ(makeRemapTable(camera, kTestImage, choice.view).num_without_source, 0u)
+          << projectionName(projection);
+      ++num_checked;
+      if (choice.is_limited_by_projection) continue;
+      OutputView enlarged = choice.view;
+      enlarged.scale_px /= 1.02;
+      EXPECT_GT(makeRemapTable(camera, kTestImage, enlarged).num_without_source, 0u)
+          << projectionName(projection);
+      ++num_enlarged;
+    }
+  }
+  EXPECT_EQ(num_checked, 3 * ModelFixture<TypeParam>::paramSets().size());
+  EXPECT_GT(num_enlarged, 0u);
+}
+
+// Rays of all pixels of the border, and of one in 361 inside.
+std::vector<std::optional<Eigen::Vector3d>> raysAllOver(const AnyCamera& camera) {
+  std::vector<std::optional<Eigen::Vector3d>> rays;
+  const auto look = [&](int x, int y) { rays.push_back(camera.unproject({x, y})); };
+  for (int x = 0; x < kTestImage.width; ++x) {
+    look(x, 0);
+    look(x, kTestImage.height - 1);
+  }
+  for (int y = 0; y < kTestImage.height; ++y) {
+    look(0, y);
+    look(kTestImage.width - 1, y);
+    for (int x = y / 19 % 19; y % 19 == 5 && x < kTestImage.width; x += 19) look(x, y);
+  }
+  return rays;
+}
+
+bool isWithinKeptAngle(const OutputView& view, const Eigen::Vector2d& pixel) {
+  const Eigen::Vector2d plane = view.planeFromPixel(pixel);
+  if (view.projection == ViewProjection::kEquirectangular) return true;
+  const double slope = view.projection == ViewProjection::kRectilinear ? plane.norm() : std::abs(plane.y());
+  return std::atan(slope) <= kMaxTangentAngleRad;
+}
+
+TYPED_TEST(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
+  std::size_t num_views = 0;
+  std::size_t num_tight = 0;
+  for (const auto& params : ModelFixture<TypeParam>::paramSets()) {
+    const AnyCamera camera{Camera<TypeParam>(params)};
+    const auto rays = raysAllOver(camera);
+    const bool is_all_forward =
+        std::all_of(rays.begin(), rays.end(), [](const auto& ray) { return ray && ray->z() > 0; });
+    for (const ViewProjection projection : kProjections) {
+      const ViewChoice choice = choose(camera, kTestImage, ViewExtent::kAll, projection, kOutput);
+      const OutputView& view = choice.view;
+      const Eigen::Array2d last(view.size.width - 1, view.size.height - 1);
+      Eigen::Array2d low = last;
+      Eigen::Array2d high = Eigen::Array2d::Zero();
+      std::size_t num_outside = 0;
+      std::size_t num_shown = 0;
+      for (const auto& ray : rays) {
+        const auto pixel = ray ? view.pixelFromRay(*ray) : std::nullopt;
+        if (!pixel || !isWithinKeptAngle(view, *pixel)) continue;
+        low = low.min(pixel->array());
+        high = high.max(pixel->array());
+        const bool is_inside = (pixel->array() >= 0).all() && (pixel->array() <= last).all();
+        ++(is_inside ? num_shown : num_outside);
+      }
+      EXPECT_EQ(num_outside, 0u) << projectionName(projection);
+      EXPECT_GT(num_shown, 1000u);
+      // Where all pixels have rays that go forward and none is cut, the image's border, all of which was
+      // looked at, touches that of the view on both sides along one coordinate.
+      if (choice.cut_share == 0 && is_all_forward) {
+        EXPECT_TRUE(((low < 1e-3) && (high > last - 1e-3)).any())
+            << projectionName(projection) << " " << low.transpose() << " " << high.transpose();
+        ++num_tight;
+      }
+      ++num_views;
+    }
+  }
+  EXPECT_EQ(num_views, 3 * ModelFixture<TypeParam>::paramSets().size());
+  EXPECT_GT(num_tight, 0u);
+}
+
+}  // namespace
+}  // namespace alidade
