@@ -44,7 +44,9 @@ class StepWatch final : public ceres::IterationCallback {
     const bool is_evaluated = at.step_is_valid && at.cost < std::numeric_limits<double>::max();
     if (!is_refused_) promised_share_ = 1;
     if (!is_refused_ && is_evaluated) {
-      const double promised = at.cost_change / at.relative_decrease;
+      // Where costs differ by rounding alone, the relative decrease may be zero.
+      const double promised =
+          at.relative_decrease == 0 ? std::abs(at.cost_change) : at.cost_change / at.relative_decrease;
       promised_share_ = promised / cost_;
       // Not so much as a promise: NaN where cost and promise are zero.
       if (!(promised > options_.function_tolerance * cost_)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
@@ -192,7 +194,9 @@ class Bundle {
   // Where no step lowers the cost, Ceres comes to rest by its smallness, which is no optimum by itself.
   [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary) const {
     constexpr double kPerfect = 1e-12;   // px^2 a residual
-    constexpr double kRounding = 1e-10;  // of the cost: what a step may promise where rounding decides
+    // Of the cost: what a step may promise that does not lower it, as where the loss has a kink. For ten thousand
+    // coordinates it is a hundredth of a standard deviation.
+    constexpr double kNegligible = 1e-8;
     switch (summary.termination_type) {
       case ceres::NO_CONVERGENCE:
         return Termination::kIterationLimit;
@@ -205,7 +209,7 @@ class Bundle {
     }
     const bool is_done = summary.termination_type != ceres::FAILURE && !watch_.isRefused();
     const bool is_perfect = summary.final_cost <= kPerfect * num_residuals_;
-    if (is_done || is_perfect || watch_.promisedShare() <= kRounding) return Termination::kConverged;
+    if (is_done || is_perfect || watch_.promisedShare() <= kNegligible) return Termination::kConverged;
     return Termination::kStalled;
   }
 
