@@ -27,11 +27,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 MAX_FILE_LINES = 600
 MAX_FUNCTION_LINES = 80  # between the braces of the body
 # Longer functions that are allowed for now. Shorten them and remove them here; never add one.
-LONG_FUNCTIONS = {
-    ("apps/alidade/calibration_output.cc", "summaryJson"),
-}
+LONG_FUNCTIONS: set[tuple[str, str]] = set()
 # Type names that two headers declare for now. Rename one of the two and remove the name here; never add one.
-REPEATED_TYPES = {"NormalEquations"}
+REPEATED_TYPES: set[str] = set()
 # Headers that are installed and that users can include. This number may only go down.
 MAX_PUBLIC_HEADERS = 93
 

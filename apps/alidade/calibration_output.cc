@@ -108,6 +108,77 @@ std::string verdictText(const CalibrationResult& result) {
   return text;
 }
 
+json orNull(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
+
+json viewsJson(const CalibrationResult& result) {
+  json views = json::array();
+  for (const ViewResult& view : result.views) {
+    views.push_back({{"image", view.image},
+                     {"num_corners", view.num_corners},
+                     {"num_outliers", view.num_outliers},
+                     {"rms_px", view.rms_px},
+                     {"max_error_px", view.max_error_px},
+                     {"camera_from_board", poseJson(view.camera_from_board)},
+                     {"influence",
+                      {{"move_sigmas", view.influence.move_sigmas},
+                       {"surprise_sigmas", view.influence.surprise_sigmas}}}});
+  }
+  return views;
+}
+
+json repeatedViewsJson(const CalibrationResult& result) {
+  json repeated_views = json::array();
+  for (const RepeatedView& view : result.repeated_views)
+    repeated_views.push_back({{"image", view.image}, {"same_as", view.same_as}});
+  return repeated_views;
+}
+
+json excludedViewsJson(const CalibrationResult& result) {
+  json excluded_views = json::array();
+  for (const ExcludedView& view : result.excluded_views)
+    excluded_views.push_back({{"image", view.image}, {"reason", view.reason}});
+  return excluded_views;
+}
+
+json findingsJson(const CalibrationResult& result) {
+  json findings = json::array();
+  for (const Finding& finding : result.findings) {
+    findings.push_back({{"id", finding.id},
+                        {"severity", severityName(finding.severity)},
+                        {"cause", finding.cause},
+                        {"evidence", finding.evidence},
+                        {"message", finding.message()},
+                        {"next_step", finding.next_step}});
+  }
+  return findings;
+}
+
+json otherOptimaJson(const CalibrationResult& result) {
+  json other_optima = json::array();
+  for (const OtherOptimum& other : result.other_optima) {
+    json parameters = json::object();
+    for (std::size_t i = 0; i < other.params.size(); ++i)
+      parameters[std::string(result.camera.parameterNames()[i])] = other.params[i];
+    other_optima.push_back({{"parameters", std::move(parameters)},
+                            {"rms_px", other.rms_px},
+                            {"excess_chi2", other.excess_chi2},
+                            {"sigmas", orNull(other.sigmas)},
+                            {"projection_px", orNull(other.projection_px)}});
+  }
+  return other_optima;
+}
+
+json outliersJson(const CalibrationResult& result) {
+  json outliers = json::array();
+  for (const Outlier& o : result.outliers) {
+    outliers.push_back(
+        {{"image", o.image}, {"corner_id", o.corner_id}, {"dx", o.error_px.x()}, {"dy", o.error_px.y()}});
+  }
+  return outliers;
+}
+
 }  // namespace
 
 std::string summaryText(const CalibrationResult& result, const CalibrationInput& input,
@@ -158,50 +229,6 @@ std::string summaryText(const CalibrationResult& result, const CalibrationInput&
 
 std::string summaryJson(const CalibrationResult& result, const CalibrationInput& input,
                         const Advice& advice) {
-  const auto orNull = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
-  json views = json::array();
-  for (const ViewResult& view : result.views) {
-    views.push_back({{"image", view.image},
-                     {"num_corners", view.num_corners},
-                     {"num_outliers", view.num_outliers},
-                     {"rms_px", view.rms_px},
-                     {"max_error_px", view.max_error_px},
-                     {"camera_from_board", poseJson(view.camera_from_board)},
-                     {"influence",
-                      {{"move_sigmas", view.influence.move_sigmas},
-                       {"surprise_sigmas", view.influence.surprise_sigmas}}}});
-  }
-  json repeated_views = json::array();
-  for (const RepeatedView& view : result.repeated_views)
-    repeated_views.push_back({{"image", view.image}, {"same_as", view.same_as}});
-  json excluded_views = json::array();
-  for (const ExcludedView& view : result.excluded_views)
-    excluded_views.push_back({{"image", view.image}, {"reason", view.reason}});
-  json findings = json::array();
-  for (const Finding& finding : result.findings) {
-    findings.push_back({{"id", finding.id},
-                        {"severity", severityName(finding.severity)},
-                        {"cause", finding.cause},
-                        {"evidence", finding.evidence},
-                        {"message", finding.message()},
-                        {"next_step", finding.next_step}});
-  }
-  json other_optima = json::array();
-  for (const OtherOptimum& other : result.other_optima) {
-    json parameters = json::object();
-    for (std::size_t i = 0; i < other.params.size(); ++i)
-      parameters[std::string(result.camera.parameterNames()[i])] = other.params[i];
-    other_optima.push_back({{"parameters", std::move(parameters)},
-                            {"rms_px", other.rms_px},
-                            {"excess_chi2", other.excess_chi2},
-                            {"sigmas", orNull(other.sigmas)},
-                            {"projection_px", orNull(other.projection_px)}});
-  }
-  json outliers = json::array();
-  for (const Outlier& o : result.outliers) {
-    outliers.push_back(
-        {{"image", o.image}, {"corner_id", o.corner_id}, {"dx", o.error_px.x()}, {"dy", o.error_px.y()}});
-  }
   json document = {
       {"model", result.camera.modelId()},
       {"image_size", {{"width", result.image_size.width}, {"height", result.image_size.height}}},
@@ -235,17 +262,17 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
         {"num_solved", result.start.num_solved},
         {"num_agreed", result.start.num_agreed},
         {"num_optima", result.start.num_optima}}},
-      {"other_optima", std::move(other_optima)},
+      {"other_optima", otherOptimaJson(result)},
       {"solver",
        {{"termination", terminationName(result.solver.termination)},
         {"reason", result.solver.reason},
         {"num_iterations", result.solver.num_iterations}}},
       {"verdict", verdictName(result.verdict())},
-      {"findings", findings},
-      {"outliers", outliers},
+      {"findings", findingsJson(result)},
+      {"outliers", outliersJson(result)},
       {"outlier_share", result.outlierShare()},
-      {"excluded_views", excluded_views},
-      {"repeated_views", repeated_views},
+      {"excluded_views", excludedViewsJson(result)},
+      {"repeated_views", repeatedViewsJson(result)},
       {"board_stretch", result.board_stretch ? json({{"stretch", result.board_stretch->stretch},
                                                      {"sigma", result.board_stretch->sigma}})
                                              : json(nullptr)},
@@ -255,7 +282,7 @@ std::string summaryJson(const CalibrationResult& result, const CalibrationInput&
         {"rows_f", orNull(result.variations.rows.f)},
         {"rows_spread", result.variations.rows.spread},
         {"focal_share", result.variations.focal_share}}},
-      {"views", views},
+      {"views", viewsJson(result)},
       {"notes", input.notes},
   };
   addAdvice(advice, document);

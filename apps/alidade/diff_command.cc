@@ -35,8 +35,8 @@ class DiffCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: alidade diff camera.yaml camera.yaml --tolerance 0.5\n"
-        "Example: alidade diff camera.yaml camera.yaml -o difference.svg\n"
+        "Example: alidade diff left.yaml right.yaml --tolerance 0.5\n"
+        "Example: alidade diff left.yaml right.yaml -o difference.svg\n"
         "A and B may be of different formats, models and resolutions. Lengths are in pixels of the finer "
         "image; "
         "exchanging A and B\n"

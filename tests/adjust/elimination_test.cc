@@ -19,7 +19,7 @@ using Gram = Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>;
 // R^T R with the rows that are left when first the columns before kSplit are eliminated and then the others.
 template <std::size_t kSplit>
 Gram factorizedAndMultiplied(const Gram& gram) {
-  detail::NormalEquations<kSize> equations;
+  detail::EliminationEquations<kSize> equations;
   std::array<double, kSize> diagonal;
   for (std::size_t i = 0; i < kSize; ++i) {
     for (std::size_t j = 0; j < kSize; ++j)
@@ -76,7 +76,7 @@ TEST(Elimination, KeepsTheGradientInTwoParts) {
   expectGradientKept<3>();
 }
 
-TEST(Elimination, GivesBackNormalEquationsOfFullRank) {
+TEST(Elimination, GivesBackEliminationEquationsOfFullRank) {
   Random random(4);
   int num_checked = 0;
   for (int set = 0; set < 200; ++set) {

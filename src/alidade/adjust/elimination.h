@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxColumns = 64;
 /// Normal equations [J r]^T [J r] of up to kMaxColumns columns, of which the last belongs to r: symmetric,
 /// with rows that are filled up to whole lanes.
 template <std::size_t kSize>
-class NormalEquations {
+class EliminationEquations {
  public:
   static_assert(kSize <= kMaxColumns);
   static constexpr std::size_t kStride = (kSize + kNumLanes - 1) / kNumLanes * kNumLanes;

@@ -193,9 +193,9 @@ class Bundle {
 
   // Where no step lowers the cost, Ceres comes to rest by its smallness, which is no optimum by itself.
   [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary) const {
-    constexpr double kPerfect = 1e-12;   // px^2 a residual
-    // Of the cost: what a step may promise that does not lower it, as where the loss has a kink. For ten thousand
-    // coordinates it is a hundredth of a standard deviation.
+    constexpr double kPerfect = 1e-12;  // px^2 a residual
+    // Of the cost: what a step may promise that does not lower it, as where the loss has a kink. For ten
+    // thousand coordinates it is a hundredth of a standard deviation.
     constexpr double kNegligible = 1e-8;
     switch (summary.termination_type) {
       case ceres::NO_CONVERGENCE:

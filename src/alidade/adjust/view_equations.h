@@ -15,7 +15,7 @@ namespace alidade::detail {
 
 /// A view's normal equations: pose, parameters, error.
 template <CameraModel M>
-using ViewEquations = NormalEquations<static_cast<std::size_t>(ViewRows<M>::kSize)>;
+using ViewEquations = EliminationEquations<static_cast<std::size_t>(ViewRows<M>::kSize)>;
 
 /// Adds the products of all columns of the rows of u and v, in turn, of `num_groups` groups. Only the shared
 /// columns are in all rows.
