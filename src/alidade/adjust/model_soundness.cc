@@ -4,21 +4,18 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <vector>
 
 #include "alidade/adjust/covariance.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade {
 
-std::size_t numCornersOutside(const Fit& fit) {
+std::size_t numCornersOutside(const Fit& fit, const AnyCamera& camera) {
   std::size_t count = 0;
-  std::vector<AnyCamera> cameras;
-  for (const FitCamera& camera : fit.cameras) cameras.push_back(AnyCamera::make(camera.model, camera.params));
   for (const FitView& view : fit.views) {
     const SE3 pose = cameraFromBoard(fit, view);
     for (const Observation& corner : cornersOnShape(fit, view)) {
-      if (!cameras[view.camera].project(pose * corner.p_board).ok()) ++count;
+      if (!camera.project(pose * corner.p_board).ok()) ++count;
     }
   }
   return count;
@@ -34,10 +31,11 @@ std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
   const IntrinsicsInformation information = intrinsicsInformation(fit);
   if (!information.inverse || information.scaled_condition < kMinCondition)
     return Unsoundness{.id = "ill_conditioned", .text = "these views leave its parameters undetermined"};
-  if (numCornersOutside(fit) > 0)
+  const FitCamera& of = fit.cameras.front();
+  const AnyCamera camera = AnyCamera::make(of.model, of.params);
+  if (numCornersOutside(fit, camera) > 0)
     return Unsoundness{.id = "corners_outside_domain", .text = "it cannot see all of the corners"};
-  const FitCamera& camera = fit.cameras.front();
-  const DomainCertificate domain = certifyDomain(AnyCamera::make(camera.model, camera.params), camera.size);
+  const DomainCertificate domain = certifyDomain(camera, of.size);
   if (!foldsInsideImage(domain)) return std::nullopt;
   return Unsoundness{.id = "folds_in_image",
                      .text = "it folds over inside the image, " +

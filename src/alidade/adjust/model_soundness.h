@@ -6,6 +6,7 @@
 #include <string>
 
 #include "alidade/adjust/fit.h"
+#include "alidade/camera/any_camera.h"
 
 namespace alidade {
 
@@ -22,7 +23,7 @@ struct Unsoundness {
 /// @param fit  of one camera, as solve() left it
 [[nodiscard]] std::optional<Unsoundness> unsoundnessOf(const Fit& fit);
 
-/// Corners in use that the fit's cameras say that they cannot see.
-[[nodiscard]] std::size_t numCornersOutside(const Fit& fit);
+/// Corners in use of a fit of one camera that this camera, which is `camera`, says that it cannot see.
+[[nodiscard]] std::size_t numCornersOutside(const Fit& fit, const AnyCamera& camera);
 
 }  // namespace alidade

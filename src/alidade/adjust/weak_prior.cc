@@ -93,7 +93,8 @@ class Ladder {
   // Is there nothing to be done?
   [[nodiscard]] bool isSound(const Fit& fit) const {
     if (!isSteady(fit) || largest(fit) > kRunawaySizes) return false;
-    return !foldsInImage(cameraOf(fit), fit.cameras.front().size) && numCornersOutside(fit) == 0;
+    const AnyCamera camera = cameraOf(fit);
+    return !foldsInImage(camera, fit.cameras.front().size) && numCornersOutside(fit, camera) == 0;
   }
 
   // The widest prior that holds the lens together, or none if it turns out not to be needed; nothing where

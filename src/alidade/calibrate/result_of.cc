@@ -84,7 +84,7 @@ CalibrationResult resultOf(const ModelSolution& solution, const PreparedViews& g
   result.shape = shapeOf(solution, result);
   result.weak_prior = camera.weak_prior;
   result.domain = certifyDomain(result.camera, result.image_size);
-  result.num_corners_outside = static_cast<int>(numCornersOutside(fit));
+  result.num_corners_outside = static_cast<int>(numCornersOutside(fit, result.camera));
   result.solver = fit.summary;
   result.start = solution.start;
   result.loss = fit.loss;
