@@ -260,7 +260,8 @@ std::vector<Example> examplesIn(const std::string& help) {
 TEST(Usage, EveryExampleInTheHelpRuns) {
   const ScratchFolder scratch;
   linkImages(scratch, "photos", 4);
-  scratch.write("camera.yaml", readFile(dataPath("camera.yaml")));
+  for (const char* name : {"camera.yaml", "left.yaml", "right.yaml"})
+    scratch.write(name, readFile(dataPath("camera.yaml")));
   for (const char* name : {"camchain.yaml", "calibrations/camchain.yaml"}) {
     scratch.write(name,
                   "cam0: {camera_model: pinhole, distortion_model: none, distortion_coeffs: [], "
