@@ -203,7 +203,9 @@ TEST(WeakPrior, NarrowPriorsDoNotMakeSigmasSmall) {
         const double truth = 2 * std::max(width, 1.0) * random.normal();
         const double by_views = known * truth + std::sqrt(known * kVariance) * random.normal();
         const double estimate = by_views / (known + held.prior.precision[4]);
-        const FitCamera camera{.params = {0, 0, 0, 0, estimate}, .weak_prior = held};
+        FitCamera camera;
+        camera.params = {0, 0, 0, 0, estimate};
+        camera.weak_prior = held;
         const auto covariance = HeldCovariance::make(information, camera, kVariance);
         ASSERT_TRUE(covariance);
         const double variance = covariance->byNoise()(4, 4);

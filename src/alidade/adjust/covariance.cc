@@ -11,7 +11,7 @@
 namespace alidade {
 
 IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   IntrinsicsInformation result;
   // The poses' Schur complement of J^T W J is that of a fit without a loss.
   const ViewKernel& kernel = viewKernel(camera.model);

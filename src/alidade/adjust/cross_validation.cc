@@ -57,7 +57,7 @@ bool givesPose(std::span<const Observation> corners) {
 
 // Intrinsics without the views of one fold; nothing if these are not enough.
 std::optional<std::vector<double>> paramsWithout(int fold, const Fit& fit, const CancelFlag* cancel) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   if (freeDirections(static_cast<int>(camera.params.size()), camera.constraint).cols() == 0)
     return camera.params;
   std::vector<bool> is_out(fit.views.size());
@@ -68,7 +68,7 @@ std::optional<std::vector<double>> paramsWithout(int fold, const Fit& fit, const
   without = solve(std::move(without), {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
   const Termination end = without.summary.termination;
   if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
-  return std::move(without.cameras.front().params);
+  return std::move(onlyCamera(without).params);
 }
 
 std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view,
@@ -76,7 +76,7 @@ std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view,
   const ViewKernel& kernel = viewKernel(fit.cameras[view.camera].model);
   const std::vector<Observation> all = cornersOnShape(fit, view);
   const SE3 pose = cameraFromBoard(fit, view);
-  const Halves halves = halvesOf(fit.boards.front().target, all);
+  const Halves halves = halvesOf(onlyBoard(fit).target, all);
   const std::array<std::vector<Observation>, 2> corners = {cornersOf(all, halves[0]),
                                                            cornersOf(all, halves[1])};
   if (!givesPose(corners[0]) || !givesPose(corners[1])) return {};

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "alidade/core/error.h"
+
 namespace alidade {
 
 std::string_view terminationName(Termination termination) {
@@ -22,11 +24,32 @@ std::string_view terminationName(Termination termination) {
 }
 
 SE3 cameraFromBoard(const Fit& fit, const FitView& view) {
-  const FitCamera& camera = fit.cameras[view.camera];
-  const SE3& rig_from_board = fit.placements[view.placement].rig_from_board;
-  // Digits of a single camera do not pass through a product.
-  if (camera.is_rig_pose_fixed && fit.cameras.size() == 1) return rig_from_board;
-  return camera.camera_from_rig * rig_from_board;
+  return fit.cameras[view.camera].camera_from_rig * fit.placements[view.placement].rig_from_board;
+}
+
+void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board) {
+  fit.placements[view.placement].rig_from_board =
+      fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
+}
+
+const FitCamera& onlyCamera(const Fit& fit) {
+  expect(fit.cameras.size() == 1, "the fit has one camera");
+  return fit.cameras.front();
+}
+
+FitCamera& onlyCamera(Fit& fit) {
+  expect(fit.cameras.size() == 1, "the fit has one camera");
+  return fit.cameras.front();
+}
+
+const FitBoard& onlyBoard(const Fit& fit) {
+  expect(fit.boards.size() == 1, "the fit has one board");
+  return fit.boards.front();
+}
+
+FitBoard& onlyBoard(Fit& fit) {
+  expect(fit.boards.size() == 1, "the fit has one board");
+  return fit.boards.front();
 }
 
 std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,
@@ -57,8 +80,9 @@ Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, cons
 }
 
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board) {
-  fit.placements.push_back({.frame = fit.placements.size(), .rig_from_board = camera_from_board});
+  fit.placements.push_back({.frame = fit.placements.size()});
   FitView view{.placement = fit.placements.size() - 1, .source = source, .corners = std::move(corners)};
+  setCameraFromBoard(fit, view, camera_from_board);
   const auto at = std::upper_bound(fit.views.begin(), fit.views.end(), source,
                                    [](std::size_t s, const FitView& other) { return s < other.source; });
   fit.views.insert(at, std::move(view));

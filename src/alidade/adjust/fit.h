@@ -23,9 +23,9 @@ namespace alidade {
 
 /// A camera of a rig. A single camera is a rig of one, at the rig's origin.
 struct FitCamera {
-  std::string model;           ///< an id of the model list
-  ImageSize size = {};         ///< of its images, pixels
-  std::vector<double> params;  ///< in the model's storage order: fx fy cx cy, then the lens
+  std::string model = {};           ///< an id of the model list
+  ImageSize size = {};              ///< of its images, pixels
+  std::vector<double> params = {};  ///< in the model's storage order: fx fy cx cy, then the lens
   ParamConstraint constraint = {};
   WeakPrior weak_prior = {};
   CornerNoise noise = {};  ///< of its corners
@@ -96,6 +96,15 @@ struct Fit {
 
 /// The pose of the board in the camera's frame.
 [[nodiscard]] SE3 cameraFromBoard(const Fit& fit, const FitView& view);
+/// Moves the placement of the view, the camera staying where it is in the rig.
+void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board);
+
+/// Of a fit of one camera, of one board.
+/// @throws std::logic_error where there are others
+[[nodiscard]] const FitCamera& onlyCamera(const Fit& fit);
+[[nodiscard]] FitCamera& onlyCamera(Fit& fit);
+[[nodiscard]] const FitBoard& onlyBoard(const Fit& fit);
+[[nodiscard]] FitBoard& onlyBoard(Fit& fit);
 
 /// Corners moved to where they lie on the bent board, as the solver takes them.
 [[nodiscard]] std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,
@@ -105,7 +114,7 @@ struct Fit {
 /// Over all views.
 [[nodiscard]] std::size_t numCorners(const Fit& fit);
 
-/// Of the board in a new frame. Corners of the view that come from one place are on one board.
+/// A view of the first camera and the first board in a frame of its own. Views stay sorted by source.
 /// @param source  see FitView
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board);
 

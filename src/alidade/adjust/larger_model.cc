@@ -33,11 +33,11 @@ constexpr int kGlance = 5;
 // On the same corners, with the same loss and board and without a prior.
 Fit enlarged(const Fit& fit, const std::string& id) {
   Fit larger = fit;
-  FitCamera& camera = larger.cameras.front();
+  FitCamera& camera = onlyCamera(larger);
   camera.params = parametersByName(camera.model, camera.params, id);
   camera.model = id;
   camera.weak_prior = {};
-  larger.boards.front().is_shape_fixed = true;
+  onlyBoard(larger).is_shape_fixed = true;
   return larger;
 }
 
@@ -50,7 +50,7 @@ Fit solvedLarger(Fit larger, int max_iterations, const CancelFlag* cancel) {
 
 // A prior's share is no error that a larger model could explain.
 double cornersCost(const Fit& fit) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   return fit.summary.cost - camera.weak_prior.prior.cost(camera.params);
 }
 
@@ -61,8 +61,8 @@ double cornersCost(const Fit& fit) {
 bool isGain(const Fit& lean, const Fit& larger) {
   constexpr double kNeededF = 10;           // chance alone exceeds this once in a billion times
   constexpr double kWorthwhileShare = 0.1;  // of the sum of squares: 5 % of the RMS
-  const std::size_t num_params = lean.cameras.front().params.size();
-  const std::size_t num_larger_params = larger.cameras.front().params.size();
+  const std::size_t num_params = onlyCamera(lean).params.size();
+  const std::size_t num_larger_params = onlyCamera(larger).params.size();
   const double needed_share = num_params > kAffineParamNames.size() ? kWorthwhileShare : 0.0;
   const std::size_t num_corners = numCorners(lean);
   const auto extra = static_cast<double>(num_larger_params - num_params);
@@ -75,7 +75,7 @@ bool isGain(const Fit& lean, const Fit& larger) {
 
 // The next larger model solved on the same corners, if it explains them better beyond doubt and is sound.
 std::optional<Fit> largerFit(const Fit& fit, const CancelFlag* cancel) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   const auto id = nextLargerModel(NestedModels{}, camera.model);
   // Fixed parameters are the user's will; a larger model would be compared with something else.
   if (!id || !camera.constraint.isNone() || fit.summary.termination == Termination::kFailed)
@@ -92,7 +92,7 @@ std::optional<Fit> largerFit(const Fit& fit, const CancelFlag* cancel) {
 
 // Both by the weights of the model in use, as the comparison was.
 BetterModel betterModelOf(const Fit& fit, const Fit& larger) {
-  return {.id = larger.cameras.front().model, .rms_px = weightedRms(larger), .lean_rms_px = weightedRms(fit)};
+  return {.id = onlyCamera(larger).model, .rms_px = weightedRms(larger), .lean_rms_px = weightedRms(fit)};
 }
 
 // Where some of the views alone do not determine one of the two, or its camera does not see what the other
@@ -103,7 +103,7 @@ bool predictsBetter(const Fit& fit, const Fit& larger, const CancelFlag* cancel)
   if (!lean || !rich) return true;
   if (holdoutReport(lean).num_unseen > 0 || holdoutReport(rich).num_unseen > 0) return true;
   return excessOf(scoreOf(*lean, fit), scoreOf(*rich, larger))
-      .isWorth(larger.cameras.front().params.size() - fit.cameras.front().params.size());
+      .isWorth(onlyCamera(larger).params.size() - onlyCamera(fit).params.size());
 }
 
 }  // namespace

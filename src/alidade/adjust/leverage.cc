@@ -28,7 +28,7 @@ Eigen::MatrixXd jointCovariance(const ViewFactor& factor, const Eigen::MatrixXd&
 }  // namespace
 
 std::vector<std::vector<double>> leverages(const Fit& fit) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   const ViewKernel& kernel = viewKernel(camera.model);
   const Eigen::Index n = kernel.numParams();
   // Intrinsics that these views do not determine take little from the errors in any direction they do.

@@ -37,7 +37,7 @@ double NeighbourDifferences::sigma() const {
 }
 
 double localSigma(const Fit& fit) {
-  NeighbourDifferences differences(fit.boards.front().target);
+  NeighbourDifferences differences(onlyBoard(fit).target);
   for (const FitView& view : fit.views) differences.add(view.corners, view.errors);
   return differences.sigma();
 }

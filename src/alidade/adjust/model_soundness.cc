@@ -31,7 +31,7 @@ std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
   const IntrinsicsInformation information = intrinsicsInformation(fit);
   if (!information.inverse || information.scaled_condition < kMinCondition)
     return Unsoundness{.id = "ill_conditioned", .text = "these views leave its parameters undetermined"};
-  const FitCamera& of = fit.cameras.front();
+  const FitCamera& of = onlyCamera(fit);
   const AnyCamera camera = AnyCamera::make(of.model, of.params);
   if (numCornersOutside(fit, camera) > 0)
     return Unsoundness{.id = "corners_outside_domain", .text = "it cannot see all of the corners"};

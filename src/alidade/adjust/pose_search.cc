@@ -65,23 +65,22 @@ bool improvePoses(std::string_view model_id, std::span<const std::vector<Observa
 }
 
 bool improvePoses(Fit& fit) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   PosedCamera posed{.params = camera.params, .poses = {}};
   for (const FitView& view : fit.views) posed.poses.emplace_back(cameraFromBoard(fit, view));
   if (!improvePoses(camera.model, cornersOfViews(fit), fit.loss, posed)) return false;
-  for (std::size_t v = 0; v < fit.views.size(); ++v)
-    fit.placements[fit.views[v].placement].rig_from_board = *posed.poses[v];
+  for (std::size_t v = 0; v < fit.views.size(); ++v) setCameraFromBoard(fit, fit.views[v], *posed.poses[v]);
   return true;
 }
 
 std::optional<Fit> posedAnew(Fit fit) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   PosedCamera posed{.params = camera.params, .poses = {}};
   posed.poses.resize(fit.views.size());
   improvePoses(camera.model, cornersOfViews(fit), fit.loss, posed);
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
     if (!posed.poses[v]) return std::nullopt;
-    fit.placements[fit.views[v].placement].rig_from_board = *posed.poses[v];
+    setCameraFromBoard(fit, fit.views[v], *posed.poses[v]);
   }
   return fit;
 }

@@ -25,7 +25,7 @@ Fit solvedLoosely(Fit fit, const CancelFlag* cancel) {
 
 // Weights from the errors of the fit so far; the largest relative change of one.
 double reweigh(Fit& fit) {
-  CornerNoise& noise = fit.cameras.front().noise;
+  CornerNoise& noise = onlyCamera(fit).noise;
   if (noise.isUniform()) return 0;
   const auto all = leverages(fit);
   std::vector<CornerResidual> residuals;
@@ -76,12 +76,12 @@ SettledFit settledWeights(Fit fit, const CancelFlag* cancel) {
 }
 
 SettledFit settledFromStart(Fit fit, const CancelFlag* cancel) {
-  fit.loss = startLoss(fit.cameras.front().size);
+  fit.loss = startLoss(onlyCamera(fit).size);
   std::vector<double> sigmas;
   for (const FitView& view : fit.views) {
     for (const Observation& corner : view.corners) sigmas.push_back(corner.sigma_px);
   }
-  fit.cameras.front().noise = CornerNoise(sigmas);
+  onlyCamera(fit).noise = CornerNoise(sigmas);
   return settled(std::move(fit), cancel);
 }
 

@@ -28,9 +28,9 @@ Eigen::MatrixXd withBend(const Eigen::MatrixXd& directions) {
 }
 
 std::optional<ShapeInformation> shapeInformation(const Fit& fit) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   const LensPrior& prior = camera.weak_prior.prior;
-  const BendColumns bends{fit.boards.front().target};
+  const BendColumns bends{onlyBoard(fit).target};
   ShapeInformation result;
   const auto robust_pulls = reduced(fit, LossWeights::kUse, bends);
   result.pulls = reduced(fit, LossWeights::kLeaveOut, bends);

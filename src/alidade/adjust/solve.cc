@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -125,12 +124,13 @@ class Bundle {
   }
 
   // Of the cost by the intrinsics of a camera, all of them free; nothing where a corner does not project.
+  // Zero for a camera without views.
   [[nodiscard]] std::optional<std::vector<double>> gradient(std::size_t camera) {
     constrain(camera, {});
     ceres::Problem::EvaluateOptions only;
     only.parameter_blocks = {fit_.cameras[camera].params.data()};
-    std::vector<double> gradient;
-    if (!problem_->HasParameterBlock(only.parameter_blocks[0])) return std::nullopt;
+    std::vector<double> gradient(fit_.cameras[camera].params.size());
+    if (!problem_->HasParameterBlock(only.parameter_blocks[0])) return gradient;
     if (!problem_->Evaluate(only, nullptr, nullptr, &gradient, nullptr)) return std::nullopt;
     return gradient;
   }
@@ -162,19 +162,22 @@ class Bundle {
       problem_->SetManifold(blocks[2], &pose_manifold_);
   }
 
-  // Placements are eliminated first: no view has two of them.
+  // Placements are eliminated first: no view has two of them. The rest has a group for each block, because
+  // Ceres orders a group by addresses, and the order decides how sums are rounded.
   [[nodiscard]] ceres::Solver::Options solverOptions() {
     ceres::Solver::Options options;
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     bool has_shared = false;
-    std::vector<double*> blocks;
-    problem_->GetParameterBlocks(&blocks);
-    for (double* block : blocks) {
-      const bool is_placement = !std::less<>{}(block, placements_.front().data()) &&
-                                !std::less<>{}(placements_.back().data(), block);
-      has_shared = has_shared || (!is_placement && !problem_->IsParameterBlockConstant(block));
-      ordering->AddElementToGroup(block, is_placement ? 0 : 1);
-    }
+    int group = 0;
+    const auto append = [&](double* block, bool is_shared) {
+      if (!problem_->HasParameterBlock(block)) return;
+      ordering->AddElementToGroup(block, is_shared ? ++group : 0);
+      has_shared = has_shared || (is_shared && !problem_->IsParameterBlockConstant(block));
+    };
+    for (PoseBlock& placement : placements_) append(placement.data(), false);
+    for (FitCamera& camera : fit_.cameras) append(camera.params.data(), true);
+    for (PoseBlock& rig_pose : rig_poses_) append(rig_pose.data(), true);
+    for (auto& shape : shapes_) append(shape.data(), true);
     // The sparse factorisation bears Schur complements that rounding leaves all but singular, where the dense
     // one fails, and says so on standard error. With nothing in common each placement is solved by itself.
     options.linear_solver_type = has_shared ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
@@ -194,9 +197,8 @@ class Bundle {
   // Where no step lowers the cost, Ceres comes to rest by its smallness, which is no optimum by itself.
   [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary) const {
     constexpr double kPerfect = 1e-12;  // px^2 a residual
-    // Of the cost: what a step may promise that does not lower it, as where the loss has a kink. For ten
-    // thousand coordinates it is a hundredth of a standard deviation.
-    constexpr double kNegligible = 1e-8;
+    // Of the cost: what a step may promise that does not lower it, as where the loss has a kink.
+    constexpr double kNegligible = 1e-10;
     switch (summary.termination_type) {
       case ceres::NO_CONVERGENCE:
         return Termination::kIterationLimit;

@@ -64,19 +64,19 @@ bool foldsInImage(const AnyCamera& camera, ImageSize size) {
 }
 
 AnyCamera cameraOf(const Fit& fit) {
-  return AnyCamera::make(fit.cameras.front().model, fit.cameras.front().params);
+  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
 }
 
 const WeakPrior& priorOf(const Fit& fit) {
-  return fit.cameras.front().weak_prior;
+  return onlyCamera(fit).weak_prior;
 }
 
 double cornersCost(const Fit& fit) {
-  return fit.summary.cost - priorOf(fit).prior.cost(fit.cameras.front().params);
+  return fit.summary.cost - priorOf(fit).prior.cost(onlyCamera(fit).params);
 }
 
 bool isFixed(const Fit& fit, std::size_t i) {
-  const std::vector<int>& fixed = fit.cameras.front().constraint.held;
+  const std::vector<int>& fixed = onlyCamera(fit).constraint.held;
   return std::find(fixed.begin(), fixed.end(), static_cast<int>(i)) != fixed.end();
 }
 
@@ -85,16 +85,16 @@ class Ladder {
  public:
   Ladder(const Fit& fit, const CancelFlag* cancel)
       : variance_(noiseSigma(fit) * noiseSigma(fit)),
-        scale_(lensScale(fit.cameras.front().model, cameraOf(fit), fit.cameras.front().size)),
-        directions_(freeDirections(static_cast<int>(fit.cameras.front().params.size()),
-                                   fit.cameras.front().constraint)),
+        scale_(lensScale(onlyCamera(fit).model, cameraOf(fit), onlyCamera(fit).size)),
+        directions_(
+            freeDirections(static_cast<int>(onlyCamera(fit).params.size()), onlyCamera(fit).constraint)),
         cancel_(cancel) {}
 
   // Is there nothing to be done?
   [[nodiscard]] bool isSound(const Fit& fit) const {
     if (!isSteady(fit) || largest(fit) > kRunawaySizes) return false;
     const AnyCamera camera = cameraOf(fit);
-    return !foldsInImage(camera, fit.cameras.front().size) && numCornersOutside(fit, camera) == 0;
+    return !foldsInImage(camera, onlyCamera(fit).size) && numCornersOutside(fit, camera) == 0;
   }
 
   // The widest prior that holds the lens together, or none if it turns out not to be needed; nothing where
@@ -113,7 +113,7 @@ class Ladder {
     Fit plain = free;
     for (std::size_t i = 0; i < scale_.mean.size(); ++i) {
       const bool is_principal_point = i == 2 || i == 3;
-      if (!isFixed(free, i) && !is_principal_point) plain.cameras.front().params[i] = scale_.mean[i];
+      if (!isFixed(free, i) && !is_principal_point) onlyCamera(plain).params[i] = scale_.mean[i];
     }
     return plain;
   }
@@ -129,7 +129,7 @@ class Ladder {
   [[nodiscard]] double largest(const Fit& fit) const {
     double largest = 0;
     for (std::size_t i = 0; i < scale_.size.size(); ++i) {
-      if (!isFixed(fit, i)) largest = std::max(largest, scale_.distance(fit.cameras.front().params, i));
+      if (!isFixed(fit, i)) largest = std::max(largest, scale_.distance(onlyCamera(fit).params, i));
     }
     return largest;
   }
@@ -142,7 +142,7 @@ class Ladder {
   [[nodiscard]] std::optional<Eigen::MatrixXd> covarianceOf(const Fit& fit) const {
     const Eigen::MatrixXd information = intrinsicsInformation(fit).information;
     if (!priorOf(fit).isNone()) {
-      const auto held = HeldCovariance::make(information, fit.cameras.front(), variance_);
+      const auto held = HeldCovariance::make(information, onlyCamera(fit), variance_);
       if (!held) return std::nullopt;
       return held->byNoise();
     }
@@ -156,8 +156,7 @@ class Ladder {
     std::array<std::optional<Fit>, kBounds.size()> widest;
     Fit at = start;
     for (const double width : kWidths) {
-      at.cameras.front().weak_prior = {
-          .width = width, .prior = scale_.prior(width, variance_), .scale = scale_};
+      onlyCamera(at).weak_prior = {.width = width, .prior = scale_.prior(width, variance_), .scale = scale_};
       at = solve(std::move(at), {.cancel = cancel_});
       if (!isGood(at, free)) continue;
       for (std::size_t i = 0; i < kBounds.size(); ++i) {
@@ -166,7 +165,7 @@ class Ladder {
     }
     if (!widest.back()) return std::nullopt;
     Fit released = *widest.back();
-    released.cameras.front().weak_prior = {};
+    onlyCamera(released).weak_prior = {};
     released = solve(std::move(released), {.cancel = cancel_});
     const bool is_optimum = released.summary.cost <= (1 + kSameCost) * free.summary.cost;
     if (is_optimum && isSound(released)) return released;
@@ -174,9 +173,9 @@ class Ladder {
   }
 
   void describe(const Fit& free, Fit& held) const {
-    WeakPrior& prior = held.cameras.front().weak_prior;
+    WeakPrior& prior = onlyCamera(held).weak_prior;
     if (prior.isNone()) return;
-    prior.free_params = free.cameras.front().params;
+    prior.free_params = onlyCamera(free).params;
     const auto covariance = covarianceOf(held);
     if (!covariance) return;
     const Eigen::VectorXd direction = leastKnown(*covariance, scale_).direction;
@@ -200,14 +199,14 @@ Eigen::VectorXd vectorOf(const std::vector<double>& values) {
 }  // namespace
 
 Fit regularised(Fit fit, const CancelFlag* cancel) {
-  if (fit.cameras.front().params.size() == kNumAffine) return fit;
+  if (onlyCamera(fit).params.size() == kNumAffine) return fit;
   // The board keeps its shape while the lens is looked for.
   const std::vector<FitBoard> boards = fit.boards;
   const Ladder ladder(fit, cancel);
   if (ladder.isSound(fit)) return fit;
   for (FitBoard& board : fit.boards) board.is_shape_fixed = true;
   if (!priorOf(fit).isNone()) {
-    fit.cameras.front().weak_prior = {};
+    onlyCamera(fit).weak_prior = {};
     fit = solve(std::move(fit), {.cancel = cancel});
   }
   if (auto held = ladder.climb(fit)) fit = *std::move(held);

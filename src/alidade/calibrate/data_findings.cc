@@ -63,7 +63,7 @@ void judgeRepeated(const CalibrationResult& result, std::vector<Finding>& findin
 // A view that fits, more or less, but only because the camera was bent to it. Without noise there is nothing
 // to compare with.
 void judgeInfluence(const CalibrationResult& result, std::vector<Finding>& findings) {
-  constexpr double kSurprise = 5.5;  // sigmas; of 400 clean sets no view exceeded 4, beside a bad one 5.1
+  constexpr double kSurprise = 5.1;  // sigmas; of 400 clean sets no view exceeded 4
   constexpr double kMove = 1;        // sigmas; less is no harm
   for (const ViewResult& view : result.views) {
     if (!(view.influence.surprise_sigmas > kSurprise) || !(view.influence.move_sigmas > kMove)) continue;

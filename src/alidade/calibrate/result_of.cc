@@ -41,7 +41,7 @@ ViewResult viewResult(const Fit& fit, const FitView& of, const View& given) {
 }
 
 EstimatedShape shapeOf(const ModelSolution& solution, const Uncertainty& known) {
-  const FitBoard& board = solution.fit.boards.front();
+  const FitBoard& board = onlyBoard(solution.fit);
   EstimatedShape shape;
   static_cast<ShapeReport&>(shape) = solution.shape;
   shape.is_estimated = isShapeEstimated(solution.fit);
@@ -59,7 +59,7 @@ EstimatedShape shapeOf(const ModelSolution& solution, const Uncertainty& known) 
 CalibrationResult resultOf(const ModelSolution& solution, const PreparedViews& given,
                            const CalibratorOptions& options) {
   const Fit& fit = solution.fit;
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   CalibrationResult result(AnyCamera::make(camera.model, camera.params));
   static_cast<Uncertainty&>(result) =
       uncertaintyOf(fit, options.board_shape == BoardShapeMode::kFlat ? ignoredBend(fit) : std::nullopt,

@@ -14,8 +14,8 @@ namespace alidade {
 namespace {
 
 std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info) {
-  const FitCamera& camera = fit.cameras.front();
-  const BoardShape& shape = fit.boards.front().shape;
+  const FitCamera& camera = onlyCamera(fit);
+  const BoardShape& shape = onlyBoard(fit).shape;
   return bendByViews(info, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + info.step_m,
                      freeDirections(static_cast<int>(camera.params.size()), camera.constraint),
                      meanSlope(weightedErrors(fit), fit.loss));
@@ -24,7 +24,7 @@ std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info)
 // Twice the cost by the degrees of freedom that are left with the bend free: the variance of a coordinate.
 double varianceLeft(const Fit& fit, double drop) {
   const auto num_corners = static_cast<double>(numCorners(fit));
-  const double freedom = 2.0 * num_corners - static_cast<double>(fit.cameras.front().params.size()) -
+  const double freedom = 2.0 * num_corners - static_cast<double>(onlyCamera(fit).params.size()) -
                          6.0 * static_cast<double>(fit.views.size()) - kNumBends;
   const double floor = 2 * kMinSigmaPx * kMinSigmaPx * num_corners;
   return std::max(2 * fit.summary.cost - drop, floor) / freedom;
@@ -42,15 +42,15 @@ std::optional<ShapeInformation> describeBend(const Fit& fit, ShapeReport& report
 
 // On the same corners.
 Fit flattened(Fit fit, const std::vector<double>& params) {
-  fit.boards.front() = {.target = fit.boards.front().target};
-  fit.cameras.front().params = params;
+  onlyBoard(fit) = {.target = onlyBoard(fit).target};
+  onlyCamera(fit).params = params;
   return fit;
 }
 
 }  // namespace
 
 bool isShapeEstimated(const Fit& fit) {
-  return !fit.boards.front().is_shape_fixed;
+  return !onlyBoard(fit).is_shape_fixed;
 }
 
 BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel) {
@@ -65,7 +65,7 @@ BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel) {
   if (mode == BoardShapeMode::kAuto && !isBent(report.f, report.by_views)) return result;
   const auto larger = mode == BoardShapeMode::kAuto ? betterModel(now.fit, cancel) : std::nullopt;
   const Fit before = now.fit;
-  FitBoard& board = now.fit.boards.front();
+  FitBoard& board = onlyBoard(now.fit);
   board.is_shape_fixed = false;
   board.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()};
   now.fit = solve(std::move(now.fit), {.cancel = cancel});
@@ -74,10 +74,10 @@ BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel) {
   const bool is_determined = describeBend(now.fit, report).has_value();
   // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
   if (is_determined && !(larger && larger->rms_px < weightedRms(now.fit))) {
-    report.flat_params = before.cameras.front().params;
+    report.flat_params = onlyCamera(before).params;
     return result;
   }
-  now.fit = flattened(std::move(now.fit), before.cameras.front().params);
+  now.fit = flattened(std::move(now.fit), onlyCamera(before).params);
   now.fit.placements = before.placements;
   now.fit = solve(std::move(now.fit), {.cancel = cancel});
   now = settledWeights(std::move(now.fit), cancel);
@@ -93,7 +93,7 @@ BentFit bendTestedAgain(BentFit bent, BoardShapeMode mode, const CancelFlag* can
   Fit flat =
       solve(flattened(fit, report.flat_params), {.function_tolerance = kFlatTolerance, .cancel = cancel});
   report.f = 2 * (flat.summary.cost - fit.summary.cost) / kNumBends / varianceLeft(fit, 0);
-  report.flat_params = flat.cameras.front().params;
+  report.flat_params = onlyCamera(flat).params;
   report.flat_rms_px = weightedRms(flat);
   if (is_determined && (mode == BoardShapeMode::kWarp || isBent(report.f, report.by_views))) return bent;
   // What looked like a bend was outliers.

@@ -63,12 +63,12 @@ double costOf(const Fit& fit, HuberLoss loss, const PreparedViews& given) {
 }
 
 AnyCamera cameraOf(const Fit& fit) {
-  return AnyCamera::make(fit.cameras.front().model, fit.cameras.front().params);
+  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
 }
 
 // Between the middles of the image's shorter sides; infinite where these have no ray.
 double fieldOf(const Fit& fit) {
-  const ImageSize size = fit.cameras.front().size;
+  const ImageSize size = onlyCamera(fit).size;
   const AnyCamera camera = cameraOf(fit);
   const double x = size.width - 1;
   const double y = size.height - 1;
@@ -116,7 +116,7 @@ bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
 
 bool foldsInsideImage(const Candidate& candidate) {
   const Fit& fit = candidate.solution->fit;
-  return foldsInsideImage(certifyDomain(cameraOf(fit), fit.cameras.front().size));
+  return foldsInsideImage(certifyDomain(cameraOf(fit), onlyCamera(fit).size));
 }
 
 // The models that contain radtan, each after a glance at what it gains over the one before it. One that folds

@@ -21,24 +21,23 @@ namespace {
 // poses.
 Fit onCornersOf(const Fit& reference, const Candidate& candidate, const PreparedViews& given) {
   Fit fit = reference;
-  fit.boards.front().is_shape_fixed = true;
-  FitCamera& camera = fit.cameras.front();
+  onlyBoard(fit).is_shape_fixed = true;
+  FitCamera& camera = onlyCamera(fit);
   camera.model = candidate.id;
   camera.weak_prior = {};
   if (!candidate.solution) {
-    camera.params = parametersByName(reference.cameras.front().model, camera.params, candidate.id);
+    camera.params = parametersByName(onlyCamera(reference).model, camera.params, candidate.id);
     return fit;
   }
   const Fit& own = candidate.solution->fit;
-  camera.params = own.cameras.front().params;
+  camera.params = onlyCamera(own).params;
   for (const FitView& view : fit.views) {
-    SE3& pose = fit.placements[view.placement].rig_from_board;
     const auto at = std::find_if(own.views.begin(), own.views.end(),
                                  [&](const FitView& other) { return other.source == view.source; });
     if (at != own.views.end()) {
-      pose = cameraFromBoard(own, *at);
+      setCameraFromBoard(fit, view, cameraFromBoard(own, *at));
     } else if (const auto alone = fitAlone(own, given.views[view.source])) {
-      pose = alone->camera_from_board;
+      setCameraFromBoard(fit, view, alone->camera_from_board);
     }
   }
   return fit;
@@ -48,15 +47,15 @@ Fit onCornersOf(const Fit& reference, const Candidate& candidate, const Prepared
 void evaluate(Candidate& candidate, const Fit& reference, const PreparedViews& given,
               const CancelFlag* cancel) {
   if (candidate.unsoundness || !candidate.not_better_than.empty()) return;
-  const bool is_reference = candidate.id == reference.cameras.front().model;
+  const bool is_reference = candidate.id == onlyCamera(reference).model;
   const Fit fit = is_reference ? reference
                                : solve(onCornersOf(reference, candidate, given),
                                        {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
-  candidate.params = fit.cameras.front().params;
+  candidate.params = onlyCamera(fit).params;
   candidate.rms_px = weightedRms(fit);
   candidate.unsoundness = unsoundnessOf(fit);
   // A prior hides what the views leave open, and a fold where no corner was seen.
-  if (!candidate.unsoundness && !fit.cameras.front().weak_prior.isNone()) {
+  if (!candidate.unsoundness && !onlyCamera(fit).weak_prior.isNone()) {
     candidate.unsoundness = Unsoundness{.id = "ill_conditioned",
                                         .text =
                                             "these views leave its parameters undetermined, and only a "

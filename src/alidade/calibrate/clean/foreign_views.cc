@@ -32,7 +32,7 @@ std::optional<std::size_t> worstForeignView(const Fit& fit, const PreparedViews&
   const Misfits misfits = misfitsInUse(fit, given);
   std::optional<std::size_t> worst;
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    if (!isForeign(fit.boards.front().target, misfits.fits[v], noiseSigma(fit), misfits.stand_out)) continue;
+    if (!isForeign(onlyBoard(fit).target, misfits.fits[v], noiseSigma(fit), misfits.stand_out)) continue;
     if (!worst || misfits.ratios[v] > misfits.ratios[*worst]) worst = v;
   }
   return worst;
@@ -57,7 +57,7 @@ bool readmitViews(SettledFit& now, const PreparedViews& given, const CancelFlag*
   std::vector<std::pair<std::size_t, ViewFit>> fitting;
   for (const std::size_t v : left_out) {
     auto view = fitAlone(now.fit, given.views[v]);
-    if (!view || isForeign(now.fit.boards.front().target, *view, noiseSigma(now.fit), stand_out)) continue;
+    if (!view || isForeign(onlyBoard(now.fit).target, *view, noiseSigma(now.fit), stand_out)) continue;
     fitting.emplace_back(v, *std::move(view));
   }
   if (fitting.empty()) return false;

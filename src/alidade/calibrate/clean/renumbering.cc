@@ -40,7 +40,7 @@ std::vector<Renumbering> renumberings(const Checkerboard& board, const View& vie
 }
 
 std::optional<std::string> fittingOrder(const Fit& fit, const View& view) {
-  for (const Renumbering& renumbering : renumberings(fit.boards.front().target, view)) {
+  for (const Renumbering& renumbering : renumberings(onlyBoard(fit).target, view)) {
     const auto alone = fitAlone(fit, renumbering.view);
     if (alone && isExplained(*alone, noiseSigma(fit))) return renumbering.how;
   }

@@ -16,14 +16,14 @@ namespace alidade {
 namespace {
 
 std::vector<Observation> weightedCorners(const Fit& fit, const View& view) {
-  std::vector<Observation> corners = observationsOf(fit.boards.front().target, view);
-  for (Observation& corner : corners) corner.weight = fit.cameras.front().noise.weight(corner.sigma_px);
+  std::vector<Observation> corners = observationsOf(onlyBoard(fit).target, view);
+  for (Observation& corner : corners) corner.weight = onlyCamera(fit).noise.weight(corner.sigma_px);
   return corners;
 }
 
 ViewFit viewFit(const Fit& fit, const SE3& camera_from_board, std::vector<Observation> corners) {
-  const FitCamera& camera = fit.cameras.front();
-  const FitBoard& board = fit.boards.front();
+  const FitCamera& camera = onlyCamera(fit);
+  const FitBoard& board = onlyBoard(fit);
   ViewFit of{.camera_from_board = camera_from_board, .corners = std::move(corners), .errors = {}};
   of.errors = reprojectionErrors(camera.model, camera.params, camera_from_board,
                                  onShape(board.target, board.shape, of.corners));
@@ -37,8 +37,8 @@ ViewFit fitInUse(const Fit& fit, std::size_t v, const View& view) {
 }
 
 std::optional<ViewFit> fitAlone(const Fit& fit, const View& view) {
-  const FitCamera& camera = fit.cameras.front();
-  const FitBoard& board = fit.boards.front();
+  const FitCamera& camera = onlyCamera(fit);
+  const FitBoard& board = onlyBoard(fit);
   std::vector<Observation> corners = weightedCorners(fit, view);
   const auto pose = poseFromCorners(AnyCamera::make(camera.model, camera.params), corners);
   if (!pose) return std::nullopt;

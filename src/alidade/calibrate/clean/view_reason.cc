@@ -21,8 +21,8 @@ namespace {
 std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFlag* cancel) {
   constexpr double kOther = 0.02;  // closer ones are the same lens with the focus moved, or chance
   Fit alone{.cameras = fit.cameras, .boards = fit.boards, .loss = fit.loss};
-  alone.boards.front().is_shape_fixed = true;
-  FitCamera& camera = alone.cameras.front();
+  onlyBoard(alone).is_shape_fixed = true;
+  FitCamera& camera = onlyCamera(alone);
   camera.weak_prior = {};
   camera.constraint = {.held = {}, .same_focal = true};
   for (int i = 2; i < static_cast<int>(camera.params.size()); ++i) camera.constraint.held.push_back(i);
@@ -30,7 +30,7 @@ std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFla
   alone = solve(std::move(alone), {.function_tolerance = 1e-9, .cancel = cancel});
   if (alone.summary.termination != Termination::kConverged) return std::nullopt;
   view.errors = alone.views.front().errors;
-  const double factor = alone.cameras.front().params[0] / fit.cameras.front().params[0];
+  const double factor = onlyCamera(alone).params[0] / onlyCamera(fit).params[0];
   if (!isExplained(view, noiseSigma(fit)) || std::abs(factor - 1) < kOther) return std::nullopt;
   return factor;
 }
@@ -47,7 +47,7 @@ std::string reasonFor(const Fit& used, const View& view, const CancelFlag* cance
            " times as long: another camera, zoom, focus or crop";
   const std::size_t num_outliers = countOutliers(*fit, noiseSigma(used));
   const std::string share = std::to_string(num_outliers) + " of " + std::to_string(fit->errors.size());
-  if (isSmooth(used.boards.front().target, *fit)) {
+  if (isSmooth(onlyBoard(used).target, *fit)) {
     double largest = 0;
     for (const auto& error : fit->errors) largest = std::max(largest, error.norm());
     return "its corners are displaced together, smoothly and by up to " + numberText("%.1f", largest) +

@@ -20,11 +20,11 @@ std::optional<Start> searchedOrGivenStart(const Checkerboard& board, const Prepa
 
 // The fit with the camera and the poses of another solution; nothing if that explains fewer views.
 std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
-  fit.cameras.front().params = other.params;
+  onlyCamera(fit).params = other.params;
   for (const FitView& view : fit.views) {
     const auto& pose = other.poses[view.source];
     if (!pose) return std::nullopt;
-    fit.placements[view.placement].rig_from_board = *pose;
+    setCameraFromBoard(fit, view, *pose);
   }
   return fit;
 }
@@ -62,7 +62,7 @@ StartedFit startedFit(const Checkerboard& board, const PreparedViews& given,
   StartedFit started{.fit = emptyFit(options.model, size, start->camera.params, board, loss),
                      .rivals = std::move(start->rivals),
                      .report = start->report};
-  started.fit.cameras.front().constraint = constraint;
+  onlyCamera(started.fit).constraint = constraint;
   for (std::size_t v = 0; v < corners.size(); ++v) {
     if (const auto& pose = start->camera.poses[v]) addView(started.fit, v, std::move(corners[v]), *pose);
   }
@@ -84,7 +84,7 @@ ComparedFit comparedWithRivals(Fit fit, const std::vector<PosedCamera>& rivals, 
     if (rival->summary.termination == Termination::kFailed) continue;
     const bool is_better = rival->summary.cost < (1 - kTolerance) * fit.summary.cost;
     if (is_better) std::swap(fit, *rival);
-    others.push_back({.params = rival->cameras.front().params, .cost = rival->summary.cost});
+    others.push_back({.params = onlyCamera(*rival).params, .cost = rival->summary.cost});
     if (is_better) fit = solve(std::move(fit), {.cancel = cancel});
   }
   ComparedFit compared{.fit = std::move(fit), .close_params = {}};

@@ -72,8 +72,8 @@ bool StartSolver::solve(std::string_view model_id, StartCandidate& candidate) co
 bool StartSolver::solve(std::string_view model_id, StartCandidate& candidate, double tolerance,
                         std::vector<int> held, const LensPrior& prior) const {
   Fit fit = emptyFit(std::string(model_id), size_, candidate.params, board_, loss_);
-  fit.cameras.front().constraint.held = std::move(held);
-  fit.cameras.front().weak_prior.prior = prior;
+  onlyCamera(fit).constraint.held = std::move(held);
+  onlyCamera(fit).weak_prior.prior = prior;
   double missing_cost = 0;
   for (std::size_t v = 0; v < views_.size(); ++v) {
     if (candidate.poses[v] &&
@@ -89,7 +89,7 @@ bool StartSolver::solve(std::string_view model_id, StartCandidate& candidate, do
       std::move(fit), {.max_iterations = kMaxIterations, .function_tolerance = tolerance, .cancel = cancel_});
   // An iteration limit is no failure here: the full solve goes on from where this one stopped.
   if (fit.summary.termination == Termination::kFailed) return false;
-  candidate.params = fit.cameras.front().params;
+  candidate.params = onlyCamera(fit).params;
   candidate.cost = missing_cost + fit.summary.cost;
   for (const FitView& view : fit.views) candidate.poses[view.source] = cameraFromBoard(fit, view);
   return true;

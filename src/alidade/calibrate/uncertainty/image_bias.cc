@@ -55,7 +55,7 @@ struct Votes {
 };
 
 Votes votesOf(const Fit& fit, const FieldGrid& grid) {
-  const auto size = static_cast<Eigen::Index>(fit.cameras.front().params.size()) + grid.size();
+  const auto size = static_cast<Eigen::Index>(onlyCamera(fit).params.size()) + grid.size();
   Votes votes{.information = Eigen::MatrixXd::Zero(size, size),
               .gradients = Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(fit.views.size()))};
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
@@ -83,7 +83,7 @@ Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
 }  // namespace
 
 ImageBias imageBias(const Fit& fit) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   const FieldGrid grid(camera.size);
   const Votes votes = votesOf(fit, grid);
   const auto n = static_cast<Eigen::Index>(camera.params.size());

@@ -37,7 +37,7 @@ double largestSigmas(const Fit& fit, const Uncertainty& known, std::span<const d
   double largest = 0;
   for (std::size_t i = 0; i < params.size(); ++i) {
     const double std = known.statedStd(static_cast<int>(i));
-    const double difference = std::abs(params[i] - fit.cameras.front().params[i]);
+    const double difference = std::abs(params[i] - onlyCamera(fit).params[i]);
     if (std > 0) largest = std::max(largest, difference / std);
   }
   return largest;
@@ -54,13 +54,13 @@ std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<doubl
                                          const Uncertainty& known, const CancelFlag* cancel) {
   // Poses by the corners' rays: since the search, views may have gone out of use or come back.
   Fit start = fit;
-  start.cameras.front().params = params;
-  start.boards.front().is_shape_fixed = true;
+  onlyCamera(start).params = params;
+  onlyBoard(start).is_shape_fixed = true;
   auto posed = posedAnew(std::move(start));
   if (!posed) return std::nullopt;
   const Fit at = solve(*std::move(posed), {.cancel = cancel});
   if (unsoundnessOf(at)) return std::nullopt;
-  const FitCamera& camera = at.cameras.front();
+  const FitCamera& camera = onlyCamera(at);
   const double twice_more = 2 * (at.summary.cost - fit.summary.cost) - savedByBend(fit, at);
   OtherOptimum other{.params = camera.params,
                      .rms_px = weightedRms(at),
@@ -68,7 +68,7 @@ std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<doubl
                      .sigmas = largestSigmas(fit, known, camera.params)};
   if (!(other.excess_chi2 < kNoiseChi2) || !(other.sigmas > kBeyondSigmas)) return std::nullopt;
   other.projection_px =
-      projectionDifference(AnyCamera::make(camera.model, fit.cameras.front().params),
+      projectionDifference(AnyCamera::make(camera.model, onlyCamera(fit).params),
                            AnyCamera::make(camera.model, other.params), known.projection_far->pixels);
   return other;
 }

@@ -59,8 +59,8 @@ void applyPrior(const FitCamera& camera, Known& known) {
 // What is asked of a fit again and again.
 struct Residuals {
   explicit Residuals(const Fit& fit)
-      : directions(freeDirections(static_cast<int>(fit.cameras.front().params.size()),
-                                  fit.cameras.front().constraint)),
+      : directions(
+            freeDirections(static_cast<int>(onlyCamera(fit).params.size()), onlyCamera(fit).constraint)),
         weighted(weightedErrors(fit)),
         slope(meanSlope(weighted, fit.loss)) {
     const int num_bends = isShapeEstimated(fit) ? kNumBends : 0;
@@ -83,14 +83,14 @@ Known withShapeGiven(const Fit& fit, const Residuals& residuals, const Intrinsic
     known.by_views = viewCovariance(reduced(fit, LossWeights::kLeaveOut), directions,
                                     static_cast<int>(directions.rows()), known.variance, residuals.slope);
   }
-  applyPrior(fit.cameras.front(), known);
+  applyPrior(onlyCamera(fit), known);
   return known;
 }
 
 // With the bend among the unknowns.
 Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
                     const ShapeInformation& bent) {
-  const FitCamera& camera = fit.cameras.front();
+  const FitCamera& camera = onlyCamera(fit);
   const Eigen::MatrixXd& directions = residuals.directions;
   Known known{.variance = variance,
               .information = informationOf(bent.params_inverse, directions) -
@@ -106,7 +106,7 @@ Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
 void setBendStd(const Fit& fit, const Residuals& residuals, const ShapeInformation& bent,
                 Uncertainty& result) {
   result.bend_std_m = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
-  const BoardShape& shape = fit.boards.front().shape;
+  const BoardShape& shape = onlyBoard(fit).shape;
   const auto by_views = bendByViews(bent, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + bent.step_m,
                                     residuals.directions, residuals.slope);
   if (by_views && result.isNoiseExceeded()) result.bend_std_m = result.bend_std_m.cwiseMax(by_views->std_m);
@@ -141,7 +141,7 @@ void setCovariances(const Fit& fit, const Residuals& residuals, Uncertainty& res
 
 // Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
 double unexplainedSigma(const Fit& fit, double variance) {
-  const CornerNoise& noise = fit.cameras.front().noise;
+  const CornerNoise& noise = onlyCamera(fit).noise;
   if (!noise.isStated()) return std::numeric_limits<double>::quiet_NaN();
   if (!noise.isUniform()) return noise.unexplainedSigma();
   const double stated = noise.statedVariance(fit.views.front().corners.front().sigma_px);
@@ -150,13 +150,13 @@ double unexplainedSigma(const Fit& fit, double variance) {
 
 void setProjection(const Fit& fit, const AnyCamera& camera, Uncertainty& result) {
   std::vector<double> distances;
-  const Eigen::Vector3d middle = fit.boards.front().target.middle();
+  const Eigen::Vector3d middle = onlyBoard(fit).target.middle();
   for (const FitView& view : fit.views) distances.push_back((cameraFromBoard(fit, view) * middle).norm());
   result.board_distance_m = medianOf(distances);
   if (!result.covariance) return;
   const Eigen::MatrixXd stated = result.statedCovariance();
   const auto grid = [&](double distance_m) {
-    return ProjectionUncertainty(camera, fit.cameras.front().size, distance_m).grid(stated);
+    return ProjectionUncertainty(camera, onlyCamera(fit).size, distance_m).grid(stated);
   };
   result.projection_far = grid(std::numeric_limits<double>::infinity());
   result.projection_near = grid(result.board_distance_m);
@@ -167,7 +167,7 @@ void setProjection(const Fit& fit, const AnyCamera& camera, Uncertainty& result)
 Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
                           const std::vector<std::vector<double>>& close_params, const CancelFlag* cancel) {
   const Residuals residuals(fit);
-  const AnyCamera camera = AnyCamera::make(fit.cameras.front().model, fit.cameras.front().params);
+  const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
   Uncertainty result;
   result.ignored_bend = std::move(ignored_bend);
   result.coordinate_sigma_px = std::sqrt(residuals.variance);

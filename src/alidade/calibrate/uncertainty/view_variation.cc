@@ -118,7 +118,7 @@ ViewVariations viewVariations(const Fit& fit) {
   ViewVariations variations;
   if (fit.views.size() < kMinViewsToVary) return variations;
   std::vector<ViewWays> ways;
-  const std::vector<double>& params = fit.cameras.front().params;
+  const std::vector<double>& params = onlyCamera(fit).params;
   const WayColumns columns{.focal = {params[0], params[1]}, .centre_y = params[3]};
   for (const Reduced& view : reduced(fit, LossWeights::kUse, columns)) {
     ways.push_back({.information = view.information.bottomRightCorner<kNumWays, kNumWays>(),

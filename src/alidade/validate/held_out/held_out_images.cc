@@ -84,16 +84,16 @@ HeldViews poseViews(const ComparedCamera& camera, const Checkerboard& board, con
   Fit& fit = held.posed.fit;
   fit = emptyFit(std::string(camera.camera->modelId()), camera.size, {given.begin(), given.end()}, board,
                  kNoLoss);
-  FitCamera& fixed = fit.cameras.front();
+  FitCamera& fixed = onlyCamera(fit);
   fixed.constraint.held.resize(given.size());
   std::iota(fixed.constraint.held.begin(), fixed.constraint.held.end(), 0);
-  if (judgement.freed) fit.boards.front().shape = judgement.freed->shape.shape;
+  if (judgement.freed) onlyBoard(fit).shape = judgement.freed->shape.shape;
   for (std::size_t v = 0; v < views.size(); ++v) {
     judgement.views.push_back({.image = views[v].image});
     HeldOutView& view = judgement.views.back();
     view.is_testable = isTestable(board, views[v]);
     std::vector<Observation> corners = observationsOf(board, views[v]);
-    const auto pose = poseOf(camera, board, onShape(board, fit.boards.front().shape, corners), loss);
+    const auto pose = poseOf(camera, board, onShape(board, onlyBoard(fit).shape, corners), loss);
     if (!pose) {
       if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;

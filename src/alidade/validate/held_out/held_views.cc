@@ -75,10 +75,9 @@ bool isTestable(const Checkerboard& board, const View& view) {
 PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed) {
   const auto params = freed.camera.parameters();
   PosedViews posed = held.posed;
-  posed.fit.cameras.front().params.assign(params.begin(), params.end());
+  onlyCamera(posed.fit).params.assign(params.begin(), params.end());
   for (std::size_t v = 0; v < held.images.size(); ++v) {
-    posed.fit.placements[posed.fit.views[v].placement].rig_from_board =
-        viewOf(freed, held.images[v]).camera_from_board;
+    setCameraFromBoard(posed.fit, posed.fit.views[v], viewOf(freed, held.images[v]).camera_from_board);
   }
   return posed;
 }
@@ -87,7 +86,7 @@ std::optional<PosedViews> reposed(const AnyCamera& camera, const PosedViews& nea
   const auto params = camera.parameters();
   const std::string_view model = camera.modelId();
   PosedViews posed = near;
-  posed.fit.cameras.front().params.assign(params.begin(), params.end());
+  onlyCamera(posed.fit).params.assign(params.begin(), params.end());
   for (std::size_t v = 0; v < near.fit.views.size(); ++v) {
     const std::vector<Observation> corners = cornersOnShape(near.fit, near.fit.views[v]);
     std::optional<SE3> best;
@@ -103,7 +102,7 @@ std::optional<PosedViews> reposed(const AnyCamera& camera, const PosedViews& nea
     tryFrom(cameraFromBoard(near.fit, near.fit.views[v]));
     if (freed != nullptr) tryFrom(cameraFromBoard(freed->fit, freed->fit.views[v]));
     if (!best) return std::nullopt;
-    posed.fit.placements[posed.fit.views[v].placement].rig_from_board = *best;
+    setCameraFromBoard(posed.fit, posed.fit.views[v], *best);
   }
   return posed;
 }

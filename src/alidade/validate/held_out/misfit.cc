@@ -34,7 +34,7 @@ double misfitSigmas(const PosedViews& held, const PosedViews& freed) {
     freedom += std::clamp(coordinates - kNumbersOfAPose, 0.0, kNumbersPerView);
     squares_of_finest += coordinates * kFinestPx * kFinestPx;
   }
-  const auto above = static_cast<double>(held.fit.cameras.front().params.size());
+  const auto above = static_cast<double>(onlyCamera(held.fit).params.size());
   const double below = freedom - above;
   if (!(below > 0)) return 0;
   const double as_it_is = misfitOf(held).squares;
