@@ -20,6 +20,19 @@ function(alidade_compile_options target)
   endif()
 endfunction()
 
+# Installed libraries keep their templates to themselves (see seal_archive.cmake) where the tools can do that. With a
+# sanitizer, programs need the library's flags anyway.
+set(ALIDADE_CAN_SEAL FALSE)
+if(CMAKE_NM AND CMAKE_OBJCOPY AND CMAKE_LINKER AND NOT ALIDADE_SANITIZE)
+  execute_process(COMMAND ${CMAKE_LINKER} --help OUTPUT_VARIABLE alidade_linker_help ERROR_QUIET)
+  if(alidade_linker_help MATCHES "--force-group-allocation")
+    set(ALIDADE_CAN_SEAL TRUE)
+  endif()
+endif()
+if(NOT ALIDADE_CAN_SEAL)
+  message(STATUS "Programs that use the installed libraries must be compiled with the libraries' flags")
+endif()
+
 # One folder, one target: alidade_add_library(core HEADERS a.h SOURCES a.cc PUBLIC dep PRIVATE dep).
 # The links are the import rule: a layer that does not link another one cannot use it.
 function(alidade_add_library name)
@@ -41,4 +54,15 @@ function(alidade_add_library name)
   install(TARGETS ${target} EXPORT ${export_set}
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  if(ALIDADE_CAN_SEAL)
+    set(archive "${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:${target}>")
+    if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+      set(archive "\${CMAKE_INSTALL_PREFIX}/${archive}")
+    endif()
+    install(CODE "execute_process(COMMAND \"${CMAKE_COMMAND}\" -D \"ARCHIVE=\$ENV{DESTDIR}${archive}\"
+                                          -D \"COMPILER=${CMAKE_CXX_COMPILER}\" -D COMPILER_ID=${CMAKE_CXX_COMPILER_ID}
+                                          -D \"NM=${CMAKE_NM}\" -D \"OBJCOPY=${CMAKE_OBJCOPY}\" -D \"AR=${CMAKE_AR}\"
+                                          -P \"${PROJECT_SOURCE_DIR}/src/seal_archive.cmake\"
+                                  COMMAND_ERROR_IS_FATAL ANY)")
+  endif()
 endfunction()
