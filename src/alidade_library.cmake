@@ -45,6 +45,15 @@ function(alidade_add_library name)
                                              VERIFY_INTERFACE_HEADER_SETS ON)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  # What most sources include, compiled once. They must name it themselves too: scripts/lint --tidy and scripts/sanitize
+  # build without.
+  if(name STREQUAL "geometry")
+    target_precompile_headers(${target} PRIVATE <Eigen/Cholesky> <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <algorithm>
+                                                <array> <cmath> <limits> <numbers> <optional> <span> <string>
+                                                <string_view> <utility> <vector>)
+  elseif(NOT name STREQUAL "core")
+    target_precompile_headers(${target} REUSE_FROM alidade_geometry)
+  endif()
   set(export_set alidade-targets)
   foreach(group IN LISTS ALIDADE_GROUPS)
     if(name IN_LIST ALIDADE_${group}_LIBRARIES)

@@ -7,6 +7,7 @@
 
 #include <Eigen/Dense>
 
+#include "alidade/camera/camera_variant.h"
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/core/statistics.h"
 #include "alidade/simulate/observe.h"

@@ -24,8 +24,8 @@ Eigen::VectorXd largestShifts(const AnyCamera& camera, ImageSize size) {
   for (int i = 1; i <= kNumSteps; ++i) {
     const auto ray = camera.unproject(0.5 * (1 + static_cast<double>(i) / kNumSteps) * corner_px);
     if (!ray) break;
-    const bool is_seen = camera.visit([&](const auto& c) { return c.project(*ray, nullptr, J.data()).ok(); });
-    if (is_seen) largest = largest.cwiseMax(J.colwise().norm().transpose());
+    if (camera.project(*ray, nullptr, J.data()).ok())
+      largest = largest.cwiseMax(J.colwise().norm().transpose());
   }
   return largest;
 }

@@ -7,9 +7,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
+#include <Eigen/LU>
 
 #include "alidade/core/error.h"
+#include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
@@ -44,7 +45,7 @@ struct RayFrame {
   explicit RayFrame(std::span<const Eigen::Vector3d> rays) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const auto& b : rays) sum += b;
-    frame_from_camera = Eigen::Quaterniond::FromTwoVectors(sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    frame_from_camera = shortestTurn(sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     double sum2 = 0;
     for (const auto& b : rays) sum2 += (frame_from_camera * b).head<2>().squaredNorm();
     const double spread = std::sqrt(0.5 * sum2 / static_cast<double>(rays.size()));
@@ -89,8 +90,8 @@ std::optional<Eigen::Matrix3d> nearestRotation(const Eigen::Vector3d& a, const E
   const double scale = 2.0 / (a.norm() + b.norm());
   Eigen::Matrix3d axes;
   axes << scale * a, scale * b, scale * scale * a.cross(b);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(axes, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
+  const Svd3 svd = svdOf(axes);
+  const Eigen::Matrix3d R = svd.U * svd.V.transpose();
   if (!R.allFinite() || R.determinant() < 0) return std::nullopt;
   return R;
 }
@@ -136,8 +137,7 @@ SE3 mirroredTilt(const SE3& camera_from_board, const Eigen::Vector3d& middle) {
   const Eigen::Vector3d normal = camera_from_board.rotation.matrix().col(2);
   const Eigen::Vector3d mirrored = 2 * normal.dot(sight) * sight - normal;
   SE3 other;
-  other.rotation =
-      SO3::fromQuaternion(Eigen::Quaterniond::FromTwoVectors(normal, mirrored)) * camera_from_board.rotation;
+  other.rotation = SO3::fromQuaternion(shortestTurn(normal, mirrored)) * camera_from_board.rotation;
   other.translation = seen - other.rotation * middle;
   return other;
 }

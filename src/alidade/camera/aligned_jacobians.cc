@@ -4,8 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include <Eigen/QR>
-
+#include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/so3.h"
 
 namespace alidade {
@@ -16,21 +15,19 @@ namespace {
 struct PixelJacobians {
   Eigen::MatrixXd by_params;
   Eigen::MatrixXd by_pose;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params = {};  // of one pixel
 
   // Of the ray of `pixel`; false, and nothing written, if it has none.
   bool set(const AnyCamera& camera, const Eigen::Vector2d& pixel, Eigen::Index row) {
-    return camera.visit([&](const auto& c) {
-      constexpr int kParams = std::decay_t<decltype(c)>::kNumParams;
-      const auto ray = c.unproject(pixel);
-      if (!ray) return false;
-      Eigen::Matrix<double, 2, kParams, Eigen::RowMajor> J_params;
-      Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
-      if (!c.project(*ray, J_point.data(), J_params.data()).ok()) return false;
-      by_params.middleRows<2>(row) = J_params;
-      if (by_pose.cols() > 0) by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
-      if (by_pose.cols() > 3) by_pose.block<2, 3>(row, 3) = J_point;
-      return true;
-    });
+    const auto ray = camera.unproject(pixel);
+    if (!ray) return false;
+    J_params.resize(2, by_params.cols());
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
+    if (!camera.project(*ray, J_point.data(), J_params.data()).ok()) return false;
+    by_params.middleRows<2>(row) = J_params;
+    if (by_pose.cols() > 0) by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
+    if (by_pose.cols() > 3) by_pose.block<2, 3>(row, 3) = J_point;
+    return true;
   }
 };
 
@@ -66,7 +63,7 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
   }
   // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
   // only what they leave over counts.
-  const Eigen::MatrixXd W = fitted_pose.completeOrthogonalDecomposition().solve(fitted_params);
+  const Eigen::MatrixXd W = leastSquares(fitted_pose, fitted_params);
   result.transposed = (jacobians.by_params - jacobians.by_pose * W).transpose();
   return result;
 }

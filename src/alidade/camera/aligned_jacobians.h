@@ -8,15 +8,9 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/freed.h"
 
 namespace alidade {
-
-/// What whoever uses the camera fits anyway, so that an error of the parameters that looks like it does no
-/// harm.
-enum class Freed {
-  kRotation,  ///< the camera's orientation
-  kPose,      ///< orientation and position
-};
 
 /// How the pixels of fixed points of the scene change with a camera's parameters, to first order, once the
 /// rotation (or the pose) has followed that best undoes the change over all `pixels`:

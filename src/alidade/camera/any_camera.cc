@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "alidade/camera/batch.h"
+#include "alidade/camera/camera_variant.h"
 #include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
@@ -110,6 +111,10 @@ const CertifiedCone& AnyCamera::cone() const {
 
 Projection AnyCamera::project(const Eigen::Vector3d& p_cam) const {
   return visit([&](const auto& c) { return c.project(p_cam); });
+}
+
+Projection AnyCamera::project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const {
+  return visit([&](const auto& c) { return c.project(p_cam, J_px_cam, J_px_params); });
 }
 
 std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel) const {

@@ -1,30 +1,51 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "alidade/camera/camera.h"
-#include "alidade/camera/model_list.h"
 #include "alidade/core/image.h"
 
 namespace alidade {
 
 namespace detail {
-template <class List>
-struct VariantOfList;
-template <CameraModel... Models>
-struct VariantOfList<ModelList<Models...>> {
-  using type = std::variant<Camera<Models>...>;
-};
+struct CameraVariant;  // see camera_variant.h
 }  // namespace detail
+
+/// A camera of one model (camera.h).
+template <class M>
+class Camera;
+
+/// Why a point has no pixel.
+enum class ProjectStatus : std::uint8_t {
+  kOk,
+  kBehind,   ///< not in front of a camera that can only look forward
+  kOutside,  ///< beyond the first fold or the model's domain, or not a point (not finite, at the camera
+             ///< centre or beyond all lengths, 1e-100 to 1e100)
+};
+
+/// Where a point of the camera frame appears. `pixel` holds NaN unless the status is kOk.
+struct Projection {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  ProjectStatus status = ProjectStatus::kOutside;
+
+  [[nodiscard]] bool ok() const { return status == ProjectStatus::kOk; }
+};
+
+/// The cone about the optical axis in which a camera is one-to-one.
+struct CertifiedCone {
+  double max_angle_rad = std::numbers::pi;  ///< largest field angle that may be used
+  bool is_limited_by_fold = false;          ///< or by a pole; false: the model's own limit, neither below it
+};
 
 /// Ids of all models, in the list's order.
 [[nodiscard]] const std::vector<std::string>& modelIds();
@@ -37,13 +58,16 @@ struct VariantOfList<ModelList<Models...>> {
 /// the axis: fx and fy are other numbers where the model's formula has a scale of its own.
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
-/// A camera of any model of the list, by value.
+/// A camera of any model of the list, by value. It never changes, so copies share their memory.
 class AnyCamera {
  public:
-  using Variant = detail::VariantOfList<AllModels>::type;
-
-  template <CameraModel M>
-  explicit AnyCamera(Camera<M> camera) : camera_(std::move(camera)) {}
+  /// Defined in camera_variant.h, which is not installed.
+  template <class M>
+  explicit AnyCamera(const Camera<M>& camera);
+  // Not moved: a camera that was moved from would be none.
+  AnyCamera(const AnyCamera&) = default;
+  AnyCamera& operator=(const AnyCamera&) = default;
+  ~AnyCamera() = default;
 
   /// Makes a camera from a model's id and its parameters in storage order.
   /// @throws Error (kUsage) for an unknown id; Error (kInput) for a wrong count, a number that is not finite,
@@ -57,6 +81,9 @@ class AnyCamera {
 
   /// See Camera<M>.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const;
+  /// With the row-major Jacobians J_px_cam (2x3) and J_px_params (2xN); null = not wanted. Nothing is written
+  /// to them unless the status is kOk.
+  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const;
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel) const;
@@ -64,14 +91,13 @@ class AnyCamera {
   /// Projects many points by projectBatch(), which is faster still where they lie in arrays by coordinate.
   void project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const;
 
-  /// Calls f(const Camera<M>&) with the model's own type.
+  /// Calls f(const Camera<M>&) with the model's own type. Defined in camera_variant.h, which is not
+  /// installed.
   template <class F>
-  decltype(auto) visit(F&& f) const {
-    return std::visit(std::forward<F>(f), camera_);
-  }
+  decltype(auto) visit(F&& f) const;
 
  private:
-  Variant camera_;
+  std::shared_ptr<const detail::CameraVariant> camera_;
 };
 
 /// What is certain about a camera over its image.

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -13,31 +12,18 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "alidade/camera/any_camera.h"
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/domain.h"
 #include "alidade/camera/projection.h"
 
 namespace alidade {
 
-/// Why a point has no pixel.
-enum class ProjectStatus : std::uint8_t {
-  kOk,
-  kBehind,   ///< not in front of a camera that can only look forward
-  kOutside,  ///< beyond the first fold or the model's domain, or not a point (not finite, at the camera
-             ///< centre or beyond all lengths, 1e-100 to 1e100)
-};
-
-/// Where a point of the camera frame appears. `pixel` holds NaN unless the status is kOk.
-struct Projection {
-  Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  ProjectStatus status = ProjectStatus::kOutside;
-
-  [[nodiscard]] bool ok() const { return status == ProjectStatus::kOk; }
-};
-
 /// A camera of one model: its parameters and the cone in which they are one-to-one. Immutable.
-template <CameraModel M>
+template <class M>
 class Camera {
+  static_assert(CameraModel<M>);
+
  public:
   using Model = M;
   static constexpr int kNumParams = alidade::kNumParams<M>;

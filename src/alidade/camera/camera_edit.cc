@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "alidade/camera/camera_variant.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 
@@ -151,7 +152,7 @@ EditedCamera rotateCamera(const AnyCamera& camera, ImageSize size, int quarter_t
   for (int i = 0; i < num_turns; ++i) {
     EditedCamera next = quarterTurn(all.camera, all.size);
     next.new_from_old = next.new_from_old * all.new_from_old;
-    next.J_new_old = next.J_new_old * all.J_new_old;
+    next.J_new_old = next.J_new_old.view() * all.J_new_old.view();
     all = std::move(next);
   }
   return all;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
 
@@ -24,7 +25,7 @@ struct EditedCamera {
   /// the image was rotated. A pose follows: new_camera_from_board = new_from_old * camera_from_board.
   Eigen::Matrix3d new_from_old = Eigen::Matrix3d::Identity();
   /// Derivative of the new parameters by the old, in storage order; the edits are affine in the parameters.
-  Eigen::MatrixXd J_new_old;
+  DenseMatrix J_new_old;
 };
 
 /// Cuts a part out of the image: cx, cy less its origin.

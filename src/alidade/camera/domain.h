@@ -6,17 +6,13 @@
 
 #include <Eigen/Core>
 
+#include "alidade/camera/any_camera.h"
+
 namespace alidade {
 
 /// How far a certified angle stays below the fold itself, radians. At a fold the inverse loses all digits;
 /// this far inside it keeps 1e-9 rad.
 inline constexpr double kFoldMargin = 1e-5;
-
-/// The cone about the optical axis in which a camera is one-to-one.
-struct CertifiedCone {
-  double max_angle_rad = std::numbers::pi;  ///< largest field angle that may be used
-  bool is_limited_by_fold = false;          ///< or by a pole; false: the model's own limit, neither below it
-};
 
 /// The normalised plane's point m[2] and its row-major 2x3 Jacobian by a unit ray; false where the lens has
 /// no value (beyond a pole).

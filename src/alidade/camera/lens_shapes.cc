@@ -61,7 +61,7 @@ std::vector<double> otherCharacters(std::string_view model_id, double best) {
 Eigen::Vector2d axisFocal(const AnyCamera& camera) {
   double J_px_cam[6];
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-  const bool is_seen = camera.visit([&](const auto& c) { return c.project(axis, J_px_cam, nullptr).ok(); });
+  const bool is_seen = camera.project(axis, J_px_cam, nullptr).ok();
   return is_seen ? Eigen::Vector2d(J_px_cam[0], J_px_cam[4])
                  : Eigen::Vector2d(camera.parameters()[0], camera.parameters()[1]);
 }
@@ -74,10 +74,8 @@ Eigen::MatrixXd axisFocalJacobian(const AnyCamera& camera) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Identity(2, num_params);
   for (int axis = 0; axis < 2; ++axis) {
     const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
-    const bool is_seen = camera.visit([&](const auto& c) {
-      return c.project(Eigen::Vector3d::UnitZ() + step, nullptr, ahead.data()).ok() &&
-             c.project(Eigen::Vector3d::UnitZ() - step, nullptr, behind.data()).ok();
-    });
+    const bool is_seen = camera.project(Eigen::Vector3d::UnitZ() + step, nullptr, ahead.data()).ok() &&
+                         camera.project(Eigen::Vector3d::UnitZ() - step, nullptr, behind.data()).ok();
     if (is_seen) J.row(axis) = (ahead.row(axis) - behind.row(axis)) / (2 * kStep);
   }
   return J;

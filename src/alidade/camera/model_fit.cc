@@ -111,12 +111,10 @@ ModelFit judge(const AnyCamera& source, AnyCamera camera, ImageSize size, const 
 
 // Pixels a radian on the optical axis, and the axis' own pixel.
 std::pair<Eigen::Vector2d, Eigen::Vector2d> axisOf(const AnyCamera& camera) {
-  return camera.visit([](const auto& c) -> std::pair<Eigen::Vector2d, Eigen::Vector2d> {
-    double J[6];
-    const Projection axis = c.project(Eigen::Vector3d::UnitZ(), J, nullptr);
-    expect(axis.ok(), "a camera sees its optical axis");
-    return {{J[0], J[4]}, axis.pixel};
-  });
+  double J[6];
+  const Projection axis = camera.project(Eigen::Vector3d::UnitZ(), J, nullptr);
+  expect(axis.ok(), "a camera sees its optical axis");
+  return {{J[0], J[4]}, axis.pixel};
 }
 
 // The source's lens parameters under the names of the target's, zero where it has none: a start where the

@@ -9,6 +9,7 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/camera/batch_kernel.h"
+#include "alidade/camera/camera_variant.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
 

@@ -7,6 +7,8 @@
 #include <span>
 #include <utility>
 
+#include "alidade/camera/aligned_jacobians.h"
+#include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 
@@ -78,11 +80,13 @@ ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize 
   center_has_ray_ = aligned.has_ray.back();
   aligned.has_ray.pop_back();
   has_ray_ = std::move(aligned.has_ray);
-  jacobians_ = std::move(aligned.transposed);
+  jacobians_ = aligned.transposed;
 }
 
-Eigen::MatrixXd ProjectionUncertainty::jacobian(int i) const {
-  return jacobians_.middleCols<2>(2 * static_cast<Eigen::Index>(i)).transpose();
+Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> ProjectionUncertainty::jacobian(
+    int i) const {
+  const Eigen::Index n = jacobians_.rows();
+  return {jacobians_.view().data() + 2 * n * i, 2, n};
 }
 
 // In blocks of columns, whose products are much cheaper than one after the other.
@@ -94,7 +98,7 @@ void ProjectionUncertainty::forEachCovariance(Eigen::Index first, Eigen::Index e
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostParams, 2 * kBlock> product;
   for (; first < end; first += kBlock) {
     const Eigen::Index count = std::min<Eigen::Index>(kBlock, end - first);
-    const auto A = jacobians_.middleCols(2 * first, 2 * count);
+    const auto A = jacobians_.view().middleCols(2 * first, 2 * count);
     product.noalias() = parameter_covariance * A;
     for (Eigen::Index i = 0; i < count; ++i) {
       Eigen::Matrix2d covariance;
@@ -106,8 +110,9 @@ void ProjectionUncertainty::forEachCovariance(Eigen::Index first, Eigen::Index e
   }
 }
 
-Eigen::Matrix2d ProjectionUncertainty::covariance(int i, const Eigen::MatrixXd& parameter_covariance) const {
-  Eigen::Matrix2d result = Eigen::Matrix2d::Constant(kNan);
+UnalignedMatrix2d ProjectionUncertainty::covariance(int i,
+                                                    const Eigen::MatrixXd& parameter_covariance) const {
+  UnalignedMatrix2d result = UnalignedMatrix2d::Constant(kNan);
   if (!hasRay(i)) return result;
   forEachCovariance(i, i + 1, parameter_covariance, [&](std::size_t, const auto& found) { result = found; });
   return result;

@@ -6,9 +6,10 @@
 
 #include <Eigen/Core>
 
-#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/freed.h"
 #include "alidade/core/image.h"
+#include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
 
@@ -59,11 +60,13 @@ class ProjectionUncertainty {
   [[nodiscard]] bool hasRay(int i) const { return has_ray_[static_cast<std::size_t>(i)]; }
 
   /// A(q), 2 x parameters: the change of the pixel by the parameters, px per unit; zero without a ray.
-  [[nodiscard]] Eigen::MatrixXd jacobian(int i) const;
+  /// Valid as long as this object lives.
+  [[nodiscard]] Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
+      int i) const;
 
   /// Covariance of the pixel of grid pixel i, px^2; NaN where it has no ray.
   /// @param parameter_covariance  N x N in storage order
-  [[nodiscard]] Eigen::Matrix2d covariance(int i, const Eigen::MatrixXd& parameter_covariance) const;
+  [[nodiscard]] UnalignedMatrix2d covariance(int i, const Eigen::MatrixXd& parameter_covariance) const;
 
   [[nodiscard]] UncertaintyGrid grid(const Eigen::MatrixXd& parameter_covariance) const;
 
@@ -86,7 +89,7 @@ class ProjectionUncertainty {
   std::vector<bool> has_ray_;
   bool center_has_ray_ = false;
   // A(q)^T, two columns a pixel of the grid, and two more for the image's centre.
-  Eigen::MatrixXd jacobians_;
+  DenseMatrix jacobians_;
 };
 
 }  // namespace alidade

@@ -13,7 +13,7 @@ double focalLength(const AnyCamera& camera) {
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
   J_point.setZero();
   const Eigen::Vector3d axis(0, 0, 1);
-  static_cast<void>(camera.visit([&](const auto& c) { return c.project(axis, J_point.data(), nullptr); }));
+  static_cast<void>(camera.project(axis, J_point.data(), nullptr));
   return std::sqrt(std::abs(J_point(0, 0) * J_point(1, 1)));
 }
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "alidade/compare/difference_factor.h"
 #include "alidade/compare/image_match.h"
+#include "alidade/compare/projection_difference.h"
 #include "alidade/core/image.h"
 
 namespace alidade {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/core/error.h"
 #include "alidade/geometry/symmetric_eigen.h"
 

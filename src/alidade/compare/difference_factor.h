@@ -6,19 +6,11 @@
 
 #include <Eigen/Core>
 
-#include "alidade/camera/aligned_jacobians.h"
-#include "alidade/camera/any_camera.h"
+#include "alidade/camera/freed.h"
 #include "alidade/compare/image_match.h"
-#include "alidade/core/image.h"
+#include "alidade/compare/projection_difference.h"
 
 namespace alidade {
-
-/// A camera that is compared, with what is known of its parameters.
-struct ComparedCamera {
-  const AnyCamera* camera = nullptr;
-  ImageSize size;
-  std::optional<Eigen::MatrixXd> covariance = std::nullopt;  ///< N x N in storage order; nothing: unknown
-};
 
 /// F, 2 rows a pixel, px of the finer image along a's axes: to first order F F^T is the covariance of the
 /// differences that the two cameras' uncertainty makes, with what is freed refitted for every change of the

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
+#include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
 
@@ -13,12 +14,12 @@ namespace alidade {
 /// pixel_b = b_from_a * pixel_a + offset, sizes scaling as c -> s (c + 0.5) - 0.5 on each axis.
 struct ImageMatch {
   int quarter_turns = 0;  ///< clockwise, as seen, that take a to b: 0 to 3
-  Eigen::Matrix2d b_from_a = Eigen::Matrix2d::Identity();
+  UnalignedMatrix2d b_from_a = UnalignedMatrix2d::Identity();
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
   /// Lengths are stated in pixels of the finer of the two images, along a's axes, so that they are the same
   /// whichever image comes first.
-  Eigen::Matrix2d unit_from_a = Eigen::Matrix2d::Identity();
-  Eigen::Matrix2d unit_from_b = Eigen::Matrix2d::Identity();
+  UnalignedMatrix2d unit_from_a = UnalignedMatrix2d::Identity();
+  UnalignedMatrix2d unit_from_b = UnalignedMatrix2d::Identity();
   ImageSize unit_size{};  ///< of the finer image
 
   [[nodiscard]] Eigen::Vector2d inB(const Eigen::Vector2d& pixel_a) const {

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "alidade/compare/difference_factor.h"
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"

@@ -6,12 +6,21 @@
 
 #include <Eigen/Core>
 
-#include "alidade/camera/aligned_jacobians.h"
-#include "alidade/compare/difference_factor.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/camera/freed.h"
 #include "alidade/compare/image_match.h"
+#include "alidade/core/image.h"
+#include "alidade/geometry/dense_matrix.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade {
+
+/// A camera that is compared, with what is known of its parameters.
+struct ComparedCamera {
+  const AnyCamera* camera = nullptr;
+  ImageSize size;
+  std::optional<DenseMatrix> covariance = std::nullopt;  ///< N x N in storage order; nothing: unknown
+};
 
 struct DifferenceOptions {
   /// What is taken out first; nothing: the frames are one.

@@ -5,9 +5,8 @@
 #include <cstddef>
 #include <utility>
 
-#include <Eigen/QR>
-
 #include "alidade/geometry/best_rotation.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -65,7 +64,7 @@ class LeastSquares {
           -Eigen::Matrix3d::Identity(), in_a);
       row += 4;
     }
-    const Eigen::VectorXd step = J_.completeOrthogonalDecomposition().solve(-errors_);
+    const Eigen::VectorXd step = leastSquares(J_, Eigen::VectorXd(-errors_));
     Step result{.xi = SE3::Vec6::Zero(), .drop = (J_ * step).squaredNorm()};
     result.xi.tail<3>() = step.head<3>();
     if (num_freed_ == 6) result.xi.head<3>() = step.tail<3>();
@@ -80,8 +79,7 @@ class LeastSquares {
            const Eigen::Vector3d& point, const Eigen::Vector2d& pixel, const Eigen::Matrix3d& outer,
            const Eigen::Vector3d& lever) {
     Row2x3 J_point;
-    const Projection projection =
-        camera.visit([&](const auto& c) { return c.project(point, J_point.data(), nullptr); });
+    const Projection projection = camera.project(point, J_point.data(), nullptr);
     errors_.segment<2>(row) = unit * (projection.pixel - pixel);
     const Eigen::Matrix<double, 2, 3> J = unit * J_point * outer;
     J_.block<2, 3>(row, 0) = -J * hat(lever);

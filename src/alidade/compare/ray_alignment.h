@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/freed.h"
 #include "alidade/compare/image_match.h"
 #include "alidade/geometry/se3.h"
 

@@ -3,15 +3,15 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
+
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 
 SO3 bestRotation(const Eigen::Matrix3d& correlation) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) = -U.col(2);
-  const Eigen::Matrix3d R = U * svd.matrixV().transpose();
+  auto [U, values, V] = svdOf(correlation);
+  if ((U * V.transpose()).determinant() < 0) U.col(2) = -U.col(2);
+  const Eigen::Matrix3d R = U * V.transpose();
   return SO3::fromQuaternion(Eigen::Quaterniond(R));
 }
 

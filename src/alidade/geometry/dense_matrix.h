@@ -8,6 +8,9 @@
 
 namespace alidade {
 
+/// Not aligned, as Eigen's alignment of 32 bytes depends on the compiler's flags: for public structs.
+using UnalignedMatrix2d = Eigen::Matrix<double, 2, 2, Eigen::DontAlign>;
+
 /// A matrix of any size, as it stands in public structs.
 ///
 /// Its memory is a std::vector's: Eigen's own allocator depends on the compiler's flags (-mavx2, sanitizers),

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/geometry/rotation_conversions.h"
 
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <string>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -46,8 +47,8 @@ void checkRotationMatrix(const Eigen::Matrix3d& R, double tolerance) {
 
 SO3 rotationFromMatrix(const Eigen::Matrix3d& R, double tolerance) {
   checkRotationMatrix(R, tolerance);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+  const Svd3 svd = svdOf(R);
+  const Eigen::Matrix3d nearest = svd.U * svd.V.transpose();
   return SO3::fromQuaternion(Eigen::Quaterniond(nearest));
 }
 
@@ -104,8 +105,7 @@ std::optional<Eigen::Vector3d> rotationAxis(const Eigen::Matrix3d& R, double tol
   const Eigen::Matrix3d offset = rotation.matrix() - Eigen::Matrix3d::Identity();
   if (offset.cwiseAbs().maxCoeff() <= kIdentityTolerance) return std::nullopt;
   // Its singular values are 0 and twice 2 sin(angle / 2).
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(offset, Eigen::ComputeFullV);
-  const Eigen::Vector3d axis = svd.matrixV().col(2);
+  const Eigen::Vector3d axis = svdOf(offset).V.col(2);
   return axis.dot(rotation.log()) < 0.0 ? Eigen::Vector3d(-axis) : axis;
 }
 

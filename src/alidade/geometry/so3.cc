@@ -8,12 +8,13 @@
 
 namespace alidade::detail {
 
-void requireDirection(const Eigen::Vector4d& xyzw) {
-  if (std::isnormal(xyzw.squaredNorm())) return;
-  throw inputError({"quaternion",
-                    "x, y, z, w = " + exactText(xyzw(0)) + ", " + exactText(xyzw(1)) + ", " +
-                        exactText(xyzw(2)) + ", " + exactText(xyzw(3)),
-                    "finite numbers, not all zero", "normalise it to length 1"});
+void requireDirection(const std::array<double, 4>& xyzw) {
+  const auto [x, y, z, w] = xyzw;
+  if (std::isnormal(x * x + y * y + z * z + w * w)) return;
+  throw inputError(
+      {"quaternion",
+       "x, y, z, w = " + exactText(x) + ", " + exactText(y) + ", " + exactText(z) + ", " + exactText(w),
+       "finite numbers, not all zero", "normalise it to length 1"});
 }
 
 }  // namespace alidade::detail

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <type_traits>
@@ -13,7 +14,7 @@ namespace alidade {
 
 namespace detail {
 /// @throws Error if the quaternion [x, y, z, w] cannot be normalised.
-void requireDirection(const Eigen::Vector4d& xyzw);
+void requireDirection(const std::array<double, 4>& xyzw);
 }  // namespace detail
 
 /// The 3x3 matrix of the cross product: hat(a) * b = a x b. `a` is a 3-vector.
@@ -51,7 +52,9 @@ class BasicSO3 {
   using Scalar = T;
   using Vec3 = Eigen::Matrix<T, 3, 1>;
   using Mat3 = Eigen::Matrix<T, 3, 3>;
-  using Quaternion = Eigen::Quaternion<T>;
+  /// Not aligned: how Eigen aligns four doubles depends on the compiler's flags, and the layout of a rotation
+  /// must not.
+  using Quaternion = Eigen::Quaternion<T, Eigen::DontAlign>;
   using Tangent = Vec3;
   static constexpr int kDim = 3;
 
@@ -63,7 +66,7 @@ class BasicSO3 {
   /// norm underflows), NaN or infinite. With other types the result is NaN then.
   [[nodiscard]] static BasicSO3 fromQuaternion(const Quaternion& q) {
     if constexpr (std::is_floating_point_v<T>) {
-      detail::requireDirection(q.coeffs().template cast<double>());
+      detail::requireDirection({q.x(), q.y(), q.z(), q.w()});
     }
     return BasicSO3(normalised(q));
   }

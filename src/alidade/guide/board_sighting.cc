@@ -9,6 +9,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "alidade/geometry/decompositions.h"
+
 namespace alidade {
 namespace {
 
@@ -37,7 +39,7 @@ Eigen::Vector2d solidAngleSlope(const AnyCamera& camera, const Eigen::Vector2d& 
 // and any will do.
 SO3 facingPose(const Eigen::Vector3d& ray) {
   if (!ray.allFinite()) return {};
-  return SO3::fromQuaternion(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray));
+  return SO3::fromQuaternion(shortestTurn(Eigen::Vector3d::UnitZ(), ray));
 }
 
 }  // namespace

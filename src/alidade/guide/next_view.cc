@@ -100,7 +100,8 @@ NextViewSearch::NextViewSearch(const CameraKnowledge& knowledge, const Checkerbo
   Eigen::Index used = 0;
   for (int i = 0; i < num_pixels; ++i) {
     if (!uncertainty.hasRay(i)) continue;
-    jacobians_.middleCols<2>(2 * used++) = (uncertainty.jacobian(i) * directions_).transpose();
+    jacobians_.middleCols<2>(2 * used++) =
+        (Eigen::MatrixXd(uncertainty.jacobian(i)) * directions_).transpose();
   }
   jacobians_.conservativeResize(Eigen::NoChange, 2 * used);
   addPriorIfUndetermined();

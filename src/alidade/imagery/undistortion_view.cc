@@ -29,8 +29,7 @@ struct AxisView {
 // share out with their lens.
 AxisView viewOfAxis(const AnyCamera& camera) {
   std::array<double, 6> J{};
-  const Projection axis =
-      camera.visit([&](const auto& c) { return c.project(Vector3d::UnitZ(), J.data(), nullptr); });
+  const Projection axis = camera.project(Vector3d::UnitZ(), J.data(), nullptr);
   if (axis.ok() && J[0] > 0 && J[4] > 0) return {axis.pixel, {J[0], J[4]}};
   throw inputError({.where = "camera",
                     .found = "no projection of its optical axis",

@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <utility>
 
-#include "alidade/camera/domain.h"
-
 namespace alidade {
 
 CameraRecord bareRecord(const AnyCamera& camera, ImageSize size, std::string created_by) {
@@ -26,7 +24,7 @@ std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix) {
   return triangle;
 }
 
-Eigen::MatrixXd fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n) {
+DenseMatrix fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n) {
   Eigen::MatrixXd full(n, n);
   std::size_t k = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -35,7 +33,7 @@ Eigen::MatrixXd fullMatrix(const std::vector<double>& lower_triangle, Eigen::Ind
   return full;
 }
 
-std::optional<Eigen::MatrixXd> statedCovariance(const CameraRecord& record) {
+std::optional<DenseMatrix> statedCovariance(const CameraRecord& record) {
   if (!record.calibration || record.calibration->covariance.empty()) return std::nullopt;
   const CalibrationRecord& calibration = *record.calibration;
   return fullMatrix(

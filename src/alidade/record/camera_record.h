@@ -12,6 +12,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/verdict.h"
+#include "alidade/geometry/dense_matrix.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board_shape.h"
 
@@ -96,10 +97,10 @@ struct CameraRecord {
 
 /// A symmetric matrix as CalibrationRecord holds it: the lower triangle, row by row.
 [[nodiscard]] std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix);
-[[nodiscard]] Eigen::MatrixXd fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n);
+[[nodiscard]] DenseMatrix fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n);
 
 /// The covariance of the parameters to use, N x N in parameter order; nothing where the record states none.
-[[nodiscard]] std::optional<Eigen::MatrixXd> statedCovariance(const CameraRecord& record);
+[[nodiscard]] std::optional<DenseMatrix> statedCovariance(const CameraRecord& record);
 
 /// Whether that covariance assumes independent views only, and not independent corners.
 [[nodiscard]] bool isStatedByViews(const CameraRecord& record);

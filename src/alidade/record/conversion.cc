@@ -57,7 +57,7 @@ Conversion convertCamera(const CameraRecord& source, const ConversionRequest& re
     all = {.camera = next.camera,
            .size = next.size,
            .new_from_old = next.new_from_old * all.new_from_old,
-           .J_new_old = next.J_new_old * all.J_new_old};
+           .J_new_old = next.J_new_old.view() * all.J_new_old.view()};
     conversion.steps.push_back({name, std::move(value), next.size});
   };
   const EditedCamera& now = conversion.edit;

@@ -14,7 +14,7 @@ namespace {
 // A covariance's lower triangle after a change of the parameters; empty if it was.
 std::vector<double> carried(const std::vector<double>& triangle, const Eigen::MatrixXd& J_new_old) {
   if (triangle.empty()) return {};
-  return lowerTriangle(J_new_old * fullMatrix(triangle, J_new_old.cols()) * J_new_old.transpose());
+  return lowerTriangle(J_new_old * fullMatrix(triangle, J_new_old.cols()).view() * J_new_old.transpose());
 }
 
 // One sigma each. Every new parameter is one old one times a factor, so that no covariance is needed.

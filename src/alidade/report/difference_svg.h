@@ -4,7 +4,6 @@
 #include <span>
 #include <string>
 
-#include "alidade/compare/difference_factor.h"
 #include "alidade/compare/projection_difference.h"
 
 namespace alidade {

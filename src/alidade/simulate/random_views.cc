@@ -10,6 +10,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -53,8 +54,7 @@ class ViewSampler {
     const SO3 tilt_and_roll = drawTiltAndRoll(random);
     const auto ray = camera_.unproject({x, y});
     if (!ray) return std::nullopt;
-    const auto facing =
-        SO3::fromQuaternion(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *ray));
+    const auto facing = SO3::fromQuaternion(shortestTurn(Eigen::Vector3d::UnitZ(), *ray));
     const SO3 camera_from_board = facing * tilt_and_roll;
     const auto distance = nearestDistance(camera_from_board, *ray, fill);
     if (!distance) return std::nullopt;

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 #include <Eigen/Core>
 
+#include "alidade/camera/camera_variant.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
 

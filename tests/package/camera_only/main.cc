@@ -2,6 +2,8 @@
 // Projects points with cameras whose pixels are known beforehand, with nothing but alidade::camera.
 #include "all_headers.h"
 
+#include "../own_eigen.h"
+
 #if defined(CV_VERSION) || defined(CV_VERSION_MAJOR)
 #error "a header of alidade::camera includes OpenCV"
 #endif
@@ -23,6 +25,14 @@ void check(bool is_right, const char* what) {
   if (is_right) return;
   ++num_failures;
   std::fprintf(stderr, "camera_only: wrong: %s\n", what);
+}
+
+// Of a type whose alignment would depend on the compiler's flags if it were Eigen's alone.
+alidade::SE3 poseOf(double angle_rad, double distance_m) {
+  alidade::SE3 pose;
+  pose.rotation = alidade::SO3::exp({0, 0, angle_rad});
+  pose.translation = {0, 0, distance_m};
+  return pose;
 }
 
 bool isNear(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -54,16 +64,32 @@ int main() {
 
   // The board's second corner, seen from half a metre with the board turned by 90 degrees about the axis.
   const alidade::Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
-  alidade::SE3 camera_from_board;
-  camera_from_board.rotation = alidade::SO3::exp({0, 0, std::numbers::pi / 2});
-  camera_from_board.translation = {0, 0, 0.5};
+  const std::vector<alidade::SE3> poses = {poseOf(0, 1), poseOf(std::numbers::pi / 2, 0.5)};
+  const alidade::SE3& camera_from_board = poses[1];
   check(isNear(pinhole.project(camera_from_board * board.corner(1)).pixel, {319.5, 239.5 + 820 * 0.05}),
         "pixel of a board's corner");
 
-  const alidade::ComparedCamera compared{.camera = &radtan, .size = {640, 480}, .covariance = {}};
+  // A pose's size and alignment are the library's: it writes the pixel of the same point as the loop above.
+  double u = 0;
+  double v = 0;
+  alidade::ProjectStatus status{};
+  const Eigen::Vector3d corner = board.corner(1);
+  alidade::projectBatch(pinhole, camera_from_board, {{&corner.x(), 1}, {&corner.y(), 1}, {&corner.z(), 1}},
+                        {{&u, 1}, {&v, 1}, {&status, 1}});
+  check(isNear({u, v}, {319.5, 239.5 + 820 * 0.05}), "pixel of a batch with a pose");
+
+  // The library allocates the matrix, and this program frees it.
+  alidade::EditedCamera half = alidade::binCamera(radtan, {640, 480}, 2);
+  const Eigen::MatrixXd J = half.J_new_old;
+  half = alidade::rotateCamera(half.camera, half.size, 1);
+  check(J.rows() == 9 && J(0, 0) == 0.5 && half.J_new_old(0, 1) == 1, "derivatives of an edited camera");
+
+  check(ownEigenWorks(), "linear systems solved by this program");
+  const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(9, 9) * 1e-6;
+  const alidade::ComparedCamera compared{.camera = &radtan, .size = {640, 480}, .covariance = covariance};
   const auto difference = alidade::projectionDifference(compared, compared);
   check(difference.num_compared > 0 && difference.p95_px < 1e-6, "difference of a camera from itself");
 
-  constexpr int kNumChecks = 6;
+  constexpr int kNumChecks = 9;
   return num_failures == 0 && num_checks == kNumChecks ? 0 : 1;
 }
