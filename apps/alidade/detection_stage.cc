@@ -115,7 +115,7 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
     detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
     stage.survey = surveyImages(paths, request.board, detect_options);
   }
-  for (const SurveyNote& note : stage.survey.notes) stage.notes.push_back(noteText(note, stage.survey));
+  for (const SurveyNote& note : stage.survey.notes) stage.notes.push_back(diagnosisOf(note, stage.survey).message());
   if (!debug_complaint.empty())
     stage.notes.push_back("not all debug images could be written: " + debug_complaint);
   return stage;
@@ -149,9 +149,8 @@ void addDebugOption(CLI::App& app, std::string& folder) {
 std::vector<std::string> reasonLines(const BoardSurvey& survey) {
   std::vector<std::string> lines;
   for (const ImageOutcome& outcome : survey.outcomes) {
-    if (outcome.detection.reason == DetectionReason::kFound) continue;
-    lines.push_back(oneLine(fmt::format("{}: {}: {}", outcome.image, reasonCode(outcome.detection.reason),
-                                        outcome.detection.detail)));
+    if (const auto why = diagnosisOf(outcome))
+      lines.push_back(oneLine(fmt::format("{}: {}: {}", why->cause, why->id, why->evidence)));
   }
   return lines;
 }

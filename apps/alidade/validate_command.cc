@@ -97,8 +97,8 @@ class ValidateCommand final : public Command {
   }
 
   static void failWarnings(FileJudgement& judgement) {
-    for (Check& check : judgement.checks) {
-      if (check.status == CheckStatus::kWarn) check.status = CheckStatus::kFail;
+    for (Diagnosis& check : judgement.checks) {
+      if (check.severity == Severity::kWarning) check.severity = Severity::kFailure;
     }
   }
 

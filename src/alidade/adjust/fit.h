@@ -54,6 +54,7 @@ struct FitView {
   std::size_t source = 0;                    ///< index of the view among those that were given
   std::vector<Observation> corners = {};     ///< in use, in rising order of id; on the flat board
   std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
+  std::string image = {};                    ///< its name; empty before a calibration is finished
 };
 
 enum class Termination {

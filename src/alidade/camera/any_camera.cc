@@ -100,7 +100,7 @@ std::span<const std::string_view> AnyCamera::parameterNames() const {
   });
 }
 
-std::span<const double> AnyCamera::parameters() const {
+std::span<const double> AnyCamera::parameters() const& {
   return visit([](const auto& c) { return std::span<const double>(c.params()); });
 }
 

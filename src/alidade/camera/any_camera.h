@@ -52,7 +52,8 @@ class AnyCamera {
 
   [[nodiscard]] std::string_view modelId() const;
   [[nodiscard]] std::span<const std::string_view> parameterNames() const;
-  [[nodiscard]] std::span<const double> parameters() const;
+  [[nodiscard]] std::span<const double> parameters() const&;
+  std::span<const double> parameters() const&& = delete;  ///< would outlive the camera
   [[nodiscard]] const CertifiedCone& cone() const;
 
   /// See Camera<M>.

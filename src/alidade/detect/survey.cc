@@ -107,18 +107,30 @@ BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboa
   return survey;
 }
 
-std::string noteText(const SurveyNote& note, const BoardSurvey& survey) {
+std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome) {
+  const Detection& detection = outcome.detection;
+  if (detection.found()) return std::nullopt;
+  return Diagnosis{.severity = detection.hasCorners() ? Severity::kNote : Severity::kWarning,
+                   .id = std::string(reasonCode(detection.reason)),
+                   .cause = outcome.image,
+                   .evidence = detection.detail};
+}
+
+Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
+  const auto told = [](std::string id, std::string cause) {
+    return Diagnosis{.severity = Severity::kNote, .id = std::move(id), .cause = std::move(cause)};
+  };
   switch (note.kind) {
     case SurveyNote::Kind::kSeveralSizes:
-      return sizesText(note);
+      return told("several_sizes", sizesText(note));
     case SurveyNote::Kind::kBlurred:
-      return blurText(note, survey);
+      return told("blurred_images", blurText(note, survey));
     case SurveyNote::Kind::kExifOrientation:
-      return orientationText(note);
+      return told("exif_orientation", orientationText(note));
     case SurveyNote::Kind::kAmbiguousBoard:
-      return ambiguityText(survey.board);
+      return told("ambiguous_board", ambiguityText(survey.board));
     case SurveyNote::Kind::kOtherBoard:
-      return hintText(note.hint.value(), survey.board);
+      return told("other_board", hintText(note.hint.value(), survey.board));
   }
   return {};
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "alidade/core/diagnosis.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
@@ -65,8 +66,9 @@ struct BoardSurvey {
 [[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,
                                        const DetectImagesOptions& options = {});
 
-/// A note in a sentence for people.
-[[nodiscard]] std::string noteText(const SurveyNote& note, const BoardSurvey& survey);
+/// Why an image does not give every corner, by the stable name of its reason; nothing where it does.
+[[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
+[[nodiscard]] Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey);
 
 /// The commonest grid other than the board asked for, among images without corners; of those that were seen
 /// whole, if there are any. Nothing if they show none.

@@ -16,22 +16,20 @@ namespace {
 constexpr double kReach = 2;  // how much nearer and farther than so far a user can go
 
 // Whether the board's columns run along the image's height in most views.
-bool isHeldUpright(const CalibrationResult& result) {
-  const auto num_upright =
-      std::count_if(result.views.begin(), result.views.end(), [](const ViewResult& view) {
-        const Eigen::Vector3d along_columns = view.camera_from_board.rotation * Eigen::Vector3d::UnitX();
-        return std::abs(along_columns.y()) > std::abs(along_columns.x());
-      });
-  return 2 * static_cast<std::size_t>(num_upright) > result.views.size();
+bool isHeldUpright(const Fit& fit) {
+  const auto num_upright = std::count_if(fit.views.begin(), fit.views.end(), [&](const FitView& view) {
+    const Eigen::Vector3d along_columns = cameraFromBoard(fit, view).rotation * Eigen::Vector3d::UnitX();
+    return std::abs(along_columns.y()) > std::abs(along_columns.x());
+  });
+  return 2 * static_cast<std::size_t>(num_upright) > fit.views.size();
 }
 
 // Worst uncertainty by the stated covariance over that by noise alone, 1 or more.
-double inflationOf(const CalibrationResult& result) {
-  if (!result.covariance) return 1;
-  const ProjectionUncertainty uncertainty(result.camera, result.image_size,
-                                          std::numeric_limits<double>::infinity());
+double inflationOf(const AnyCamera& camera, ImageSize size, const Uncertainty& known) {
+  if (!known.covariance) return 1;
+  const ProjectionUncertainty uncertainty(camera, size, std::numeric_limits<double>::infinity());
   const double ratio =
-      uncertainty.worst(result.statedCovariance()).std_px / uncertainty.worst(*result.covariance).std_px;
+      uncertainty.worst(known.statedCovariance()).std_px / uncertainty.worst(*known.covariance).std_px;
   return std::isfinite(ratio) ? std::max(1.0, ratio) : 1;
 }
 
@@ -53,20 +51,21 @@ TargetReport forecast(NextViewSearch search, const Guidance& guidance, double ta
 
 }  // namespace
 
-Guidance guide(const CalibrationResult& result, const Checkerboard& board, const CoverageReport& coverage,
+Guidance guide(const Calibration& calibration, const Checkerboard& board, const CoverageReport& coverage,
                std::optional<double> target_px) {
-  const CameraKnowledge knowledge{.camera = result.camera,
-                                  .size = result.image_size,
-                                  .information = result.information,
-                                  .directions = result.free_directions,
-                                  .variance = result.coordinate_sigma_px * result.coordinate_sigma_px};
+  const Uncertainty& known = calibration.uncertainty;
+  const CameraKnowledge knowledge{.camera = calibration.camera(),
+                                  .size = calibration.imageSize(),
+                                  .information = known.information,
+                                  .directions = known.free_directions,
+                                  .variance = known.coordinate_sigma_px * known.coordinate_sigma_px};
   const NextViewSearch search(knowledge, board,
                               {.nearest_m = coverage.nearest_m / kReach,
                                .farthest_m = coverage.farthest_m * kReach,
-                               .is_upright = isHeldUpright(result)});
+                               .is_upright = isHeldUpright(calibration.fit)});
   Guidance guidance;
   guidance.is_determined = search.isDetermined();
-  guidance.inflation = inflationOf(result);
+  guidance.inflation = inflationOf(knowledge.camera, knowledge.size, known);
   guidance.worst_px =
       search.isDetermined() ? guidance.inflation * search.worst() : std::numeric_limits<double>::quiet_NaN();
   guidance.next = search.best();

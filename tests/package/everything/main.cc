@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const alidade::Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
   const auto truth = alidade::AnyCamera::make("radtan", kTrueParams);
-  const auto result = alidade::calibrate(board, exactViews(truth, board));
+  const auto result = alidade::calibrate(board, exactViews(truth, board), {.model = "radtan"});
 
   const std::string path = std::string(argv[1]) + "/camera.yaml";
   alidade::saveCamera(path, alidade::recordOf(result, {.board = board, .created_by = "package test"}));
