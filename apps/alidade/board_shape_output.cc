@@ -25,8 +25,8 @@ std::string millimetres(double value_m, double std_m) {
 
 // What the two tests for a bend say.
 std::string bendTests(const EstimatedShape& shape) {
-  if (!shape.by_views) return fmt::format("F {:.3g}", shape.f);
-  return fmt::format("F {:.3g} by the corners' noise, {:.3g} by the views, {:.2g} % by chance", shape.f,
+  if (!shape.by_views) return fmt::format("F = {:.3g}", shape.f);
+  return fmt::format("F = {:.3g} from corner noise, {:.3g} between views, p-value {:.2g} %", shape.f,
                      shape.by_views->f, 100 * shape.by_views->chance);
 }
 
@@ -34,17 +34,17 @@ std::string bendTests(const EstimatedShape& shape) {
 
 std::string boardShapeText(const CalibrationResult& result) {
   const EstimatedShape& shape = result.shape;
-  if (!shape.is_determined) return "Board    taken as flat: these views do not tell whether it is bent\n";
+  if (!shape.is_determined) return "Board    assumed flat: these views cannot show whether it is bent\n";
   if (!shape.is_estimated) {
-    if (!std::isfinite(shape.f)) return "Board    taken as flat\n";
-    return fmt::format("Board    flat: {} ({}; one sigma {:.2g} and {:.2g} mm)\n",
-                       shape.f > kBendF ? "the views do not agree on a bend" : "no bend seen",
+    if (!std::isfinite(shape.f)) return "Board    assumed flat\n";
+    return fmt::format("Board    flat: {} ({}; standard deviation {:.2g} and {:.2g} mm)\n",
+                       shape.f > kBendF ? "the views do not agree on a bend" : "no bend detected",
                        bendTests(shape), 1e3 * shape.std_m.x(), 1e3 * shape.std_m.y());
   }
   const auto parameters = result.camera.parameters();
   return fmt::format(
-      "Board    bent ({}): its middle lies {} mm behind its left and right ends and {} mm behind its "
-      "upper and lower ends;\n         held flat, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
+      "Board    bent ({}): its centre is {} mm behind its left and right edges and {} mm behind its top and "
+      "bottom edges;\n         assuming a flat board, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
       "px\n",
       bendTests(shape), millimetres(shape.shape.bend_x_m, shape.std_m.x()),
       millimetres(shape.shape.bend_y_m, shape.std_m.y()), shape.flat_rms_px, shape.flat_params[0],
