@@ -99,7 +99,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"validate"}, "no file", "alidade validate --help"},
       {{"diff", "camera.yaml"}, "1 files", "alidade diff --help"},
       {{"diff", "a.yaml", "b.yaml", "--grid", "20"}, "'20'", "alidade diff --help"},
-      {{"diff", "a.yaml", "b.yaml", "--same-frame", "--distance", "2"}, "both", "leave --distance out"},
+      {{"diff", "a.yaml", "b.yaml", "--same-frame", "--distance", "2"}, "both", "remove --distance"},
       {{"convert"}, "no camera file", "alidade convert --help"},
       {{"convert", "camera.yaml"}, "no --output", "-o FILE"},
       {{"simulate"}, "no scene file", "alidade simulate --help"},
@@ -152,8 +152,8 @@ TEST(Usage, AnswersInJsonWhereItFails) {
   };
   const std::vector<Case> cases = {
       {{"validate"}, 2, "no file"},
-      {{"validate", empty}, 1, "no file with an extension of camera files"},
-      {{"validate", scratch.path("photos")}, 1, "no file with an extension of camera files"},
+      {{"validate", empty}, 1, "no file with the extension of a camera file"},
+      {{"validate", scratch.path("photos")}, 1, "no file with the extension of a camera file"},
       {{"validate", good, "--against", none}, 1, "no such file"},
       {{"convert", none, "-o", scratch.path("out.yaml")}, 1, "no such file"},
       {{"diff", good, none}, 1, "no such file"},

@@ -105,9 +105,9 @@ TEST(CameraRecord, IsNotReadWhereItsSelfCheckFails) {
     double value;
     const char* complaint;
   };
-  const std::vector<Slip> slips = {{0, 500.00001, "e-06 px from its pixel ("},
-                                   {4, 0.25, "px from its pixel ("},
-                                   {4, -25, "do not project this point at all"}};
+  const std::vector<Slip> slips = {{0, 500.00001, "e-06 px away from its stated pixel ("},
+                                   {4, 0.25, "px away from its stated pixel ("},
+                                   {4, -25, "cannot project this point"}};
   int num_refused = 0;
   for (const Slip& slip : slips) {
     std::vector<double> values(camera.parameters().begin(), camera.parameters().end());

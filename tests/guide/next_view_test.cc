@@ -170,7 +170,7 @@ TEST(NextView, SaysWhenTheTargetIsReachedOrHowFarItIs) {
   const Guidance never = guidanceFor(set, 1e-6);
   EXPECT_FALSE(never.target->num_more_views);
   EXPECT_GT(never.target->forecast_px, 1e-6);
-  EXPECT_THAT(targetText(never), HasSubstr("would not do"));
+  EXPECT_THAT(targetText(never), HasSubstr("are not enough"));
 }
 
 TEST(NextView, KnowsWhatIsHeld) {

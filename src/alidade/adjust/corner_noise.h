@@ -10,11 +10,11 @@ namespace alidade {
 /// No corner is known better than this; it keeps the loss and the weights meaningful on noise-free data.
 inline constexpr double kMinSigmaPx = 0.003;
 
-/// A corner's error beside what it is known by.
+/// The error of a corner, with its standard deviation and leverage.
 struct CornerResidual {
   double sigma_px;           ///< as Corner::sigma_px
   Eigen::Vector2d error_px;  ///< of the reprojection, not weighted
-  double leverage;           ///< what the fit took away from it, see leverages()
+  double leverage;           ///< see leverages()
 };
 
 /// How much each corner is to be trusted. The variance of a corner's coordinate is sigma^2 + tau^2: sigma is

@@ -20,8 +20,8 @@ struct BetterModel {
 /// answer, on the same corners and with the same loss, so that the two costs compare.
 [[nodiscard]] std::optional<BetterModel> betterModel(const Fit& fit, const CancelFlag* cancel);
 
-/// The same, if it also predicts corners that it has not seen better: a model that the choice of a model
-/// would not have chosen beside the larger one. Where the held-out errors of one are unknown, the fit
+/// The same, if the larger model also has the smaller cross-validation error, so that the
+/// automatic choice would prefer it. If the cross-validation error of one is unknown, the fit
 /// decides.
 [[nodiscard]] std::optional<BetterModel> neededModel(const Fit& fit, const CancelFlag* cancel);
 

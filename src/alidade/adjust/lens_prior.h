@@ -12,8 +12,8 @@
 
 namespace alidade {
 
-/// What is taken to be known of a lens before any view: each of its parameters lies about that of the
-/// model's start (CameraModel::kStartLens; for polynomials zero), independent of the others. Empty: nothing.
+/// What is assumed about a lens before any view: each of its parameters lies about that of the model's start
+/// (CameraModel::kStartLens; for polynomials zero), independent of the others. Empty: nothing.
 struct LensPrior {
   std::vector<double> mean;  ///< N, in storage order
   /// N: variance of a coordinate of a corner of weight 1 over that of the parameter, px^2; zero for those of

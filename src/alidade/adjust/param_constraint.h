@@ -7,9 +7,9 @@
 
 namespace alidade {
 
-/// What a solve must leave alone among the intrinsics.
+/// The intrinsics that a solve must not change.
 struct ParamConstraint {
-  std::vector<int> held = {};  ///< indices of parameters that stay as they are
+  std::vector<int> held = {};  ///< indices of fixed parameters
   bool same_focal = false;     ///< fx and fy move by the same step; equal at the start, they stay equal
 
   [[nodiscard]] bool isNone() const { return held.empty() && !same_focal; }

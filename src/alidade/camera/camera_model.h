@@ -71,7 +71,7 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::unlens(in, in, angle, out) } -> std::same_as<bool>;
 };
 
-/// What all models make of their formula: the map of one ray, for double and for automatic differentiation.
+/// The map of one ray, derived from the formula of a model, for double and for automatic differentiation.
 template <class M>
 struct LensFormula {
   using Start = detail::NoStart;

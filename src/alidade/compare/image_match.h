@@ -9,8 +9,8 @@
 
 namespace alidade {
 
-/// Which pixel of image b shows what a pixel of image a shows, when b is a turned by quarters and resized:
-/// pixel_b = b_from_a * pixel_a + offset, sizes scaling as c -> s (c + 0.5) - 0.5 on each axis.
+/// Which pixel of image b corresponds to a pixel of image a, if b is image a rotated by quarter turns and
+/// resized: pixel_b = b_from_a * pixel_a + offset, sizes scaling as c -> s (c + 0.5) - 0.5 on each axis.
 struct ImageMatch {
   int quarter_turns = 0;  ///< clockwise, as seen, that take a to b: 0 to 3
   Eigen::Matrix2d b_from_a = Eigen::Matrix2d::Identity();
@@ -24,7 +24,7 @@ struct ImageMatch {
   [[nodiscard]] Eigen::Vector2d inB(const Eigen::Vector2d& pixel_a) const {
     return b_from_a * pixel_a + offset;
   }
-  /// The turn of the camera frame that goes with that of the image: x right and y down in both.
+  /// The rotation of the camera frame that matches the rotation of the image: x right and y down in both.
   [[nodiscard]] Eigen::Matrix3d frameTurn() const;
 };
 

@@ -44,26 +44,26 @@ struct TwoDifferences {
 /// sets of vectors, Acta Crystallographica A32.
 [[nodiscard]] SE3 kabschRotation(std::span<const PixelPair> pairs, std::span<const double> weights);
 
-/// With fewer, alignRays() finds nothing: a pair gives two numbers, and unless there are twice as many of
-/// them as there are unknowns, most cameras could be made to agree.
+/// With fewer, alignRays() finds nothing: a pair gives two numbers, and unless there are twice as many
+/// numbers as unknowns, almost any two cameras could be aligned.
 [[nodiscard]] constexpr int fewestPairs(Freed freed) {
   return freed == Freed::kRotation ? 3 : 6;
 }
 
 struct RayAlignment {
   SE3 b_from_a;               ///< the translation in units of the points' distance
-  std::vector<bool> is_used;  ///< one a pair: both cameras see it from there
+  std::vector<bool> is_used;  ///< one per pair: both cameras see it
   bool is_converged = false;
 };
 
 /// The rotation or pose that leaves the least weighted sum, over all pairs that both cameras see, of the
 /// squares of both differences: exchanging the cameras gives the inverse.
 ///
-/// From kabschRotation(), Gauss and Newton's steps, each halved until it lowers the sum, until there is
-/// nothing left to gain.
+/// Gauss-Newton steps from kabschRotation(), each halved until it reduces the sum, until
+/// convergence.
 ///
-/// @param weights  of the squares, positive, one a pair
-/// @param freed    nothing: the frames are one, but for the turn of the image
+/// @param weights of the squares, positive, one per pair
+/// @param freed nothing: the frames are the same, apart from the rotation of the image
 [[nodiscard]] RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pairs,
                                      std::span<const double> weights, std::optional<Freed> freed);
 
