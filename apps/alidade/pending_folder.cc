@@ -109,7 +109,7 @@ void PendingFolder::refuseForeignEntries(bool may_replace) const {
   if (!is_folder) {
     throw inputError({.where = target_.string(),
                       .found = "a file",
-                      .expected = "a folder, or a path that does not exist"});
+                      .expected = "the path of a folder, or a new path"});
   }
   const auto entries = entriesBelow(target_, error);
   if (error) throw unreadableError(target_, error);
