@@ -41,16 +41,16 @@ std::string motionText(const ProjectionDifference& difference) {
   const Eigen::Vector3d w = difference.b_from_a.rotation.log();
   constexpr double kRoundingDeg = 1e-9;
   const double angle_deg = kDegPerRad * w.norm();
-  std::string text = "no rotation";
+  std::string text = "by a rotation of 0 degrees";
   if (angle_deg >= kRoundingDeg) {
-    text = fmt::format("a rotation of {:.6g} degrees", angle_deg);
+    text = fmt::format("by a rotation of {:.6g} degrees", angle_deg);
     const Eigen::Vector3d axis = w.normalized();
     text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), from A's camera frame to B's", axis.x(), axis.y(),
                         axis.z());
   }
   const Eigen::Vector3d& t = difference.b_from_a.translation;
   if (t.norm() > 0)
-    text += fmt::format("\n         and a translation of ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
+    text += fmt::format("\n         and by a translation of ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
   return text;
 }
 

@@ -30,8 +30,9 @@ TEST(Diff, OfACameraWithItselfIsZero) {
   const RunResult result =
       runAlidade({"diff", dataPath("camera.yaml"), dataPath("camera.yaml"), "--tolerance", "1e-9"});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("no rotation"), HasSubstr("1200 of 1200 pixels"), HasSubstr("Grid"),
-                                Not(HasSubstr("nan")), HasSubstr("Diff     none"), Not(HasSubstr("e-1"))));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("by a rotation of 0 degrees"), HasSubstr("1200 of 1200 pixels"),
+                                HasSubstr("Grid"), Not(HasSubstr("nan")), HasSubstr("Diff     none"),
+                                Not(HasSubstr("e-1"))));
   EXPECT_EQ(result.err, "");
 }
 
@@ -161,7 +162,7 @@ TEST(Diff, DrawsTheDifference) {
   EXPECT_THAT(result.err, HasSubstr("written to " + figure));
   EXPECT_THAT(scratch.read("figure.svg"),
               AllOf(testing::StartsWith("<svg "), HasSubstr("a&amp;b.yaml: pinhole, 640x480 px"),
-                    HasSubstr("b.yaml: pinhole"), HasSubstr("Removed: a rotation by"),
+                    HasSubstr("b.yaml: pinhole"), HasSubstr("Aligned: by a rotation of"),
                     HasSubstr("Diff: mean"), HasSubstr("at most "), Not(HasSubstr("Grid"))));
   EXPECT_EQ(runAlidade({"diff", a, b, "-o", figure, "--json"}).out, runAlidade({"diff", a, b, "--json"}).out);
 

@@ -26,7 +26,7 @@ struct HeldOutErrors {
 /// held-out view then gets a pose from one half of its corners and errors on the other half, and vice versa:
 /// the two colours of a checkerboard, (column + row) even and odd, which both span the board.
 ///
-/// Nothing where the views that are left do not give a camera.
+/// Nothing if the other views do not determine a camera.
 /// @param fit  the solution for all views, of one camera and one board; the board's shape is not estimated
 ///             again
 [[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel = nullptr);
@@ -35,8 +35,8 @@ struct HeldOutErrors {
 ///
 /// Each fold is four stretches of neighbouring views, a stretch each from every quarter of the sequence (with
 /// fewer than 20 views, single views). Frames of a video are nearly the same as their neighbours: if
-/// neighbours were all in different folds, a view's twin would have had its part in the camera; if a fold
-/// were one stretch, no other view might have looked where it looks.
+/// neighbours were all in different folds, a near-copy of each held-out view would take part in the fit; if a
+/// fold were a single stretch, the other views might not cover the same part of the image.
 [[nodiscard]] int foldOf(std::size_t v, std::size_t num_views);
 [[nodiscard]] int numFolds(std::size_t num_views);
 

@@ -69,7 +69,7 @@ class Camera {
   }
 
   /// The same with row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams); null = not wanted.
-  /// Nothing is written to them unless the status is kOk.
+  /// They are written only if the status is kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam,
                                    double* J_px_params) const {
     Projection result;
@@ -99,7 +99,7 @@ class Camera {
     return onRim(ray, pixel);
   }
 
-  /// The same with the row-major Jacobian J_ray_pixel (3x2); nothing is written to it without a ray.
+  /// The same with the row-major Jacobian J_ray_pixel (3x2); it is not written if there is no ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel) const {
     const auto ray = unproject(pixel);

@@ -29,10 +29,10 @@ struct ParamRange {
 ///   kStartLens       values from which a calibration may start: an undistorted perspective, or for wide
 ///                    lenses a common one
 ///   kMaxAngle        field angle from the optical axis up to which the formula makes sense at most, radians;
-///                    a model that stops at or before 90 degrees says of points behind it that they are
+/// a model that stops at or before 90 degrees reports points behind it as kBehind
 ///   kIsOneToOneWithoutFold  true if a lens that folds nowhere in a cone about the axis is one-to-one there
 ///                    for a reason that the model's comment gives; false: the cone's rim is looked at too
-///   maxAngle(k)      where these parameters' lens certainly ends, as far as a closed form says: its first
+/// maxAngle(k) the end of the lens with these parameters, from a closed form: its first
 ///                    pole, or a fold of its own; kMaxAngle where there is none
 ///   isAxiallySymmetric(k)  true if the lens treats all azimuths alike
 ///   hasValue(k, ray)  false where the formula has no value; in the cone that certifyCone() finds it has

@@ -15,8 +15,8 @@ struct ImageMatch {
   int quarter_turns = 0;  ///< clockwise, as seen, that take a to b: 0 to 3
   Eigen::Matrix2d b_from_a = Eigen::Matrix2d::Identity();
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
-  /// Lengths are stated in pixels of the finer of the two images, along a's axes, so that they are the same
-  /// whichever image comes first.
+  /// Lengths are in pixels of the finer of the two images, along a's axes, so they do not depend on the order
+  /// of the images.
   Eigen::Matrix2d unit_from_a = Eigen::Matrix2d::Identity();
   Eigen::Matrix2d unit_from_b = Eigen::Matrix2d::Identity();
   ImageSize unit_size{};  ///< of the finer image
@@ -28,22 +28,22 @@ struct ImageMatch {
   [[nodiscard]] Eigen::Matrix3d frameTurn() const;
 };
 
-/// The turns under which images of these sizes have one shape, of 0 to 3; empty where they have none. Sides
-/// that resizing rounded may be off by a pixel.
+/// The numbers of quarter turns (0 to 3) after which images of these sizes have the same shape; empty if
+/// there are none. Sides may differ by one pixel because resizing rounds them.
 [[nodiscard]] std::vector<int> possibleTurns(ImageSize a, ImageSize b);
 
 /// @pre `quarter_turns` is one of possibleTurns()
 [[nodiscard]] ImageMatch matchImages(ImageSize a, ImageSize b, int quarter_turns);
 
-/// Pixels of image a, row by row, from border to border of the coarser image: centres of its outermost
-/// pixels.
+/// Pixels of image a, row by row, from border to border of the coarser image (centres of its outermost
+/// pixels).
 struct MatchedGrid {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;
 };
 
-/// @param columns, rows  as many pixels; 0: 40 along the longer side, and square cells
+/// @param columns, rows numbers of pixels; 0: 40 along the longer side, with square cells
 [[nodiscard]] MatchedGrid matchedGrid(ImageSize a, ImageSize b, const ImageMatch& match, int columns = 0,
                                       int rows = 0);
 

@@ -37,7 +37,7 @@ struct DetectImagesOptions {
   const CancelFlag* cancel = nullptr;
 };
 
-/// Tells OpenCV to use the calling thread alone. For programs that distribute images over threads by
+/// Makes OpenCV use only the calling thread. For programs that distribute images over threads by
 /// detectInImages(), where more threads per image would only compete. It applies to the whole process.
 void useOneThreadPerImage();
 

@@ -52,12 +52,12 @@ struct BoardSurvey {
   [[nodiscard]] std::vector<View> views() const;
 };
 
-/// Finds the board in all images, in parallel, and withdraws the corners of those that must not be used:
+/// Finds the board in all images, in parallel, and discards the corners of images that must not be used:
 /// - images whose size differs from that of most images with corners (kOtherSize);
-/// - images that may show a part of another board (kOtherBoard): not all of the board's border is seen, and
-///   either more images show another board whole than show all of this one, or at least three give corners,
-///   none of them shows all lines of this board, and most show the same fewer ones;
-/// - images whose corners are those of an earlier image to within a quarter of a pixel (RMS; kDuplicate):
+/// - images that may show a part of another board (kOtherBoard): the border of the board is not completely
+/// visible, and either most complete boards are another board, or none of at least three images shows all
+/// rows and columns and most show the same smaller number;
+/// - images whose corners agree with those of an earlier image to a quarter of a pixel (RMS; kDuplicate):
 /// copies and frames of a static scene would make the uncertainty look too small. An image that cannot be
 /// read has the outcome kUnreadable; the others are still processed.
 /// @param paths  of image files in natural order, as listImages() gives them; at least one

@@ -18,14 +18,14 @@ struct Checkerboard {
 
   [[nodiscard]] int numCorners() const { return columns * rows; }
 
-  /// Where corner `id` lies on the board, metres.
+  /// The position of corner `id` on the board, metres.
   [[nodiscard]] Eigen::Vector3d corner(int id) const {
     const int column = id % columns;
     const int row = id / columns;
     return {square_m * column, square_m * row, 0.0};
   }
 
-  /// The middle of the corners on the board, metres.
+  /// The centre of the corners on the board, metres.
   [[nodiscard]] Eigen::Vector3d middle() const { return 0.5 * corner(numCorners() - 1); }
 
   /// True if a rotated board shows the same pattern of black and white: both counts even or both odd. No

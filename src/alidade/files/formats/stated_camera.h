@@ -43,7 +43,7 @@ class UnsupportedCamera final : public Error {
 
 /// An unsupported camera of a file that may also contain supported ones.
 struct RefusedCamera {
-  std::string name;  ///< as of StatedCamera
+  std::string name;  ///< as in StatedCamera
   std::size_t number = 0;
   UnsupportedCamera reason;
 };
