@@ -34,8 +34,8 @@ struct UncertaintyGrid {
 /// cov(params) A(q)^T.
 ///
 /// The idea is that of "projection uncertainty" in mrcal's documentation (Kogan, mrcal.secretsauce.net,
-/// "Projection uncertainty"), which takes the rotation and translation from how the calibration's own board
-/// poses move on average. Here they are the best fit over the image. So only the camera and its covariance
+/// "Projection uncertainty"), which takes the rotation and translation from the average motion of the board
+/// poses of the calibration. Here they are the best fit over the image. So only the camera and its covariance
 /// are needed, and pixels far from all boards count as much as those among them.
 ///
 /// Points on a sphere about the camera look the same whatever the radius of the sphere: with Freed::kPose the

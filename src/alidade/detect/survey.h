@@ -54,12 +54,12 @@ struct BoardSurvey {
 
 /// Finds the board in all images, in parallel, and discards the corners of images that must not be used:
 /// - images whose size differs from that of most images with corners (kOtherSize);
-/// - images that may show a part of another board (kOtherBoard): the border of the board is not completely
-/// visible, and either most complete boards are another board, or none of at least three images shows all
-/// rows and columns and most show the same smaller number;
-/// - images whose corners agree with those of an earlier image to a quarter of a pixel (RMS; kDuplicate):
-/// copies and frames of a static scene would make the uncertainty look too small. An image that cannot be
-/// read has the outcome kUnreadable; the others are still processed.
+/// - images that may show a part of another board (kOtherBoard). Their board is not completely visible, and
+///   either most complete boards in the images are another one, or none of at least three images shows all
+///   rows and columns and most of them show the same smaller numbers;
+/// - images whose corners agree with those of an earlier image to a quarter of a pixel (RMS; kDuplicate),
+///   because copies and frames of a static scene would make the uncertainty look too small.
+/// An image that cannot be read has the outcome kUnreadable; the others are still processed.
 /// @param paths  of image files in natural order, as listImages() gives them; at least one
 /// @throws Cancelled
 [[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,

@@ -24,18 +24,16 @@ struct PoseList {
 
 /// Reads many poses:
 ///
-///   YAML   a list of poses as readPoseSource() takes them, or such a list under the key `poses`; each may
-///   have
-///          an `id` of its own
-///   table  (see TableLines) with a header that names tx, ty, tz (or x, y, z; metres), and qx, qy, qz, qw or
-///   the
-///          rotation vector rx, ry, rz (radians), and perhaps id, pose, name, image, frame, timestamp or
-///          time, of which the first in this order is the id; other columns are ignored
+///   YAML   a list of poses as for readPoseSource(), or such a list under the key `poses`; each may have an
+///          `id`
+///   table  (see TableLines) with a header that names tx, ty, tz (or x, y, z; metres) and a rotation: qx, qy,
+///          qz, qw, or the rotation vector rx, ry, rz (radians). The id comes from the first of the columns
+///          id, pose, name, image, frame, timestamp and time, if there is one. Other columns are ignored
 ///   TUM    a table without a header: timestamp tx ty tz qx qy qz qw, world_from_camera
 ///
 /// `direction` is the direction of the poses. YAML poses under a key such as camera_from_world or
-/// world_from_camera state their own direction; others are camera_from_x by default. A table with a header
-/// needs `direction`.
+/// world_from_camera state their direction; others are camera_from_x by default. Tables with a header need
+/// `direction`.
 /// @throws Error (kInput) naming file, line, and key or column
 [[nodiscard]] PoseList readPoseList(const std::string& path, std::optional<PoseDirection> direction);
 

@@ -7,10 +7,10 @@
 
 namespace alidade {
 
-/// The image files that `inputs` refer to. An input is a folder (the files in it with the extension of an
-/// image, without hidden files and sub-folders), a file (with any extension), or a pattern with * ? or [ that
-/// is not itself the name of a file (its matches are treated as inputs). The list is in natural order (img2
-/// before img10) and contains each file once, so the order of the inputs does not matter.
+/// The image files that `inputs` refer to. An input is a folder, a file with any extension, or a pattern with
+/// * ? or [ that is not itself a file name. A folder stands for its files with the extension of an image,
+/// without hidden files and sub-folders. A pattern stands for its matches. The list is in natural order (img2
+/// before img10) and contains each file once, whatever the order of the inputs.
 /// @throws Error (kUsage) without inputs; Error (kInput) for an input that does not exist, cannot be read, is
 /// a video, or contains no image.
 [[nodiscard]] std::vector<std::string> listImages(std::span<const std::string> inputs);
