@@ -58,7 +58,7 @@ class DiffCommand final : public Command {
     app.add_option("--tolerance", tolerance_px_,
                    "Largest accepted difference in pixels (95th percentile). Exit code 3 if it is exceeded "
                    "by a significant difference")
-        ->check(nonNegativeNumber(), "0 or above");
+        ->check(nonNegativeNumber(), "0 or more");
     app.add_option("-o,--output", figure_,
                    "SVG file to write: the difference over the image of A, as colours and arrows")
         ->check(figureComplaint, "");
