@@ -408,7 +408,7 @@ TEST(Convert, RefusesWhatItDoesNotUnderstand) {
       {{"--bin", "two"}, "--bin", "alidade convert --help"},
       {{"--rotate", "45"}, "45", "90,180,270"},
       {{"--model", "radtn"}, "radtn", "radtan"},
-      {{"--max-error", "-1"}, "--max-error", "0 or above"},
+      {{"--max-error", "-1"}, "--max-error", "0 or more"},
       {{"--crp", "1,2,3,4"}, "--crp", "did you mean '--crop'?"},
   };
   std::size_t num_refused = 0;
