@@ -107,9 +107,8 @@ void PendingFolder::refuseForeignEntries(bool may_replace) const {
   const bool is_folder = fs::is_directory(target_, error);
   if (error) throw unreadableError(target_, error);
   if (!is_folder) {
-    throw inputError({.where = target_.string(),
-                      .found = "a file",
-                      .expected = "the path of a folder, or a new path"});
+    throw inputError(
+        {.where = target_.string(), .found = "a file", .expected = "the path of a folder, or a new path"});
   }
   const auto entries = entriesBelow(target_, error);
   if (error) throw unreadableError(target_, error);
@@ -121,8 +120,8 @@ void PendingFolder::refuseForeignEntries(bool may_replace) const {
     if (may_replace && type == fs::file_type::regular && is_ours_(relative)) continue;
     throw inputError(
         {.where = target_.string(),
-         .found = "a folder that holds '" + relative.string() + "'",
-         .expected = may_replace ? "an empty folder, or one that holds only results of this command"
+         .found = "a folder that contains '" + relative.string() + "'",
+         .expected = may_replace ? "an empty folder, or one with only results of this command"
                                  : "a new or empty folder",
          .next_step = "choose another name" +
                       std::string(may_replace ? "" : ", or add --overwrite to replace an earlier result")});

@@ -134,7 +134,7 @@ class UndistortCommand final : public Command {
     for (const UndistortedImage& image : images) {
       if (!image.reason.empty()) printMessage("error: " + oneLine(image.reason));
     }
-    printMessage(fmt::format("error: {} of {} images were left out", num_skipped, images.size()));
+    printMessage(fmt::format("error: {} of {} images were skipped", num_skipped, images.size()));
     return static_cast<int>(ErrorCode::kInput);
   }
 

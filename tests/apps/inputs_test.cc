@@ -35,8 +35,8 @@ TEST(Inputs, NamesWhatIsWrongWithAFolder) {
     std::string next;
   };
   const std::vector<Case> cases = {
-      {"empty", "it is empty", "give the folder that holds the images"},
-      {"notes", "holds 1 file, readme.txt", "give the folder that holds the images"},
+      {"empty", "it is empty", "give the folder that contains the images"},
+      {"notes", "contains 1 file, readme.txt", "give the folder that contains the images"},
       {"photo", "no such file or folder", "did you mean '" + scratch.path("photos") + "'?"},
       {"photos/view_01.png", "no such file", "did you mean '" + scratch.path("photos/view_001.png") + "'?"},
       {"photos/*.jpg", "no file matches", "check the pattern"},

@@ -199,7 +199,7 @@ TEST_F(Undistort, LeavesOutImagesThatAreNotTheCameras) {
   EXPECT_THAT(run, EndsWith(1));
   EXPECT_EQ(run.out, "");
   EXPECT_THAT(run.err, AllOf(HasSubstr("turned.png: the image size is 120x160 pixels; expected 160x120"),
-                             HasSubstr("text.png"), HasSubstr("2 of 3 images were left out")));
+                             HasSubstr("text.png"), HasSubstr("2 of 3 images were skipped")));
   EXPECT_TRUE(scratch.has("out/a.png"));
   EXPECT_TRUE(scratch.has("out/camera.yaml"));
   EXPECT_FALSE(scratch.has("out/turned.png"));

@@ -123,7 +123,7 @@ void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, con
                            const Checkerboard& board, HuberLoss loss);
 
 /// The fit without some views, and without placements that no remaining view uses.
-/// @param is_out one per view
+/// @param is_out  one per view
 [[nodiscard]] Fit withoutViews(const Fit& fit, const std::vector<bool>& is_out);
 [[nodiscard]] Fit withoutView(const Fit& fit, std::size_t view);
 

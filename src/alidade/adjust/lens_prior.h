@@ -56,7 +56,7 @@ struct WeakPrior {
   [[nodiscard]] bool isNone() const { return prior.isNone(); }
 };
 
-/// @param like a camera of any model with the focal length of the image
+/// @param like  a camera of any model with the focal length of the image
 [[nodiscard]] LensScale lensScale(std::string_view model_id, const AnyCamera& like, ImageSize size);
 
 }  // namespace alidade

@@ -29,9 +29,9 @@ struct AlignedJacobians {
 };
 
 /// @param pixels  where the points are seen; the fit is over these
-/// @param others further pixels that do not take part in the fit
+/// @param others  further pixels that do not take part in the fit
 /// @param weights of the squared pixel changes in the fit, positive; empty: all equal
-/// @param freed nothing: no alignment, A = J_params
+/// @param freed   nothing: no alignment, A = J_params
 [[nodiscard]] AlignedJacobians alignedJacobians(const AnyCamera& camera,
                                                 std::span<const Eigen::Vector2d> pixels,
                                                 std::span<const Eigen::Vector2d> others,

@@ -38,7 +38,7 @@ struct ModelFit {
 /// The camera of model `model_id` that is closest to `source` over the whole image: an identical lens where
 /// algebra gives one, otherwise the least-squares fit over a uniform grid of pixels from several initial
 /// guesses. The result depends only on the arguments.
-/// @param absent names of parameters to keep at 0, for formats that cannot represent them
+/// @param absent  names of parameters to keep at 0, for formats that cannot represent them
 /// @throws Error (kUsage) for an unknown id; Error (kInput) if almost no pixel of the image has a ray
 [[nodiscard]] ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id,
                                 std::span<const std::string_view> absent = {});

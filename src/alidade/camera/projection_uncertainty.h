@@ -45,7 +45,7 @@ class ProjectionUncertainty {
   static constexpr int kDefaultColumns = 40;
 
   /// @param distance_m  of the points from the camera, positive; may be infinite
-  /// @param freed default: the rotation at infinity, the pose at a finite distance
+  /// @param freed       default: the rotation at infinity, the pose at a finite distance
   /// @param columns     pixels across the image, the outermost ones on its border; the rows follow so that
   ///                    cells are square. At most as many as the image has
   /// @throws Error (kUsage): a distance that is not positive, a pose to free at infinity, fewer than 2

@@ -25,7 +25,7 @@ struct ComparedCamera {
 /// the parameters. A camera without covariance is assumed to be exact; without any covariance, F has no
 /// columns.
 /// @param pixels   of image a, all with a ray in either camera
-/// @param weights of the pixels in the alignment; empty: all equal
+/// @param weights  of the pixels in the alignment; empty: all equal
 [[nodiscard]] Eigen::MatrixXd differenceFactor(const ComparedCamera& a, const ComparedCamera& b,
                                                const ImageMatch& match,
                                                std::span<const Eigen::Vector2d> pixels,

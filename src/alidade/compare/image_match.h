@@ -43,7 +43,7 @@ struct MatchedGrid {
   std::vector<Eigen::Vector2d> pixels;
 };
 
-/// @param columns, rows numbers of pixels; 0: 40 along the longer side, with square cells
+/// @param columns, rows  numbers of pixels; 0: 40 along the longer side, with square cells
 [[nodiscard]] MatchedGrid matchedGrid(ImageSize a, ImageSize b, const ImageMatch& match, int columns = 0,
                                       int rows = 0);
 

@@ -62,8 +62,8 @@ struct RayAlignment {
 /// Gauss-Newton steps from kabschRotation(), each halved until it reduces the sum, until
 /// convergence.
 ///
-/// @param weights of the squares, positive, one per pair
-/// @param freed nothing: the frames are the same, apart from the rotation of the image
+/// @param weights  of the squares, positive, one per pair
+/// @param freed    nothing: the frames are the same, apart from the rotation of the image
 [[nodiscard]] RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pairs,
                                      std::span<const double> weights, std::optional<Freed> freed);
 

@@ -87,7 +87,7 @@ Error noImagesError(const fs::path& folder, const std::vector<fs::path>& entries
                      .expected = expected,
                      .next_step = folder_with_images ? "there are images one level below: give '" +
                                                            folder_with_images->string() + "'"
-                                                     : "give the folder that holds the images"});
+                                                     : "give the folder that contains the images"});
 }
 
 Error videoError(const fs::path& path) {
@@ -149,7 +149,7 @@ std::vector<std::string> listImages(std::span<const std::string> inputs) {
     throw usageError({.where = "images",
                       .found = "no input",
                       .expected = "at least one folder, file or pattern",
-                      .next_step = "name the folder that holds the images"});
+                      .next_step = "name the folder that contains the images"});
   }
   std::vector<std::string> paths;
   for (const std::string& input : inputs) addInput(input, paths);

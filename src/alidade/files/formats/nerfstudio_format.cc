@@ -191,7 +191,7 @@ std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_f
   }
   if (!size) {
     throw angle.error("camera_angle_x, but neither fl_x nor the image size",
-                      "fl_x, fl_y, cx and cy, or w and h beside camera_angle_x",
+                      "fl_x, fl_y, cx and cy, or w and h together with camera_angle_x",
                       "add --image-size WIDTHxHEIGHT, the size of the images in pixels");
   }
   const auto angle_y = intrinsics.find("camera_angle_y");
