@@ -91,8 +91,8 @@ TEST(Formats, RefuseWhatContradictsItself) {
   const std::vector<Case> cases = {
       {size + matrix + "distortion_coeffs: " + five, {}, "'distortion_coeffs'"},
       {size + matrix + "D1: " + five, {}, "'D1'"},
-      {size + matrix + "distortion_coefficients: " + five + "D: " + five, {}, "'D' beside"},
-      {size + matrix + "K: [1, 0, 0, 0, 1, 0, 0, 0, 1]\ndistortion_coefficients: " + five, {}, "'K' beside"},
+      {size + matrix + "distortion_coefficients: " + five + "D: " + five, {}, "'D' and"},
+      {size + matrix + "K: [1, 0, 0, 0, 1, 0, 0, 0, 1]\ndistortion_coefficients: " + five, {}, "'K' and"},
       {size + "image_size: [320, 240]\n" + matrix + "D: " + five, {}, "an image size that differs"},
       {size + "camera_matrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [5, 0, 3, 0, 5, 2, 0, "
               "0, 1]\n"

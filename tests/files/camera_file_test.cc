@@ -72,8 +72,8 @@ TEST(CameraRecord, TellsWhoseParametersItHas) {
                          "parameters: " + keysText(other) + "\n"),
           testing::AllOf(
               testing::StartsWith("camera.yaml:4: parameters: found the keys of the model " + other),
-              testing::HasSubstr("those of " + model + ": fx"),
-              testing::HasSubstr("write " + other + " again")));
+              testing::HasSubstr("the keys of " + model + ": fx"),
+              testing::HasSubstr("change it back to " + other)));
       ++num_pairs;
     }
   }

@@ -226,11 +226,11 @@ TEST(FormatRemarks, NameTheLineOfTheKey) {
       "{\"w\": 640, \"h\": 480,\n\"fl_x\": 532.8, \"fl_y\": 532.9, \"cx\": 343.0, \"cy\": 234.4,\n";
   const std::vector<Case> cases = {
       {fisheye + "distortion_parameters:\n   k1: 0.1\n   k2: 0.2\n",
-       "unknown_keys: file:16: distortion_parameters means nothing"},
+       "unknown_keys: file:16: distortion_parameters is unknown"},
       {fisheye + "   s: 1\n   t: 2\nserial: 7\n",
-       "unknown_keys: file:16: projection_parameters.s, t (line 17) mean nothing"},
+       "unknown_keys: file:16: projection_parameters.s, t (line 17) are unknown"},
       {fisheye + "serial: 7\nlens:\n  name: wide\n",
-       "unknown_keys: file:16: serial, lens (line 17) mean nothing"},
+       "unknown_keys: file:16: serial, lens (line 17) are unknown"},
       {"%YAML:1.0\n---\n" + kRosSize + kRosMatrix + kRosCoefficients +
            "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n",
        "not_carried: file:8: rectification_matrix is ignored"},
@@ -240,7 +240,7 @@ TEST(FormatRemarks, NameTheLineOfTheKey) {
            "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [500, 0, 342, 0, 0, 501, 233, 0, 0, 0, 1, 0]\n",
        "not_carried: file:6: projection_matrix:"},
       {nerf + "\"camera_model\": \"OPENCV\",\n\n\"serial\":\n{\"a\": [1,\n2]},\n\"lens\": 7}",
-       "unknown_keys: file:5: serial, lens (line 8) mean nothing"},
+       "unknown_keys: file:5: serial, lens (line 8) are unknown"},
       {"<?xml "
        "version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480</"
        "image_height>\n"
@@ -250,7 +250,7 @@ TEST(FormatRemarks, NameTheLineOfTheKey) {
        "<distortion_coefficients>0.1 0.2 0 0 "
        "0.1</distortion_coefficients>\n<flag_fisheye>\n0</flag_fisheye>\n"
        "<lens>\n<name>wide</name></lens>\n</opencv_storage>\n",
-       "unknown_keys: file:13: flag_fisheye, lens (line 15) mean nothing"},
+       "unknown_keys: file:13: flag_fisheye, lens (line 15) are unknown"},
   };
   int num_lines = 0;
   for (const Case& c : cases) {
