@@ -79,7 +79,8 @@ void addLean(const ChoiceSet& set, const std::string& lean, Tally& tally) {
     if (result.uncertainty.image_bias.isSeen()) ++tally.num_found;
     if (!result.uncertainty.image_bias.isSeen())
       std::printf("  %s is not seen to be too lean: sigma %.3f px, z %.2f, %zu views\n", lean.c_str(),
-                  result.uncertainty.coordinate_sigma_px, result.uncertainty.image_bias.z, result.fit.views.size());
+                  result.uncertainty.coordinate_sigma_px, result.uncertainty.image_bias.z,
+                  result.fit.views.size());
   } catch (const Error&) {
     return;  // said more clearly still
   }

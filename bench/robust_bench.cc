@@ -173,9 +173,9 @@ double shareAbove(const std::vector<double>& values, double limit) {
 // The largest of a set's views.
 ViewInfluence largestInfluence(const Calibration& result) {
   ViewInfluence largest;
-  for (const ViewResult& view : result.views) {
-    largest.move_sigmas = std::max(largest.move_sigmas, view.influence.move_sigmas);
-    largest.surprise_sigmas = std::max(largest.surprise_sigmas, view.influence.surprise_sigmas);
+  for (const ViewInfluence& influence : result.uncertainty.influences) {
+    largest.move_sigmas = std::max(largest.move_sigmas, influence.move_sigmas);
+    largest.surprise_sigmas = std::max(largest.surprise_sigmas, influence.surprise_sigmas);
   }
   return largest;
 }
@@ -227,7 +227,8 @@ void aspectTable(const Models& models, int num_sets) {
           if (!result.uncertainty.board_stretch) continue;
           found.add(result.uncertainty.board_stretch->stretch);
           sigma.add(result.uncertainty.board_stretch->sigma);
-          z.push_back(std::abs(result.uncertainty.board_stretch->stretch) / result.uncertainty.board_stretch->sigma);
+          z.push_back(std::abs(result.uncertainty.board_stretch->stretch) /
+                      result.uncertainty.board_stretch->sigma);
         }
         std::printf("%-15s %5d %9.4f %11.6f %11.6f %11.6f ", model.c_str(), num_views, stretch, found.mean(),
                     found.deviation(), sigma.mean());

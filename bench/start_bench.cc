@@ -47,8 +47,8 @@ void printMiss(const alidade::SweepCell& cell, int number, const alidade::SweepO
       "  missed%s: %s %g set %d, %zu views, cost / true cost - 1 = %.2g, used %zu, outliers %zu, %s;%s\n",
       outcome.is_determined ? "" : " (undetermined)", cell.model.c_str(), cell.fov_deg, number,
       outcome.set.views.size(), outcome.result.fit.summary.cost / outcome.cost_from_truth - 1,
-      outcome.result.fit.views.size(), outcome.result.dropped.outliers.size(), outcome.result.fit.summary.reason.c_str(),
-      ids.c_str());
+      outcome.result.fit.views.size(), outcome.result.dropped.outliers.size(),
+      outcome.result.fit.summary.reason.c_str(), ids.c_str());
   const auto print = [](const char* name, const alidade::AnyCamera& camera) {
     std::printf("    %-6s", name);
     for (const double value : camera.parameters()) std::printf(" %.5g", value);

@@ -81,8 +81,7 @@ Row runRow(const Case& c, Wrong wrong, int num_trials, double tolerance_px) {
     row.num_by_error += by_error ? 1 : 0;
     row.num_by_difference += by_difference ? 1 : 0;
     row.num_rejected += by_error || by_difference ? 1 : 0;
-    row.num_passed +=
-        checks[0].severity == Severity::kPass && checks[1].severity == Severity::kPass ? 1 : 0;
+    row.num_passed += checks[0].severity == Severity::kPass && checks[1].severity == Severity::kPass ? 1 : 0;
     if (judgement.difference) row.p95_px.push_back(judgement.difference->p95_px);
     if (std::getenv("ALIDADE_VERBOSE") != nullptr) {
       for (const Diagnosis& check : checks) {

@@ -25,8 +25,8 @@ std::string millimetres(double value_m, double std_m) {
 
 // What the two tests for a bend say.
 std::string bendTests(const ShapeReport& shape) {
-  if (!shape.by_views) return fmt::format("F {:.3g}", shape.f);
-  return fmt::format("F {:.3g} by the corners' noise, {:.3g} by the views, {:.2g} % by chance", shape.f,
+  if (!shape.by_views) return fmt::format("F = {:.3g}", shape.f);
+  return fmt::format("F = {:.3g} from corner noise, {:.3g} between views, p-value {:.2g} %", shape.f,
                      shape.by_views->f, 100 * shape.by_views->chance);
 }
 
@@ -35,17 +35,17 @@ std::string bendTests(const ShapeReport& shape) {
 std::string boardShapeText(const Calibration& result) {
   const ShapeReport& shape = result.choice.shape;
   const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m;
-  if (!shape.is_determined) return "Board    taken as flat: these views do not tell whether it is bent\n";
+  if (!shape.is_determined) return "Board    assumed flat: these views cannot show whether it is bent\n";
   if (!isShapeEstimated(result.fit)) {
-    if (!std::isfinite(shape.f)) return "Board    taken as flat\n";
-    return fmt::format("Board    flat: {} ({}; one sigma {:.2g} and {:.2g} mm)\n",
-                       shape.f > kBendF ? "the views do not agree on a bend" : "no bend seen",
+    if (!std::isfinite(shape.f)) return "Board    assumed flat\n";
+    return fmt::format("Board    flat: {} ({}; standard deviation {:.2g} and {:.2g} mm)\n",
+                       shape.f > kBendF ? "the views do not agree on a bend" : "no bend detected",
                        bendTests(shape), 1e3 * std_m.x(), 1e3 * std_m.y());
   }
   const BoardShape& bend = onlyBoard(result.fit).shape;
   return fmt::format(
-      "Board    bent ({}): its middle lies {} mm behind its left and right ends and {} mm behind its "
-      "upper and lower ends;\n         held flat, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
+      "Board    bent ({}): its centre is {} mm behind its left and right edges and {} mm behind its top and "
+      "bottom edges;\n         assuming a flat board, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
       "px\n",
       bendTests(shape), millimetres(bend.bend_x_m, std_m.x()), millimetres(bend.bend_y_m, std_m.y()),
       shape.flat_rms_px, shape.flat_params[0], onlyCamera(result.fit).params[0]);

@@ -99,7 +99,8 @@ TEST(HeldOutErrors, AreAsLargeAsNoiseAndUncertaintyTogether) {
   double sum = 0;
   int count = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    const Calibration result = calibrate(noisySet(20, seed).board, noisySet(20, seed).views, {.model = "radtan"});
+    const Calibration result =
+        calibrate(noisySet(20, seed).board, noisySet(20, seed).views, {.model = "radtan"});
     EXPECT_GT(result.uncertainty.holdout.rms_px, rms(result.fit));
     EXPECT_EQ(result.uncertainty.holdout.num_corners, numCorners(result.fit));
     EXPECT_EQ(result.uncertainty.holdout.num_unseen, 0);

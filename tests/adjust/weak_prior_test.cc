@@ -84,7 +84,8 @@ TEST(WeakPrior, KeepsARationalLensWithinReason) {
       ASSERT_TRUE(result.uncertainty.covariance);
       const LensScale scale = lensScale("rational", result.camera(), kSize);
       for (std::size_t i = 4; i < params.size(); ++i) {
-        EXPECT_LT(scale.distance(onlyCamera(result.fit).params, i), 1.01) << result.camera().parameterNames()[i];
+        EXPECT_LT(scale.distance(onlyCamera(result.fit).params, i), 1.01)
+            << result.camera().parameterNames()[i];
         EXPECT_LT(std::abs(onlyCamera(result.fit).params[i]), 20) << result.camera().parameterNames()[i];
       }
       const bool is_held = !onlyCamera(result.fit).weak_prior.isNone();

@@ -36,7 +36,8 @@ std::string messageOf(const std::function<void()>& call) {
 
 std::string findingsOf(const Calibration& result) {
   std::string text;
-  for (const Diagnosis& finding : result.diagnoses) text += "[" + finding.id + "] " + finding.message() + "\n";
+  for (const Diagnosis& finding : result.diagnoses)
+    text += "[" + finding.id + "] " + finding.message() + "\n";
   return text;
 }
 
@@ -130,7 +131,8 @@ TEST(Calibrate, TrustsGoodSetsAndWarnsOfFewViews) {
   }
   EXPECT_EQ(num_trusted, 20);
   const SimulatedSet set = noisySet(4, 1);
-  EXPECT_TRUE(hasFinding(calibrate(set.board, set.views, {.model = "radtan"}), "few_views", Severity::kWarning));
+  EXPECT_TRUE(
+      hasFinding(calibrate(set.board, set.views, {.model = "radtan"}), "few_views", Severity::kWarning));
 }
 
 // Distortion learnt near the middle of the image bends back before its corners.
@@ -215,7 +217,8 @@ TEST(Calibrate, CountsCopiesOfAViewOnce) {
   EXPECT_EQ(copied.fit.views.size(), 10U);
   // The views are summed in another order, and the solver stops a step sooner or later for it.
   for (int i = 0; i < 9; ++i) {
-    EXPECT_NEAR(copied.uncertainty.parameterStd(i), once.uncertainty.parameterStd(i), 1e-6 * once.uncertainty.parameterStd(i));
+    EXPECT_NEAR(copied.uncertainty.parameterStd(i), once.uncertainty.parameterStd(i),
+                1e-6 * once.uncertainty.parameterStd(i));
   }
 }
 

@@ -54,7 +54,8 @@ TEST(Held, DegreesOfFreedomCountWhatIsFree) {
   const SimulatedSet set = noisySet();
   const Calibration free = calibrate(set.board, set.views, {.model = "radtan"});
   const Calibration all = calibrate(set.board, set.views,
-                                    {.model = "radtan", .initial = InitialCamera{free.camera(), kSize},
+                                    {.model = "radtan",
+                                     .initial = InitialCamera{free.camera(), kSize},
                                      .held = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}});
   EXPECT_NEAR(all.fit.summary.cost, free.fit.summary.cost, kSettled * free.fit.summary.cost);
   const double corners = numCorners(free.fit);
@@ -80,7 +81,8 @@ TEST(Initial, LeadsToTheSameAnswerFromThisOrAnotherModel) {
   const AnyCamera other = AnyCamera::make("pinhole", std::vector<double>{560, 540, 310, 250});
   int num_starts = 0;
   for (const AnyCamera& start : {rough, other}) {
-    const Calibration given = calibrate(set.board, set.views, {.model = "radtan", .initial = InitialCamera{start, kSize}});
+    const Calibration given =
+        calibrate(set.board, set.views, {.model = "radtan", .initial = InitialCamera{start, kSize}});
     EXPECT_NEAR(given.fit.summary.cost, searched.fit.summary.cost, kSettled * searched.fit.summary.cost);
     EXPECT_NEAR(onlyCamera(given.fit).params[0], onlyCamera(searched.fit).params[0],
                 0.01 * searched.uncertainty.parameterStd(0));

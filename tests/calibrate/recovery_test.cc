@@ -75,7 +75,8 @@ TEST(Recovery, DistortionOfAWideLensIsFoundFromNoiseToo) {
     const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), size, 25, 0.3, seed);
     const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      EXPECT_NEAR(onlyCamera(result.fit).params[i], truth[i], 5 * result.uncertainty.parameterStd(static_cast<int>(i)));
+      EXPECT_NEAR(onlyCamera(result.fit).params[i], truth[i],
+                  5 * result.uncertainty.parameterStd(static_cast<int>(i)));
     }
     ++num_sets;
   }

@@ -48,7 +48,8 @@ TEST(Weights, ShrinkTheScatterAndKeepSigmasTrue) {
   parallelFor(kNumSets, 0, [&](std::size_t i) {
     SimulatedSet set = mixedSet(camera, i);
     const Calibration weighted = calibrate(set.board, set.views, {.model = "radtan"});
-    if (weighted.fit.summary.termination != Termination::kConverged || !weighted.uncertainty.covariance) return;
+    if (weighted.fit.summary.termination != Termination::kConverged || !weighted.uncertainty.covariance)
+      return;
     for (std::size_t k = 0; k < truth.size(); ++k) {
       errors[i].push_back(onlyCamera(weighted.fit).params[k] - truth[k]);
       scores[i].push_back(errors[i].back() / weighted.uncertainty.parameterStd(static_cast<int>(k)));

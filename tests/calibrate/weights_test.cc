@@ -117,7 +117,8 @@ TEST(Weights, TrueSigmasLeaveNothingUnexplained) {
     EXPECT_LT(result.uncertainty.unexplained_sigma_px, 0.01);
     // Half of the corners carry nearly all that is known: 1 / mean(1 / sigma^2).
     EXPECT_NEAR(result.uncertainty.coordinate_sigma_px, 0.0281, 0.003);
-    EXPECT_NEAR(result.uncertainty.local_sigma_px, result.uncertainty.coordinate_sigma_px, 0.15 * result.uncertainty.coordinate_sigma_px);
+    EXPECT_NEAR(result.uncertainty.local_sigma_px, result.uncertainty.coordinate_sigma_px,
+                0.15 * result.uncertainty.coordinate_sigma_px);
     EXPECT_GT(rms(result.fit), 0.17);
     EXPECT_TRUE(result.dropped.outliers.empty());
     EXPECT_TRUE(result.diagnoses.empty()) << result.diagnoses.front().message();
@@ -142,7 +143,8 @@ TEST(Weights, AnOutlierIsJudgedByWhatItStates) {
   EXPECT_THAT(named, testing::UnorderedElementsAre(std::pair(set.views[4].image, off_by_much),
                                                    std::pair(set.views[6].image, off_unawares)));
   for (std::size_t i = 0; i < kTruth.size(); ++i) {
-    EXPECT_NEAR(onlyCamera(result.fit).params[i], kTruth[i], 4 * result.uncertainty.parameterStd(static_cast<int>(i)));
+    EXPECT_NEAR(onlyCamera(result.fit).params[i], kTruth[i],
+                4 * result.uncertainty.parameterStd(static_cast<int>(i)));
   }
 }
 

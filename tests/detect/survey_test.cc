@@ -66,7 +66,8 @@ TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kSeveralSizes);
   EXPECT_THAT(notes[0].images, ElementsAre(1));
-  EXPECT_EQ(diagnosisOf(notes[0], BoardSurvey{}).cause, "images of two sizes were given; the 2 of 640x480 are used");
+  EXPECT_EQ(diagnosisOf(notes[0], BoardSurvey{}).cause,
+            "images of two different sizes were given; only the 2 of 640x480 are used");
 }
 
 TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
@@ -159,7 +160,7 @@ TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
   EXPECT_THAT(hintText(hint, {.columns = 13, .rows = 14, .square_m = 0.025}),
               HasSubstr("12x13 inner corners; did you count squares? Use checkerboard:12x13:25mm"));
   EXPECT_THAT(hintText(hint, {.columns = 12, .rows = 11, .square_m = 0.025}),
-              HasSubstr("did you leave out a line"));
+              HasSubstr("did you leave out one line"));
   const BoardHint part{.columns = 7, .rows = 5, .num_images = 1, .is_closed = false};
   EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));
 }
@@ -180,9 +181,10 @@ TEST(SurveyDiagnosis, SaysHowAnAmbiguousBoardCanBeTurned) {
   const auto text = [](int columns, int rows) {
     const Checkerboard board{.columns = columns, .rows = rows, .square_m = 0.02};
     const BoardSurvey survey{.board = board, .paths = {}, .outcomes = {}, .notes = {}};
-    return diagnosisOf({.kind = SurveyNote::Kind::kAmbiguousBoard}, survey).cause;  };
-  EXPECT_THAT(text(8, 6), HasSubstr("turned by 180 degrees"));
-  EXPECT_THAT(text(7, 7), HasSubstr("turned by 180 degrees"));
+    return diagnosisOf({.kind = SurveyNote::Kind::kAmbiguousBoard}, survey).cause;
+  };
+  EXPECT_THAT(text(8, 6), HasSubstr("a rotation by 180 degrees"));
+  EXPECT_THAT(text(7, 7), HasSubstr("a rotation by 180 degrees"));
   EXPECT_THAT(text(6, 6), HasSubstr("90, 180 or 270"));
 }
 

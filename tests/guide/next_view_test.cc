@@ -169,7 +169,7 @@ TEST(NextView, SaysWhenTheTargetIsReachedOrHowFarItIs) {
   const Guidance never = guidanceFor(set, 1e-6);
   EXPECT_FALSE(never.target->num_more_views);
   EXPECT_GT(never.target->forecast_px, 1e-6);
-  EXPECT_THAT(targetText(never), HasSubstr("would not do"));
+  EXPECT_THAT(targetText(never), HasSubstr("are not enough"));
 }
 
 TEST(NextView, KnowsWhatIsHeld) {
@@ -183,7 +183,8 @@ TEST(NextView, KnowsWhatIsHeld) {
   ASSERT_TRUE(all.next && some.next);
   EXPECT_LT(some.worst_px, all.worst_px);
   const std::vector<std::string> everything = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
-  const CalibratorOptions held{.model = "radtan", .initial = InitialCamera{.camera = set.camera, .size = set.size},
+  const CalibratorOptions held{.model = "radtan",
+                               .initial = InitialCamera{.camera = set.camera, .size = set.size},
                                .held = everything};
   EXPECT_FALSE(guided(held).next);
 }

@@ -73,7 +73,8 @@ double shareAstray(const ChoiceSet& set, const Calibration& result) {
   const auto params = set.drawn.camera.parameters();
   const RivalCamera truth{.id = std::string(set.drawn.camera.modelId()),
                           .params = {params.begin(), params.end()}};
-  const auto spread = modelSpread(result.camera(), std::span(&truth, 1), pixels, *result.uncertainty.projection_far);
+  const auto spread =
+      modelSpread(result.camera(), std::span(&truth, 1), pixels, *result.uncertainty.projection_far);
   return spread ? spread->share_apart : std::numeric_limits<double>::quiet_NaN();
 }
 

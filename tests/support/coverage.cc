@@ -169,7 +169,8 @@ Judged judgeSet(const TroubledSet& set, Trouble trouble) {
                 {.model = std::string(set.drawn.camera.modelId()),
                  .board_shape = is_bent ? BoardShapeMode::kFlat : BoardShapeMode::kAuto});
   Judged judged;
-  judged.is_converged = result.fit.summary.termination == Termination::kConverged && result.uncertainty.covariance;
+  judged.is_converged =
+      result.fit.summary.termination == Termination::kConverged && result.uncertainty.covariance;
   if (!judged.is_converged) return judged;
   judged.is_noise_exceeded = result.uncertainty.isNoiseExceeded();
   if (result.uncertainty.by_views) judged.excess = result.uncertainty.by_views->excess;
@@ -178,8 +179,9 @@ Judged judgeSet(const TroubledSet& set, Trouble trouble) {
     const int i = static_cast<int>(k);
     judged.parameters.push_back({.error = onlyCamera(result.fit).params[k] - truth[k],
                                  .std = result.uncertainty.parameterStd(i),
-                                 .std_by_views = result.uncertainty.by_views ? result.uncertainty.by_views->effectiveStd(i)
-                                                                 : std::numeric_limits<double>::quiet_NaN(),
+                                 .std_by_views = result.uncertainty.by_views
+                                                     ? result.uncertainty.by_views->effectiveStd(i)
+                                                     : std::numeric_limits<double>::quiet_NaN(),
                                  .stated_std = result.uncertainty.statedStd(i)});
   }
   const ProjectionUncertainty uncertainty(result.camera(), result.imageSize(), kInfinity);

@@ -12,13 +12,15 @@ constexpr ImageSize kSize{.width = 640, .height = 480};
 const std::vector<double> kGood = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
 Severity statusOf(const std::vector<Diagnosis>& checks, const std::string& id) {
-  const auto check = std::find_if(checks.begin(), checks.end(), [&](const Diagnosis& c) { return c.id == id; });
+  const auto check =
+      std::find_if(checks.begin(), checks.end(), [&](const Diagnosis& c) { return c.id == id; });
   if (check == checks.end()) throw std::out_of_range(id);
   return check->severity;
 }
 
 // Checks of `params` with the claims of `claimed`, as if a file's numbers had been edited.
-std::vector<Diagnosis> checksOf(const std::vector<double>& params, const std::vector<double>& claimed = kGood) {
+std::vector<Diagnosis> checksOf(const std::vector<double>& params,
+                                const std::vector<double>& claimed = kGood) {
   const AnyCamera camera = AnyCamera::make("radtan", params);
   const AnyCamera original = AnyCamera::make("radtan", claimed);
   CameraRecord record = bareRecord(original, kSize, "test");

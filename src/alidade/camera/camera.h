@@ -23,11 +23,11 @@ namespace alidade {
 enum class ProjectStatus : std::uint8_t {
   kOk,
   kBehind,   ///< not in front of a camera that can only look forward
-  kOutside,  ///< beyond the first fold or the model's domain, or not a point (not finite, at the camera
+  kOutside,  ///< beyond the first fold or the model's domain, or not a valid point (not finite, at the camera
              ///< centre or beyond all lengths, 1e-100 to 1e100)
 };
 
-/// Where a point of the camera frame appears. `pixel` holds NaN unless the status is kOk.
+/// The projection of a point in the camera frame. `pixel` is NaN unless the status is kOk.
 struct Projection {
   Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   ProjectStatus status = ProjectStatus::kOutside;
@@ -69,7 +69,7 @@ class Camera {
   }
 
   /// The same with row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams); null = not wanted.
-  /// Nothing is written to them unless the status is kOk.
+  /// They are written only if the status is kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam,
                                    double* J_px_params) const {
     Projection result;
@@ -88,7 +88,7 @@ class Camera {
     return result;
   }
 
-  /// Unit ray in the camera frame that projects to `pixel`, or nothing where no ray of the domain does.
+  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
     // The cone's image is bounded by that of its rim. False for NaN too.
@@ -99,7 +99,7 @@ class Camera {
     return onRim(ray, pixel);
   }
 
-  /// The same with the row-major Jacobian J_ray_pixel (3x2); nothing is written to it without a ray.
+  /// The same with the row-major Jacobian J_ray_pixel (3x2); it is not written if there is no ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel) const {
     const auto ray = unproject(pixel);

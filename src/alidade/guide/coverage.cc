@@ -177,15 +177,15 @@ CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& bo
 
 std::string coverageText(const CoverageReport& report) {
   std::string text = fmt::format(
-      "corners in {:.0f} % of the image, {} of its 4 corners; {} of {} views tilted by more than 15 degrees, "
-      "{} by more than 30; {:.3g} to {:.3g} m away\n",
+      "board corners in {:.0f} % of the image and in {} of the 4 image corners; {} of {} views tilted by "
+      "more than 15 degrees, {} by more than 30; distances {:.3g} to {:.3g} m\n",
       100 * report.share, report.num_image_corners, report.num_tilted, report.views.size(), report.num_steep,
       report.nearest_m, report.farthest_m);
   if (!report.empty_regions.empty())
-    text += "hardly any corners in " + regionNames(report.empty_regions) + " of the image\n";
+    text += "almost no board corners in " + regionNames(report.empty_regions) + " of the image\n";
   if (const std::string sides = sidesWithoutTilt(report.tilts); !sides.empty())
-    text +=
-        "no view has this side of the board nearer to the camera by more than 15 degrees: " + sides + "\n";
+    text += "no view has this side of the board turned towards the camera by more than 15 degrees: " + sides +
+            "\n";
   return text;
 }
 

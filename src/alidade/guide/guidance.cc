@@ -75,18 +75,19 @@ Guidance guide(const Calibration& calibration, const Checkerboard& board, const 
 }
 
 std::string nextViewText(const Guidance& guidance, ImageSize size) {
-  if (!guidance.next) return "no further view of this board would tell more about the camera\n";
+  if (!guidance.next) return "no further view of this board would improve the camera\n";
   const NextView& next = *guidance.next;
   const BoardSighting& at = next.sighting;
   std::string text = fmt::format(
-      "the board{} {} of the image, its middle at pixel ({:.0f}, {:.0f}), {:.2g} m away where it spans "
+      "the board{} {} of the image, its centre at pixel ({:.0f}, {:.0f}), {:.2g} m away so that it fills "
       "{:.0f} % of the image{}, {}\n",
-      next.is_on_end ? ", on end," : "", placeName(regionAt(at.middle_px, size)), at.middle_px.x(),
-      at.middle_px.y(), at.distance_m, 100 * next.fill, next.is_whole ? "" : " and sticks out of it",
-      tiltText(at.tilt));
-  text += guidance.is_determined ? fmt::format("worst projection uncertainty from {:.2g} to {:.2g} px\n",
-                                               guidance.worst_px, next.worst_px)
-                                 : "tells most about what these views leave undetermined\n";
+      next.is_on_end ? ", upright (portrait)," : "", placeName(regionAt(at.middle_px, size)),
+      at.middle_px.x(), at.middle_px.y(), at.distance_m, 100 * next.fill,
+      next.is_whole ? "" : " and extends beyond it", tiltText(at.tilt));
+  text += guidance.is_determined
+              ? fmt::format("reduces the worst projection uncertainty from {:.2g} to {:.2g} px\n",
+                            guidance.worst_px, next.worst_px)
+              : "adds most to what these views leave undetermined\n";
   return text;
 }
 
@@ -95,14 +96,14 @@ std::string targetText(const Guidance& guidance) {
   const TargetReport& target = *guidance.target;
   const std::string now = guidance.is_determined ? fmt::format("{:.2g} px", guidance.worst_px) : "unknown";
   if (target.is_reached)
-    return fmt::format("{:.3g} px: reached, the worst projection uncertainty is {}\n", target.target_px, now);
+    return fmt::format("{:.3g} px: reached; the worst projection uncertainty is {}\n", target.target_px, now);
   const std::string text =
-      fmt::format("{:.3g} px: not reached, the worst projection uncertainty is {}; ", target.target_px, now);
+      fmt::format("{:.3g} px: not reached; the worst projection uncertainty is {}; ", target.target_px, now);
   if (!target.num_more_views) {
-    return text + fmt::format("{} more views like the suggested one would not do ({:.2g} px)\n", kMaxForecast,
-                              target.forecast_px);
+    return text + fmt::format("even {} more views like the suggested one are not enough ({:.2g} px)\n",
+                              kMaxForecast, target.forecast_px);
   }
-  return text + fmt::format("about {} more view{} like the suggested one\n", *target.num_more_views,
+  return text + fmt::format("needs about {} more view{} like the suggested one\n", *target.num_more_views,
                             *target.num_more_views == 1 ? "" : "s");
 }
 

@@ -43,8 +43,10 @@ void addMap(const UncertaintyGrid& grid, double inflation, SvgCanvas& drawing) {
   const double end = drawing.addRamp(top);
   const double base = top + 1.7 * unit;
   drawing.addLabel({7 * unit, base}, "#111", fmt::format("{:.2g} px", inflation * least), "end");
-  drawing.addLabel({end + unit, base}, "#111",
-                   fmt::format("{:.2g} px uncertain (one sigma)", inflation * grid.worst_px), "start");
+  drawing.addLabel(
+      {end + unit, base}, "#111",
+      fmt::format("{:.2g} px projection uncertainty (one standard deviation)", inflation * grid.worst_px),
+      "start");
 }
 
 struct BoardSide {

@@ -55,7 +55,8 @@ Counts countBends(double common_m, double scatter_m, int num_views) {
     counts.num_by_noise += shape.f > kBendF ? 1 : 0;
     counts.num_by_views += shape.by_views && shape.by_views->chance < 0.05 ? 1 : 0;
     counts.num_estimated += is_estimated ? 1 : 0;
-    if (is_estimated && std::abs(onlyBoard(result.fit).shape.bend_x_m - common_m) < 2 * result.uncertainty.bend_std_m.x())
+    if (is_estimated &&
+        std::abs(onlyBoard(result.fit).shape.bend_x_m - common_m) < 2 * result.uncertainty.bend_std_m.x())
       ++counts.num_within_2_sigma;
   }
   return counts;

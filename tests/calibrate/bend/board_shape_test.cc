@@ -44,12 +44,15 @@ TEST(BoardShape, OfABentBoardIsFoundAndTheFocalLengthIsRight) {
     ASSERT_TRUE(isShapeEstimated(bent.fit)) << "set " << i << ", F " << bent.choice.shape.f;
     EXPECT_TRUE(bent.isUsable());
     EXPECT_TRUE(bent.dropped.outliers.empty());
-    EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_x_m - truth.bend_x_m), 5 * bent.uncertainty.bend_std_m.x());
-    EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_y_m - truth.bend_y_m), 5 * bent.uncertainty.bend_std_m.y());
+    EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_x_m - truth.bend_x_m),
+              5 * bent.uncertainty.bend_std_m.x());
+    EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_y_m - truth.bend_y_m),
+              5 * bent.uncertainty.bend_std_m.y());
     const double z = (onlyCamera(bent.fit).params[0] - kFocal) / bent.uncertainty.parameterStd(0);
     sum_z2 += z * z;
     sum_bent += onlyCamera(bent.fit).params[0] - kFocal;
-    const Calibration flat = calibrate(kBoard, views, {.model = "radtan", .board_shape = BoardShapeMode::kFlat});
+    const Calibration flat =
+        calibrate(kBoard, views, {.model = "radtan", .board_shape = BoardShapeMode::kFlat});
     EXPECT_FALSE(isShapeEstimated(flat.fit));
     EXPECT_GT(rms(flat.fit), 1.2 * rms(bent.fit));
     // What the report says of a flat board is what a calibration with one finds, but for the robust loss,
@@ -70,7 +73,8 @@ TEST(BoardShape, OfAFlatBoardIsFlat) {
   constexpr int kNumSets = 60;
   int num_flat = 0;
   for (int i = 0; i < kNumSets; ++i) {
-    const Calibration result = calibrate(kBoard, viewsOf({}, 12, 0.1, 500 + static_cast<std::uint64_t>(i)), {.model = "radtan"});
+    const Calibration result =
+        calibrate(kBoard, viewsOf({}, 12, 0.1, 500 + static_cast<std::uint64_t>(i)), {.model = "radtan"});
     EXPECT_TRUE(std::isfinite(result.choice.shape.f));
     num_flat += isShapeEstimated(result.fit) ? 0 : 1;
   }

@@ -53,7 +53,8 @@ TEST(ModelChoice, IsTheTrueModelOrOneThatIsAsGood) {
       const ChoiceSet set = drawChoiceSet(model, kSeed, number);
       const Calibration result = calibrate(set.set.board, set.set.views, {.model = "auto"});
       const ChoiceVerdict verdict = judgeChoice(model, result);
-      EXPECT_NE(verdict, ChoiceVerdict::kOther) << model << " " << number << ": " << result.camera().modelId();
+      EXPECT_NE(verdict, ChoiceVerdict::kOther)
+          << model << " " << number << ": " << result.camera().modelId();
       if (model == "pinhole" || model == "radtan") {
         EXPECT_EQ(result.camera().modelId(), model);
       }

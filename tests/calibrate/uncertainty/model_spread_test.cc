@@ -98,10 +98,12 @@ TEST(ModelSpread, IsToldWhereTheChoiceDecidesWhatTheImageShows) {
       }
       ASSERT_TRUE(result.uncertainty.projection_far);
       const RivalCamera rival{.id = "kannala_brandt", .params = truth};
-      const auto astray = modelSpread(result.camera(), std::span(&rival, 1), corners, *result.uncertainty.projection_far);
+      const auto astray =
+          modelSpread(result.camera(), std::span(&rival, 1), corners, *result.uncertainty.projection_far);
       ASSERT_TRUE(astray);
       const bool is_told = hasFinding(result, "model_dependent");
-      EXPECT_EQ(is_told, result.uncertainty.model_spread && result.uncertainty.model_spread->share_apart > 0.1);
+      EXPECT_EQ(is_told,
+                result.uncertainty.model_spread && result.uncertainty.model_spread->share_apart > 0.1);
       if (astray->share_apart <= 0.1) continue;
       ++num_astray;
       EXPECT_TRUE(is_told) << num_views << " views, seed " << seed;

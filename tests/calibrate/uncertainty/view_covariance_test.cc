@@ -62,7 +62,9 @@ TEST(ViewCovariance, IsNotFooledByRepeatedCorners) {
   ASSERT_TRUE(once && twice && plain_once && plain_twice);
   for (int i = 0; i < 9; ++i) {
     EXPECT_NEAR(twice->covariance(i, i), once->covariance(i, i), 1e-6 * once->covariance(i, i)) << i;
-    EXPECT_NEAR(twice->freedom[static_cast<std::size_t>(i)], once->freedom[static_cast<std::size_t>(i)], 1e-6 * once->freedom[static_cast<std::size_t>(i)]) << i;
+    EXPECT_NEAR(twice->freedom[static_cast<std::size_t>(i)], once->freedom[static_cast<std::size_t>(i)],
+                1e-6 * once->freedom[static_cast<std::size_t>(i)])
+        << i;
     EXPECT_NEAR((*plain_twice)(i, i), 0.5 * (*plain_once)(i, i), 1e-6 * (*plain_once)(i, i)) << i;
   }
 }

@@ -46,7 +46,8 @@ TEST(ViewInfluence, IsWhatLeavingTheViewOutDoes) {
       std::erase_if(views, [&](const View& view) { return view.image == all.fit.views[v].image; });
       const double truth = moveSigmas(all, calibrate(set.board, views, {.model = model}));
       // Of first order, and the loss weighs some corners anew.
-      EXPECT_NEAR(all.uncertainty.influences[v].move_sigmas, truth, 0.15 * truth + 0.1) << all.fit.views[v].image;
+      EXPECT_NEAR(all.uncertainty.influences[v].move_sigmas, truth, 0.15 * truth + 0.1)
+          << all.fit.views[v].image;
       ++num_checked;
     }
   }
@@ -80,7 +81,8 @@ TEST(BoardStretch, IsFoundWithItsSigma) {
       const Calibration result = run(stretchedSet(model, 25, 1 + stretch, 11));
       ASSERT_TRUE(result.uncertainty.board_stretch);
       // Of first order: a hundredth of the stretch is left.
-      EXPECT_NEAR(result.uncertainty.board_stretch->stretch, stretch, 4 * result.uncertainty.board_stretch->sigma);
+      EXPECT_NEAR(result.uncertainty.board_stretch->stretch, stretch,
+                  4 * result.uncertainty.board_stretch->sigma);
       EXPECT_LT(result.uncertainty.board_stretch->sigma, 5e-4);
       EXPECT_EQ(named(result, "board_not_square").size(), 1U);
       ++num_checked;

@@ -20,6 +20,6 @@ inline constexpr double kDefaultTolerancePx = 0.2;
 
 /// The check `against`: the difference to another camera, the rotation taken out.
 [[nodiscard]] Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
-                                 double tolerance_px);
+                                     double tolerance_px);
 
 }  // namespace alidade

@@ -28,6 +28,6 @@ namespace alidade {
 /// @param views     of the images, as the tested camera sees them
 /// @param num_given  images with a board
 [[nodiscard]] Diagnosis ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
-                                   std::span<const HeldOutView> views, int num_given);
+                                       std::span<const HeldOutView> views, int num_given);
 
 }  // namespace alidade
