@@ -74,9 +74,9 @@ void setCounters(benchmark::State& state, double rms_px, double fx) {
 }
 
 // Calibrates over and over; the last result.
-std::optional<CalibrationResult> calibrateViews(benchmark::State& state, const std::vector<View>& views,
-                                                const char* model) {
-  std::optional<CalibrationResult> result;
+std::optional<Calibration> calibrateViews(benchmark::State& state, const std::vector<View>& views,
+                                          const char* model) {
+  std::optional<Calibration> result;
   for (auto _ : state) {
     result = calibrate(kBoard, views, {.model = model});
     if (result->isUsable()) continue;
@@ -90,13 +90,13 @@ std::optional<CalibrationResult> calibrateViews(benchmark::State& state, const s
 void runFisheye(benchmark::State& state) {
   const auto result =
       calibrateViews(state, makeViews(fisheyeCamera(), static_cast<int>(state.range(0))), kAutoModel);
-  if (result) state.counters["rms_px"] = result->rms_px;
+  if (result) state.counters["rms_px"] = rms(result->fit);
 }
 
 void runAlidade(benchmark::State& state, const char* model) {
   const auto num_views = static_cast<int>(state.range(0));
   const auto result = calibrateViews(state, simulatedViews(num_views), model);
-  if (result) setCounters(state, result->rms_px, result->camera.parameters()[0]);
+  if (result) setCounters(state, rms(result->fit), result->camera.parameters()[0]);
   state.counters["s_per_view"] = benchmark::Counter(
       num_views, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["peak_MB"] = peakMegabytes();

@@ -58,10 +58,10 @@ double cpuSeconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-void printOther(const std::string& model, int number, const ChoiceSet& set, const CalibrationResult& result) {
+void printOther(const std::string& model, int number, const ChoiceSet& set, const Calibration& result) {
   std::printf("  %s set %d, %.0f degrees, %zu views:", model.c_str(), number, set.fov_deg,
               set.set.views.size());
-  for (const ModelCandidate& c : result.model_choice->candidates) {
+  for (const ModelCandidate& c : result.choice.model->candidates) {
     std::printf(" %s %.4g (%+.2f +- %.2f %%, %s)", c.id.c_str(), c.holdout_rms_px, 100 * c.excess,
                 100 * c.excess_std, c.verdict.c_str());
   }
@@ -72,20 +72,21 @@ void printOther(const std::string& model, int number, const ChoiceSet& set, cons
 void addLean(const ChoiceSet& set, const std::string& lean, Tally& tally) {
   constexpr double kHalfNoise = 0.5;
   try {
-    const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = lean});
-    const double error_px = result.coordinate_sigma_px / kNoisePx;
+    const Calibration result = calibrate(set.set.board, set.set.views, {.model = lean});
+    const double error_px = result.uncertainty.coordinate_sigma_px / kNoisePx;
     if (!(error_px * error_px > 1 + kHalfNoise * kHalfNoise)) return;
     ++tally.num_lean;
-    if (result.image_bias.isSeen()) ++tally.num_found;
-    if (!result.image_bias.isSeen())
+    if (result.uncertainty.image_bias.isSeen()) ++tally.num_found;
+    if (!result.uncertainty.image_bias.isSeen())
       std::printf("  %s is not seen to be too lean: sigma %.3f px, z %.2f, %zu views\n", lean.c_str(),
-                  result.coordinate_sigma_px, result.image_bias.z, result.views.size());
+                  result.uncertainty.coordinate_sigma_px, result.uncertainty.image_bias.z,
+                  result.fit.views.size());
   } catch (const Error&) {
     return;  // said more clearly still
   }
 }
 
-void addSpread(const ChoiceSet& set, const CalibrationResult& result, Tally& tally) {
+void addSpread(const ChoiceSet& set, const Calibration& result, Tally& tally) {
   constexpr double kMuch = 0.1;
   const bool is_told = hasFinding(result, "model_dependent");
   tally.num_told += is_told ? 1 : 0;
@@ -97,9 +98,9 @@ void addSpread(const ChoiceSet& set, const CalibrationResult& result, Tally& tal
   tally.num_astray_trusted += is_trusted ? 1 : 0;
   if (is_told) return;
   std::printf("  astray in %.0f %% of the image and not told: %s for %s, %.0f degrees, %zu views:",
-              100 * share, std::string(result.camera.modelId()).c_str(),
+              100 * share, std::string(result.camera().modelId()).c_str(),
               std::string(set.drawn.camera.modelId()).c_str(), set.fov_deg, set.set.views.size());
-  for (const Finding& f : result.findings) std::printf(" %s", f.id.c_str());
+  for (const Diagnosis& f : result.diagnoses) std::printf(" %s", f.id.c_str());
   std::printf("\n");
 }
 
@@ -107,7 +108,7 @@ Tally runSet(const std::string& model, std::uint64_t seed, int number, std::opti
   Tally tally{.num_sets = 1};
   const ChoiceSet set = drawChoiceSet(model, seed, static_cast<std::uint64_t>(number), num_views);
   const double before = cpuSeconds();
-  const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = kAutoModel});
+  const Calibration result = calibrate(set.set.board, set.set.views, {.model = kAutoModel});
   tally.seconds = cpuSeconds() - before;
   addSpread(set, result, tally);
   const ChoiceVerdict verdict = judgeChoice(model, result);
@@ -115,8 +116,8 @@ Tally runSet(const std::string& model, std::uint64_t seed, int number, std::opti
   if (verdict == ChoiceVerdict::kOther) printOther(model, number, set, result);
   if (verdict == ChoiceVerdict::kTrue) {
     tally.num_clean = 1;
-    tally.num_false = result.image_bias.isSeen() ? 1 : 0;
-    tally.largest_z = result.image_bias.z;
+    tally.num_false = result.uncertainty.image_bias.isSeen() ? 1 : 0;
+    tally.largest_z = result.uncertainty.image_bias.z;
   }
   for (const std::string& lean : modelsTooLeanFor(model)) addLean(set, lean, tally);
   return tally;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Finding checkerboards, from JPEG file to refined corners, beside OpenCV on the same files in the same run.
+// Diagnosis checkerboards, from JPEG file to refined corners, beside OpenCV on the same files in the same
+// run.
 #include <sys/resource.h>
 
 #include <algorithm>

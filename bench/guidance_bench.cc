@@ -34,12 +34,12 @@ double worstAfter(const SimulatedSet& set, const SE3& camera_from_board, std::ui
   std::vector<View> views = set.views;
   views.push_back(noisyView(set, camera_from_board, "view_next", seed));
   try {
-    const CalibrationResult result = calibrate(set.board, std::move(views), optionsFor(set));
-    if (!result.covariance) return std::numeric_limits<double>::infinity();
-    const ProjectionUncertainty uncertainty(result.camera, result.image_size,
+    const Calibration result = calibrate(set.board, std::move(views), optionsFor(set));
+    if (!result.uncertainty.covariance) return std::numeric_limits<double>::infinity();
+    const ProjectionUncertainty uncertainty(result.camera(), result.imageSize(),
                                             std::numeric_limits<double>::infinity());
-    const double scale = kPoorSetNoisePx / result.coordinate_sigma_px;
-    return scale * uncertainty.worst(*result.covariance).std_px;
+    const double scale = kPoorSetNoisePx / result.uncertainty.coordinate_sigma_px;
+    return scale * uncertainty.worst(*result.uncertainty.covariance).std_px;
   } catch (const Error&) {
     return std::numeric_limits<double>::infinity();
   }
@@ -55,7 +55,7 @@ struct Outcome {
 
 Outcome runCase(std::size_t i) {
   const SimulatedSet set = drawPoorSet(i % 2 == 0 ? "radtan" : "kannala_brandt", 1000 + i);
-  const CalibrationResult result = calibrate(set.board, set.views, optionsFor(set));
+  const Calibration result = calibrate(set.board, set.views, optionsFor(set));
   const Guidance guidance = guide(result, set.board, coverageOf(result, set.board, set.views));
   Outcome outcome{.now = guidance.worst_px};
   if (guidance.next) {
@@ -123,7 +123,7 @@ void timeSearches() {
             noisyView(set, pose, "more_" + std::to_string(set.views.size()), 7 + set.views.size()));
       }
       CalibratorOptions options{.model = model};
-      CalibrationResult result = calibrate(set.board, set.views, options);
+      Calibration result = calibrate(set.board, set.views, options);
       const double calibration =
           medianMilliseconds(5, [&] { result = calibrate(set.board, set.views, options); });
       const CoverageReport coverage = coverageOf(result, set.board, set.views);

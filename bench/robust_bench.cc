@@ -35,7 +35,7 @@ class Spread {
   double squares_ = 0;
 };
 
-CalibrationResult run(const SimulatedSet& set) {
+Calibration run(const SimulatedSet& set) {
   return calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
 }
 
@@ -67,10 +67,10 @@ void outlierTable(const Models& models, int num_sets) {
         SimulatedSet set = cleanSet(model, 25, seed);
         clean_fx.add(run(set).camera.parameters()[0]);
         const auto moved = moveCorners(set, blunder, 0.05, seed);
-        const CalibrationResult result = run(set);
-        fx.add(result.camera.parameters()[0]);
+        const Calibration result = run(set);
+        fx.add(onlyCamera(result.fit).params[0]);
         std::set<std::pair<std::string, int>> named;
-        for (const Outlier& o : result.outliers) named.insert({o.image, o.corner_id});
+        for (const Outlier& o : result.dropped.outliers) named.insert({o.image, o.corner_id});
         for (const CornerName& corner : moved) {
           if (named.erase({corner.image, corner.corner_id}) > 0) continue;
           ++num_missed;
@@ -90,19 +90,19 @@ void outlierTable(const Models& models, int num_sets) {
 }
 
 // Largest difference of a parameter from the clean result, in sigmas of the clean one.
-double largestPull(const CalibrationResult& result, const CalibrationResult& clean) {
+double largestPull(const Calibration& result, const Calibration& clean) {
   double largest = 0;
-  for (std::size_t i = 0; i < clean.camera.parameters().size(); ++i) {
-    largest = std::max(largest, std::abs(result.camera.parameters()[i] - clean.camera.parameters()[i]) /
-                                    clean.parameterStd(static_cast<int>(i)));
+  for (std::size_t i = 0; i < onlyCamera(clean.fit).params.size(); ++i) {
+    largest = std::max(largest, std::abs(onlyCamera(result.fit).params[i] - onlyCamera(clean.fit).params[i]) /
+                                    clean.uncertainty.parameterStd(static_cast<int>(i)));
   }
   return largest;
 }
 
 // Names in any finding or among the views left out.
-bool isNamed(const CalibrationResult& result, const std::string& image) {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& f) { return f.message().starts_with(image + ":"); });
+bool isNamed(const Calibration& result, const std::string& image) {
+  return std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                     [&](const Diagnosis& f) { return f.message().starts_with(image + ":"); });
 }
 
 void viewTable(const Models& models, int num_sets) {
@@ -110,7 +110,7 @@ void viewTable(const Models& models, int num_sets) {
               "wrongly", "warned%", "errors");
   for (const std::string& model : models) {
     for (const int num_views : {25, 8}) {
-      std::vector<CalibrationResult> cleans;
+      std::vector<Calibration> cleans;
       for (int i = 0; i < num_sets; ++i)
         cleans.push_back(run(cleanSet(model, num_views, static_cast<std::uint64_t>(5000 + i))));
       for (const Spoiler spoiler :
@@ -126,21 +126,21 @@ void viewTable(const Models& models, int num_sets) {
         for (int i = 0; i < num_sets; ++i) {
           const auto seed = static_cast<std::uint64_t>(5000 + i);
           SimulatedSet set = cleanSet(model, num_views, seed);
-          const CalibrationResult& clean = cleans[static_cast<std::size_t>(i)];
+          const Calibration& clean = cleans[static_cast<std::size_t>(i)];
           const auto bad = spoilViews(set, spoiler, num_bad, seed);
           try {
-            const CalibrationResult result = run(set);
+            const Calibration result = run(set);
             if (largestPull(result, clean) < 3) ++num_within;
             for (const std::string& image : bad) num_named += isNamed(result, image) ? 1 : 0;
             for (const View& view : set.views) {
               if (std::find(bad.begin(), bad.end(), view.image) == bad.end() && isNamed(result, view.image))
                 ++num_wrong;
             }
-            if (std::any_of(result.findings.begin(), result.findings.end(), [](const Finding& f) {
+            if (std::any_of(result.diagnoses.begin(), result.diagnoses.end(), [](const Diagnosis& f) {
                   return f.id != "few_views" && f.id != "focal_uncertain";
                 }))
               ++num_warned;
-            for (const Finding& f : result.findings) {
+            for (const Diagnosis& f : result.diagnoses) {
               const auto at = f.message().find(": ");
               const bool is_view = f.message().starts_with("view_") && at != std::string::npos;
               ++reasons[f.id + (is_view ? " " + withoutNumbers(f.message().substr(at + 2)) : "")];
@@ -160,9 +160,9 @@ void viewTable(const Models& models, int num_sets) {
   }
 }
 
-bool hasFinding(const CalibrationResult& result, std::string_view id) {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& f) { return f.id == id; });
+bool hasFinding(const Calibration& result, std::string_view id) {
+  return std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                     [&](const Diagnosis& f) { return f.id == id; });
 }
 
 double shareAbove(const std::vector<double>& values, double limit) {
@@ -171,11 +171,11 @@ double shareAbove(const std::vector<double>& values, double limit) {
 }
 
 // The largest of a set's views.
-ViewInfluence largestInfluence(const CalibrationResult& result) {
+ViewInfluence largestInfluence(const Calibration& result) {
   ViewInfluence largest;
-  for (const ViewResult& view : result.views) {
-    largest.move_sigmas = std::max(largest.move_sigmas, view.influence.move_sigmas);
-    largest.surprise_sigmas = std::max(largest.surprise_sigmas, view.influence.surprise_sigmas);
+  for (const ViewInfluence& influence : result.uncertainty.influences) {
+    largest.move_sigmas = std::max(largest.move_sigmas, influence.move_sigmas);
+    largest.surprise_sigmas = std::max(largest.surprise_sigmas, influence.surprise_sigmas);
   }
   return largest;
 }
@@ -194,7 +194,7 @@ void influenceTable(const Models& models, int num_sets) {
         for (int i = 0; i < num_sets; ++i) {
           SimulatedSet set = cleanSet(model, num_views, static_cast<std::uint64_t>(9000 + i));
           if (!is_clean) spoilViews(set, Spoiler::kFaint, 1, static_cast<std::uint64_t>(i));
-          const CalibrationResult result = run(set);
+          const Calibration result = run(set);
           num_named += hasFinding(result, "influential_view") ? 1 : 0;
           const ViewInfluence largest = largestInfluence(result);
           surprise.push_back(largest.surprise_sigmas);
@@ -224,10 +224,11 @@ void aspectTable(const Models& models, int num_sets) {
           const auto result =
               run(stretchedSet(model, num_views, 1 + stretch, static_cast<std::uint64_t>(20000 + i)));
           num_named += hasFinding(result, "board_not_square") ? 1 : 0;
-          if (!result.board_stretch) continue;
-          found.add(result.board_stretch->stretch);
-          sigma.add(result.board_stretch->sigma);
-          z.push_back(std::abs(result.board_stretch->stretch) / result.board_stretch->sigma);
+          if (!result.uncertainty.board_stretch) continue;
+          found.add(result.uncertainty.board_stretch->stretch);
+          sigma.add(result.uncertainty.board_stretch->sigma);
+          z.push_back(std::abs(result.uncertainty.board_stretch->stretch) /
+                      result.uncertainty.board_stretch->sigma);
         }
         std::printf("%-15s %5d %9.4f %11.6f %11.6f %11.6f ", model.c_str(), num_views, stretch, found.mean(),
                     found.deviation(), sigma.mean());

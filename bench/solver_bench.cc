@@ -163,10 +163,10 @@ Outcome runCeres(const Problem& problem) {
 Outcome runCalibrate(const Problem& problem) {
   Outcome outcome;
   outcome.ms = leastMilliseconds([&] {
-    const CalibrationResult result = calibrate(kBoard, problem.views);
+    const Calibration result = calibrate(kBoard, problem.views, {.model = "radtan"});
     requireConverged(result.isUsable(), "not trustworthy");
-    outcome.rms_px = result.rms_px;
-    outcome.fx = result.camera.parameters()[0];
+    outcome.rms_px = rms(result.fit);
+    outcome.fx = onlyCamera(result.fit).params[0];
   });
   outcome.peak_mb = peakMegabytes();
   return outcome;

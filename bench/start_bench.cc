@@ -41,14 +41,14 @@ struct Tally {
 
 void printMiss(const alidade::SweepCell& cell, int number, const alidade::SweepOutcome& outcome) {
   std::string ids;
-  for (const auto& finding : outcome.result.findings) ids += " " + finding.id;
+  for (const auto& finding : outcome.result.diagnoses) ids += " " + finding.id;
   if (!outcome.error.empty()) ids = " error: " + outcome.error;
   std::printf(
       "  missed%s: %s %g set %d, %zu views, cost / true cost - 1 = %.2g, used %zu, outliers %zu, %s;%s\n",
       outcome.is_determined ? "" : " (undetermined)", cell.model.c_str(), cell.fov_deg, number,
-      outcome.set.views.size(), outcome.result.solver.cost / outcome.cost_from_truth - 1,
-      outcome.result.views.size(), outcome.result.outliers.size(), outcome.result.solver.reason.c_str(),
-      ids.c_str());
+      outcome.set.views.size(), outcome.result.fit.summary.cost / outcome.cost_from_truth - 1,
+      outcome.result.fit.views.size(), outcome.result.dropped.outliers.size(),
+      outcome.result.fit.summary.reason.c_str(), ids.c_str());
   const auto print = [](const char* name, const alidade::AnyCamera& camera) {
     std::printf("    %-6s", name);
     for (const double value : camera.parameters()) std::printf(" %.5g", value);
@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
           alidade::runSweepSet(cell, seed * kMaxSets + static_cast<std::uint64_t>(number));
       const bool is_held = outcome.is_determined && outcome.isHeld();
       const bool is_found = outcome.isAtOptimum();
-      const auto& start = outcome.result.start;
+      const auto& start = outcome.result.choice.start;
       const bool is_lonely = start.num_solved > 1 && start.num_agreed == 1;
       tally += {.num_sets = 1,
                 .num_found = is_found && outcome.is_determined && !is_held ? 1 : 0,

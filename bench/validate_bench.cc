@@ -75,19 +75,18 @@ Row runRow(const Case& c, Wrong wrong, int num_trials, double tolerance_px) {
     const UserSet set = drawUserViews(drawn, kViews, kNoisePx, random);
     const AnyCamera tested = spoiled(drawn.camera, wrong);
     const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
-    const std::vector<Check> checks = heldOutChecks(judgement, tolerance_px);
-    const bool by_error = checks[0].status == CheckStatus::kFail;
-    const bool by_difference = checks[1].status == CheckStatus::kFail;
+    const std::vector<Diagnosis> checks = heldOutChecks(judgement, tolerance_px);
+    const bool by_error = checks[0].severity == Severity::kFailure;
+    const bool by_difference = checks[1].severity == Severity::kFailure;
     row.num_by_error += by_error ? 1 : 0;
     row.num_by_difference += by_difference ? 1 : 0;
     row.num_rejected += by_error || by_difference ? 1 : 0;
-    row.num_passed +=
-        checks[0].status == CheckStatus::kPass && checks[1].status == CheckStatus::kPass ? 1 : 0;
+    row.num_passed += checks[0].severity == Severity::kPass && checks[1].severity == Severity::kPass ? 1 : 0;
     if (judgement.difference) row.p95_px.push_back(judgement.difference->p95_px);
     if (std::getenv("ALIDADE_VERBOSE") != nullptr) {
-      for (const Check& check : checks) {
-        if (check.status != CheckStatus::kPass)
-          std::printf("  %d %s: %s; %s\n", i, check.id.c_str(), check.value.c_str(), check.message.c_str());
+      for (const Diagnosis& check : checks) {
+        if (check.severity != Severity::kPass)
+          std::printf("  %d %s: %s; %s\n", i, check.id.c_str(), check.evidence.c_str(), check.cause.c_str());
       }
     }
   }

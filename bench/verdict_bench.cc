@@ -31,10 +31,10 @@ Row runRow(Flaw flaw, const std::string& model, int num_sets) {
     const VerdictCase c = makeVerdictCase(flaw, model, static_cast<std::uint64_t>(i));
     ++row.num_sets;
     try {
-      const CalibrationResult result = calibrate(c.set.board, c.set.views, c.options);
+      const Calibration result = calibrate(c.set.board, c.set.views, c.options);
       bool is_named = false;
-      for (const Finding& f : result.findings) {
-        if (f.severity == Finding::Severity::kNote) continue;
+      for (const Diagnosis& f : result.diagnoses) {
+        if (f.severity == Severity::kNote) continue;
         ++row.ids[f.id];
         is_named = is_named || std::find(expected.begin(), expected.end(), f.id) != expected.end();
       }
@@ -42,14 +42,17 @@ Row runRow(Flaw flaw, const std::string& model, int num_sets) {
       row.num_right += is_named ? 1 : 0;
       row.num_usable += result.isUsable() ? 1 : 0;
       if (std::getenv("ALIDADE_VERBOSE") != nullptr) {
-        const double worst = result.projection_far ? result.projection_far->worst_px : NAN;
-        const double centre = result.projection_far ? result.projection_far->center_px : NAN;
+        const double worst =
+            result.uncertainty.projection_far ? result.uncertainty.projection_far->worst_px : NAN;
+        const double centre =
+            result.uncertainty.projection_far ? result.uncertainty.projection_far->center_px : NAN;
         std::printf(
             "  %3d worst %.3f centre %.3f bias z %.2f rms %.3f rms %.3f local %.3f focal F %.2f spread %.5f "
             "rows F %.2f spread %.5f share %.2f\n",
-            i, worst, centre, result.image_bias.z, result.image_bias.rms_px, result.rms_px,
-            result.local_sigma_px, result.variations.focal.f, result.variations.focal.spread,
-            result.variations.rows.f, result.variations.rows.spread, result.variations.focal_share);
+            i, worst, centre, result.uncertainty.image_bias.z, result.uncertainty.image_bias.rms_px,
+            rms(result.fit), result.uncertainty.local_sigma_px, result.uncertainty.variations.focal.f,
+            result.uncertainty.variations.focal.spread, result.uncertainty.variations.rows.f,
+            result.uncertainty.variations.rows.spread, result.uncertainty.variations.focal_share);
       }
     } catch (const Error& error) {
       ++row.ids["error"];

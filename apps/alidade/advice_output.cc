@@ -118,7 +118,7 @@ double parsePixels(const std::string& text, const std::string& where) {
   throw usageError({.where = where,
                     .found = "'" + text + "'",
                     .expected = "a positive number of pixels",
-                    .next_step = "write for example 0.1px"});
+                    .next_step = "for example: 0.1px"});
 }
 
 }  // namespace alidade

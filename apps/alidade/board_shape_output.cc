@@ -24,34 +24,38 @@ std::string millimetres(double value_m, double std_m) {
 }
 
 // What the two tests for a bend say.
-std::string bendTests(const EstimatedShape& shape) {
-  if (!shape.by_views) return fmt::format("F {:.3g}", shape.f);
-  return fmt::format("F {:.3g} by the corners' noise, {:.3g} by the views, {:.2g} % by chance", shape.f,
+std::string bendTests(const ShapeReport& shape) {
+  if (!shape.by_views) return fmt::format("F = {:.3g}", shape.f);
+  return fmt::format("F = {:.3g} from corner noise, {:.3g} between views, p-value {:.2g} %", shape.f,
                      shape.by_views->f, 100 * shape.by_views->chance);
 }
 
 }  // namespace
 
-std::string boardShapeText(const CalibrationResult& result) {
-  const EstimatedShape& shape = result.shape;
-  if (!shape.is_determined) return "Board    taken as flat: these views do not tell whether it is bent\n";
-  if (!shape.is_estimated) {
-    if (!std::isfinite(shape.f)) return "Board    taken as flat\n";
-    return fmt::format("Board    flat: {} ({}; one sigma {:.2g} and {:.2g} mm)\n",
-                       shape.f > kBendF ? "the views do not agree on a bend" : "no bend seen",
-                       bendTests(shape), 1e3 * shape.std_m.x(), 1e3 * shape.std_m.y());
+std::string boardShapeText(const Calibration& result) {
+  const ShapeReport& shape = result.choice.shape;
+  const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m;
+  if (!shape.is_determined) return "Board    assumed flat: these views cannot show whether it is bent\n";
+  if (!isShapeEstimated(result.fit)) {
+    if (!std::isfinite(shape.f)) return "Board    assumed flat\n";
+    return fmt::format("Board    flat: {} ({}; standard deviation {:.2g} and {:.2g} mm)\n",
+                       shape.f > kBendF ? "the views do not agree on a bend" : "no bend detected",
+                       bendTests(shape), 1e3 * std_m.x(), 1e3 * std_m.y());
   }
-  const auto parameters = result.camera.parameters();
+  const BoardShape& bend = onlyBoard(result.fit).shape;
   return fmt::format(
-      "Board    bent ({}): its middle lies {} mm behind its left and right ends and {} mm behind its "
-      "upper and lower ends;\n         held flat, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
+      "Board    bent ({}): its centre is {} mm behind its left and right edges and {} mm behind its top and "
+      "bottom edges;\n         assuming a flat board, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
       "px\n",
-      bendTests(shape), millimetres(shape.shape.bend_x_m, shape.std_m.x()),
-      millimetres(shape.shape.bend_y_m, shape.std_m.y()), shape.flat_rms_px, shape.flat_params[0],
-      parameters[0]);
+      bendTests(shape), millimetres(bend.bend_x_m, std_m.x()), millimetres(bend.bend_y_m, std_m.y()),
+      shape.flat_rms_px, shape.flat_params[0], onlyCamera(result.fit).params[0]);
 }
 
-json boardShapeJson(const EstimatedShape& shape) {
+json boardShapeJson(const Calibration& result) {
+  const ShapeReport& shape = result.choice.shape;
+  const bool is_estimated = isShapeEstimated(result.fit);
+  const BoardShape bend = is_estimated ? onlyBoard(result.fit).shape : BoardShape{};
+  const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m;
   json by_views = nullptr;
   if (shape.by_views) {
     by_views = {{"f", shape.by_views->f},
@@ -60,14 +64,14 @@ json boardShapeJson(const EstimatedShape& shape) {
                 {"bend_x_std_m", orNull(shape.by_views->std_m.x())},
                 {"bend_y_std_m", orNull(shape.by_views->std_m.y())}};
   }
-  return {{"estimated", shape.is_estimated},
+  return {{"estimated", is_estimated},
           {"determined", shape.is_determined},
           {"f", orNull(shape.f)},
           {"by_views", std::move(by_views)},
-          {"bend_x_m", shape.shape.bend_x_m},
-          {"bend_y_m", shape.shape.bend_y_m},
-          {"bend_x_std_m", orNull(shape.std_m.x())},
-          {"bend_y_std_m", orNull(shape.std_m.y())},
+          {"bend_x_m", bend.bend_x_m},
+          {"bend_y_m", bend.bend_y_m},
+          {"bend_x_std_m", orNull(std_m.x())},
+          {"bend_y_std_m", orNull(std_m.y())},
           {"flat_rms_px", orNull(shape.flat_rms_px)},
           {"flat_parameters", shape.flat_params}};
 }

@@ -5,14 +5,14 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 
 namespace alidade {
 
 /// What the views say of the board's bend, for the summary: one line or two.
-[[nodiscard]] std::string boardShapeText(const CalibrationResult& result);
+[[nodiscard]] std::string boardShapeText(const Calibration& result);
 
 /// The same in numbers.
-[[nodiscard]] nlohmann::json boardShapeJson(const EstimatedShape& shape);
+[[nodiscard]] nlohmann::json boardShapeJson(const Calibration& result);
 
 }  // namespace alidade

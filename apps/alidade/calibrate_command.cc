@@ -109,7 +109,7 @@ class CalibrateCommand final : public Command {
                                          ? "take more photographs of the board, tilted by 20 to 50 degrees"
                                          : fmt::format("{}", fmt::join(input.reasons, "\n        "))});
     }
-    const CalibrationResult result = calibrate(input.board, views, options);
+    const Calibration result = calibrate(input.board, views, options);
     const Advice advice = adviceOn(result, input.board, views);
 
     if (!next_view_.empty())
@@ -163,7 +163,7 @@ class CalibrateCommand final : public Command {
     checkOutput(next_view_, sources, common_, "--next-view");
   }
 
-  [[nodiscard]] Advice adviceOn(const CalibrationResult& result, const Checkerboard& board,
+  [[nodiscard]] Advice adviceOn(const Calibration& result, const Checkerboard& board,
                                 std::span<const View> views) const {
     Advice advice{.coverage = coverageOf(result, board, views), .guidance = {}};
     std::optional<double> target_px;

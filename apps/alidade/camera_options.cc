@@ -35,11 +35,10 @@ CameraRecord readCameraTelling(const std::string& path, const ReadOptions& optio
 
 void addCameraOptions(CLI::App& app, CameraOptions& options) {
   app.add_option("--image-size", options.size,
-                 "Size of the image, WIDTHxHEIGHT in pixels, for a camera file that does not state it");
-  app.add_option(
-         "--read-as", options.read_as,
-         "Model of four distortion coefficients in a file that does not say whether they are radtan's or "
-         "kannala_brandt's")
+                 "Image size in pixels (WIDTHxHEIGHT), for camera files that do not state it");
+  app.add_option("--read-as", options.read_as,
+                 "Model of four distortion coefficients, if the file does not say whether they are radtan or "
+                 "kannala_brandt")
       ->check(CLI::IsMember({"radtan", "kannala_brandt"}));
 }
 

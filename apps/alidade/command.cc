@@ -22,28 +22,31 @@ std::vector<CommandEntry> makeCommands() {
   const auto add = [&](const char* name, const char* summary, std::unique_ptr<Command> command) {
     commands.push_back({name, summary, std::move(command)});
   };
-  add("calibrate", "Calibrate a camera from images of a board, or from a corners file",
+  add("calibrate", "Calibrate a camera from images of a board or from a corners file",
       makeCalibrateCommand());
-  add("detect", "Find a board's corners in images", makeDetectCommand());
+  add("detect", "Detect the corners of a board in images", makeDetectCommand());
   add("project", "Project 3D points to pixels", makeProjectCommand());
-  add("unproject", "Turn pixels into rays", makeUnprojectCommand());
-  add("undistort", "Take the lens' distortion out of images", makeUndistortCommand());
+  add("unproject", "Convert pixels to rays", makeUnprojectCommand());
+  add("undistort", "Remove lens distortion from images", makeUndistortCommand());
   add("validate", "Check a camera file", makeValidateCommand());
-  add("diff", "Compare two cameras: how far apart they put what they see", makeDiffCommand());
-  add("convert", "Crop, resize, bin, rotate a camera's image, or take another model", makeConvertCommand());
-  add("simulate", "Render images of a board with known truth", makeSimulateCommand());
+  add("diff", "Compare two cameras by their projection difference", makeDiffCommand());
+  add("convert", "Change the format, image size, orientation or lens model of a camera file",
+      makeConvertCommand());
+  add("simulate", "Render images of a board with known ground truth", makeSimulateCommand());
   return commands;
 }
 
 void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
-  app.add_flag("--json", options.json, "One JSON document on standard output, nothing else there");
-  app.add_flag("--quiet", options.quiet, "No progress and no messages but errors");
+  app.add_flag("--json", options.json, "Print one JSON document, and nothing else, to standard output");
+  app.add_flag("--quiet", options.quiet, "Print no progress and no messages except errors");
   if (has_jobs) {
-    app.add_option("--jobs", options.jobs, "Threads; 0 = one per processor. The result does not depend on it")
+    app.add_option("--jobs", options.jobs,
+                   "Number of threads; 0 means one per processor. It does not affect the result")
         ->check(wholeNumber(0, 1024), "0 to 1024")
         ->capture_default_str();
   }
-  app.add_option("--config", options.config, "YAML file with these flags as keys; flags given here go first");
+  app.add_option("--config", options.config,
+                 "YAML file with flags as keys; flags on the command line take precedence");
 }
 
 void addBoardOption(CLI::App& app, std::string& board) {
@@ -56,7 +59,8 @@ void addBoardOption(CLI::App& app, std::string& board) {
     return {};
   };
   app.add_option("--board", board,
-                 "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, inner corners) or YAML file")
+                 "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, where COLUMNS and ROWS count inner corners) "
+                 "or YAML file")
       ->check(complaint, "");
 }
 
@@ -85,16 +89,16 @@ void checkOutput(const std::string& output, const std::vector<std::string>& sour
     std::error_code ignored;  // of paths that do not exist, which are not the same then
     if (!std::filesystem::equivalent(output, source, ignored)) continue;
     throw usageError({.where = flag + " " + output,
-                      .found = "the name of an input",
-                      .expected = "another file",
-                      .next_step = "the input would be overwritten; choose another name"});
+                      .found = "this is also an input",
+                      .expected = "a different file",
+                      .next_step = "choose another name, otherwise the input would be overwritten"});
   }
   if (output != "-") return checkWritable(output);
   if (options.json) {
-    throw usageError({.where = "--json beside " + flag + " -",
-                      .found = "two documents for standard output",
-                      .expected = "one",
-                      .next_step = "give " + flag + " a file, or leave one of the two out"});
+    throw usageError({.where = "--json with " + flag + " -",
+                      .found = "both write to standard output",
+                      .expected = "only one of them",
+                      .next_step = "give " + flag + " a file name, or remove one of the two flags"});
   }
 }
 
@@ -102,7 +106,7 @@ void printResult(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return;
   throw inputError({.where = "standard output",
                     .found = std::strerror(errno),
-                    .next_step = "make room, or send the output elsewhere"});
+                    .next_step = "free some space, or redirect the output"});
 }
 
 void printMessage(const std::string& text) {

@@ -22,20 +22,20 @@ std::string pixelText(const Eigen::Vector2d& pixel) {
 // There is a fit for all problems but the first.
 std::string problemText(ConversionProblem problem, const std::string& path, const Conversion& conversion) {
   if (problem == ConversionProblem::kSourceUntrustworthy)
-    return path + " says of itself that it is not to be trusted";
+    return path + ": its own verdict says that it must not be used";
   const ModelFit& fit = conversion.fit.value();
   const std::string_view model = fit.camera.modelId();
   switch (problem) {
     case ConversionProblem::kUnreachedPixels:
-      return fmt::format("{} does not reach {:.3g} % of the pixels, such as {}; accepted {} %", model,
+      return fmt::format("{} cannot represent {:.3g} % of the pixels, for example {}; limit {} %", model,
                          100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel),
                          100 * kMaxUnreachedShare);
     case ConversionProblem::kModelRms:
-      return fmt::format("{} misses the pixels by {:.3g} px (RMS); accepted {} px (--max-error)", model,
-                         fit.rms_px, conversion.max_error_px);
+      return fmt::format("{} has an RMS error of {:.3g} px; limit {} px (--max-error)", model, fit.rms_px,
+                         conversion.max_error_px);
     default:
-      return fmt::format("{} misses pixel {} by {:.3g} px; accepted {} px ({} times --max-error)", model,
-                         pixelText(fit.worst_pixel), fit.max_error_px,
+      return fmt::format("{0} has an error of {2:.3g} px at pixel {1}; limit {3} px ({4} times --max-error)",
+                         model, pixelText(fit.worst_pixel), fit.max_error_px,
                          kMaxErrorFactor * conversion.max_error_px, kMaxErrorFactor);
   }
 }
@@ -54,16 +54,17 @@ std::string axisText(const Eigen::Matrix3d& new_from_old, Eigen::Index row) {
 std::string fitText(const ModelFit& fit) {
   std::string text =
       fmt::format("Model    {}: {}\n", fit.camera.modelId(),
-                  fit.is_exact ? "exactly the same lens" : "the best fit over the image, not the same lens");
+                  fit.is_exact ? "identical lens" : "best fit over the image; the lens is not identical");
   if (fit.num_unreached < fit.num_pixels)
-    text += fmt::format("Error    RMS {:.3g} px, at most {:.3g} px at pixel {}; over {} pixels\n", fit.rms_px,
-                        fit.max_error_px, pixelText(fit.worst_pixel), fit.num_pixels - fit.num_unreached);
+    text +=
+        fmt::format("Error    RMS {:.3g} px, at most {:.3g} px at pixel {}; {} pixels compared\n", fit.rms_px,
+                    fit.max_error_px, pixelText(fit.worst_pixel), fit.num_pixels - fit.num_unreached);
   if (fit.num_unreached > 0) {
-    text += fmt::format("Reach    {:.3g} % of the pixels are not reached, such as {}\n",
+    text += fmt::format("Missing  {:.3g} % of the pixels cannot be represented, for example {}\n",
                         100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel));
   }
   if (fit.num_without_ray > 0) {
-    text += fmt::format("         {} of {} pixels have no ray in the old camera either and do not count\n",
+    text += fmt::format("         {} of {} pixels were ignored because they have no ray in the old camera\n",
                         fit.num_without_ray, fit.num_without_ray + fit.num_pixels);
   }
   return text;
@@ -88,8 +89,8 @@ std::string conversionSummary(const std::string& path, const CameraRecord& sourc
   }
   if (!conversion.edit.new_from_old.isIdentity()) {
     const Eigen::Matrix3d& R = conversion.edit.new_from_old;
-    text += fmt::format("         the camera frame turned: x_new = {}, y_new = {}, z_new = z\n",
-                        axisText(R, 0), axisText(R, 1));
+    text += fmt::format("         camera frame rotated: x_new = {}, y_new = {}, z_new = z\n", axisText(R, 0),
+                        axisText(R, 1));
   }
   if (conversion.fit) text += fitText(*conversion.fit);
   text += fmt::format("Camera   {}, {} px\n", file.camera.modelId(), sizeText(file.image_size));
@@ -97,10 +98,10 @@ std::string conversionSummary(const std::string& path, const CameraRecord& sourc
     text +=
         fmt::format("  {:<6} {}\n", file.camera.parameterNames()[i], exactText(file.camera.parameters()[i]));
   }
-  text += fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis; {}",
+  text += fmt::format("Domain   valid up to {:.1f} degrees off-axis; {}",
                       file.domain->max_angle_rad * 180 / std::numbers::pi,
                       file.domain->full_image ? "every pixel of the image has a ray"
-                                              : "NOT every pixel of the image has a ray");
+                                              : "some pixels of the image have NO ray");
   for (const ConversionProblem problem : conversion.problems)
     text += fmt::format("\nFAILED   {} [{}]", problemText(problem, path, conversion), problemId(problem));
   return text;

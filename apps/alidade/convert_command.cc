@@ -60,36 +60,36 @@ class ConvertCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: alidade convert camera.yaml -o half.yaml --crop 0,60,640,360 --resize 320x180\n"
-        "Example: alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\n"
-        "Example: alidade convert camchain.yaml#cam0 -o camera_info.yaml --to ros\n"
-        "The format of FILE is told by its content; FILE#NAME is one camera of several. The image is "
-        "cropped, "
-        "binned, resized\n"
-        "and rotated, in this order, and the model replaced last. Pixel (0, 0) is the centre of the top-left "
-        "pixel. --rotate\n"
-        "turns the axes of the camera frame with the image.\n"
-        "Exit code 3: done, but the result is not to be trusted; no camera file is written then.");
+        "Example: alidade convert camera.yaml -o half.yaml --crop 0,60,640,360 --resize 320x180\nExample: "
+        "alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\nExample: alidade convert "
+        "camchain.yaml#cam0 -o camera_info.yaml --to ros\nThe format of FILE is detected from its content. "
+        "FILE#NAME selects one camera of a file with several. The edits are\napplied in this order: crop, "
+        "bin, resize, rotate, model. Pixel (0, 0) is the centre of the top-left pixel. --rotate\nalso "
+        "rotates the axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
+        "written.");
     app.add_option("file", path_, "Camera file of any format (docs/formats.md)");
     app.add_option("-o,--output", output_,
-                   "Camera file to write; - for standard output instead of the summary");
-    app.add_option("--to", format_, "Format to write: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
+                   "Camera file to write; - writes it to standard output instead of the summary");
+    app.add_option("--to", format_,
+                   "Format of the output: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
         ->check(CLI::IsMember(formatIds()))
         ->capture_default_str();
-    app.add_option("--crop", crop_, "Part of the image to keep: X,Y,WIDTH,HEIGHT, pixels");
-    app.add_option("--bin", request_.bin, "Take N x N pixels together; what does not fill one is cropped");
-    app.add_option("--resize", resize_, "New size of the image: WIDTHxHEIGHT, pixels");
-    app.add_option("--rotate", request_.rotate_deg, "Degrees clockwise, as seen")
+    app.add_option("--crop", crop_, "Part of the image to keep, in pixels: X,Y,WIDTH,HEIGHT");
+    app.add_option("--bin", request_.bin,
+                   "Combine N x N pixels into one; incomplete blocks at the edge are cropped");
+    app.add_option("--resize", resize_, "New image size in pixels: WIDTHxHEIGHT");
+    app.add_option("--rotate", request_.rotate_deg, "Rotate the image clockwise by this many degrees")
         ->check(CLI::IsMember({0, 90, 180, 270}));
     app.add_option("--model", request_.model,
-                   "Model to take instead: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
+                   "Fit this lens model instead: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
         ->check(CLI::IsMember(modelIds()));
     app.add_option("--max-error", request_.max_error_px,
-                   "RMS error of the new model that is accepted, pixels; ten times as much at any one pixel")
-        ->check(nonNegativeNumber(), "0 or above")
+                   "Largest accepted RMS error of the new model in pixels; ten times as much is accepted at "
+                   "a single pixel")
+        ->check(nonNegativeNumber(), "0 or more")
         ->capture_default_str();
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
-                 "Write the camera file even if the result is not to be trusted");
+                 "Write the camera file even if the result must not be used");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
@@ -128,8 +128,9 @@ class ConvertCommand final : public Command {
       for (const std::string& note : notes) printMessage("note: " + note);
     }
     if (!is_good) {
-      printMessage(std::string("error: the converted camera is not to be trusted") +
-                   (is_kept ? "" : "; " + output_ + " was not written (--keep-untrustworthy writes it)"));
+      printMessage(
+          std::string("error: the converted camera must not be used") +
+          (is_kept ? "" : "; " + output_ + " was not written; --keep-untrustworthy writes it anyway"));
       return kUntrustworthyExit;
     }
     if (!common_.quiet && !to_stdout) printMessage("written to " + output_);
@@ -141,10 +142,11 @@ class ConvertCommand final : public Command {
                                                   const CameraFormat& format) const {
     const std::size_t num_all = source.cameras.size() + source.refused.size();
     if (num_all > 1 && !format.holds_several) {
-      throw inputError({.where = source.path,
-                        .found = std::to_string(num_all) + " cameras",
-                        .expected = "one, as " + std::string(format.title) + " holds no more",
-                        .next_step = "name one: " + source.path + "#" + cameraLabel(source.cameras.front())});
+      throw inputError(
+          {.where = source.path,
+           .found = std::to_string(num_all) + " cameras",
+           .expected = "one camera: a file of the format " + std::string(format.title) + " holds only one",
+           .next_step = "select one: " + source.path + "#" + cameraLabel(source.cameras.front())});
     }
     requireAll(source);
     ConversionRequest request = request_;
@@ -201,7 +203,8 @@ class ConvertCommand final : public Command {
     }
     for (const Converted& c : cameras) {
       if (format.id != kOwnFormat && c.source.calibration) {
-        notes.push_back(c.where + ": uncertainty, verdict and poses of its calibration have no place in " +
+        notes.push_back(c.where +
+                        ": uncertainty, verdict and poses of the calibration are lost in the format " +
                         std::string(format.title));
       }
     }

@@ -22,9 +22,9 @@ class DetectCommand final : public Command {
     app.footer("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
     app.add_option("input", inputs_, "Folders, image files or patterns");
     addBoardOption(app, board_);
-    app.add_option("--camera", camera_, "Name of the camera, for the corners file")->capture_default_str();
+    app.add_option("--camera", camera_, "Camera name to write into the corners file")->capture_default_str();
     addDebugOption(app, debug_);
-    app.add_option("-o,--output", output_, "Corners file to write (CSV); - or none: standard output");
+    app.add_option("-o,--output", output_, "Corners file to write (CSV); standard output if omitted or -");
     addCommonOptions(app, common_, true);
   }
 
@@ -40,7 +40,7 @@ class DetectCommand final : public Command {
                         .expected = "for example --board checkerboard:9x6:25mm"});
     if (camera_.find_first_of("\r\n") != std::string::npos)
       throw usageError(
-          {.where = "detect", .found = "a line break in --camera", .expected = "a name of one line"});
+          {.where = "detect", .found = "a line break in --camera", .expected = "a name without line breaks"});
     std::vector<std::string> sources = withImages(inputs_);
     sources.insert(sources.end(), {board_, common_.config});
     checkDebugFolder(debug_, output_);
@@ -115,7 +115,7 @@ class DetectCommand final : public Command {
     printMessage(fmt::format("{} of {} images show the whole board ({} corners each){}{}",
                              stage.survey.numWhole(), stage.survey.outcomes.size(),
                              stage.survey.board.numCorners(),
-                             num_partial > 0 ? fmt::format(", {} a part of it", num_partial) : "",
+                             num_partial > 0 ? fmt::format(", {} show a part of it", num_partial) : "",
                              to_stdout ? "" : "; written to " + output_));
     printMessage("  " + measuresText(stage.survey));
     for (const std::string& line : reasonLines(stage.survey)) printMessage("  " + line);

@@ -31,9 +31,9 @@ namespace {
     const std::string& first = survey.outcomes.front().detection.detail;
     if (paths.size() == 1) throw inputError({.where = first});
     throw inputError({.where = fmt::format("{} images", paths.size()),
-                      .found = "none can be read",
+                      .found = "none of them can be read",
                       .expected = "images of a board",
-                      .next_step = "the first: " + oneLine(first)});
+                      .next_step = "the error of the first one: " + oneLine(first)});
   }
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
@@ -45,9 +45,9 @@ namespace {
        .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", survey.board.columns,
                                survey.board.rows),
        .next_step = hint ? hintText(*hint, survey.board)
-                         : "check that the board is in the image, sharp, and with a white margin; " +
+                         : "check that the board is in the image, is sharp and has a white margin; " +
                                std::string(has_debug_flag ? "--debug DIR" : "alidade detect --debug DIR") +
-                               " writes the images with what was found"});
+                               " draws what was detected into the images"});
 }
 
 // Where the debug images go, by path of the input. Names that differ in folders only stay apart, and long
@@ -73,16 +73,17 @@ void prepareDebugFolder(const std::string& folder, const std::vector<std::string
   for (const std::string& image : images) {
     const std::filesystem::path parent = std::filesystem::path(image).parent_path();
     if (!std::filesystem::equivalent(parent.empty() ? "." : parent, folder, error)) continue;
-    throw usageError({.where = "--debug " + folder,
-                      .found = "the folder of the input " + image,
-                      .expected = "another folder",
-                      .next_step = "the images written there would be taken for inputs next time"});
+    throw usageError(
+        {.where = "--debug " + folder,
+         .found = "this is the folder of the input " + image,
+         .expected = "a different folder",
+         .next_step = "choose another folder, otherwise the next run would read the debug images as inputs"});
   }
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder)) {
     throw inputError({.where = "--debug " + folder,
-                      .found = error ? error.message() : "a file of this name",
-                      .expected = "a folder that can be made and written to"});
+                      .found = error ? error.message() : "a file with this name exists",
+                      .expected = "a writable folder, or a new one"});
   }
 }
 
@@ -111,13 +112,14 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
   }
   DetectionStage stage;
   {
-    ProgressBar bar("finding boards", options.quiet);
+    ProgressBar bar("detecting boards", options.quiet);
     detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
     stage.survey = surveyImages(paths, request.board, detect_options);
   }
-  for (const SurveyNote& note : stage.survey.notes) stage.notes.push_back(noteText(note, stage.survey));
+  for (const SurveyNote& note : stage.survey.notes)
+    stage.notes.push_back(diagnosisOf(note, stage.survey).message());
   if (!debug_complaint.empty())
-    stage.notes.push_back("not all debug images could be written: " + debug_complaint);
+    stage.notes.push_back("some debug images could not be written: " + debug_complaint);
   return stage;
 }
 
@@ -139,19 +141,19 @@ void checkDebugFolder(const std::string& folder, const std::string& output) {
   };
   if (folder.empty() || output.empty() || normal(folder) != normal(output)) return;
   throw usageError(
-      {.where = "--debug " + folder, .found = "the name of the output", .expected = "a folder of its own"});
+      {.where = "--debug " + folder, .found = "this is also the output", .expected = "a different folder"});
 }
 
 void addDebugOption(CLI::App& app, std::string& folder) {
-  app.add_option("--debug", folder, "Folder for the images with corners, ids and directions drawn on them");
+  app.add_option("--debug", folder,
+                 "Folder for copies of the images with the corners, their ids and the board's axes drawn in");
 }
 
 std::vector<std::string> reasonLines(const BoardSurvey& survey) {
   std::vector<std::string> lines;
   for (const ImageOutcome& outcome : survey.outcomes) {
-    if (outcome.detection.reason == DetectionReason::kFound) continue;
-    lines.push_back(oneLine(fmt::format("{}: {}: {}", outcome.image, reasonCode(outcome.detection.reason),
-                                        outcome.detection.detail)));
+    if (const auto why = diagnosisOf(outcome))
+      lines.push_back(oneLine(fmt::format("{}: {}: {}", why->cause, why->id, why->evidence)));
   }
   return lines;
 }
@@ -168,12 +170,11 @@ std::string measuresText(const BoardSurvey& survey) {
     return fmt::format("{:.3g} to {:.3g}", low, high);
   };
   if (survey.numFound() == 0) return {};
-  return fmt::format(
-      "edges blurred over {} px, squares {} px wide, tilts {} degrees, {} % of the image's area",
-      range([](const ViewMeasures& m) { return m.blur_px; }),
-      range([](const ViewMeasures& m) { return m.spacing_px; }),
-      range([](const ViewMeasures& m) { return m.tilt_deg; }),
-      range([](const ViewMeasures& m) { return 100 * m.area_share; }));
+  return fmt::format("edge blur {} px, square width {} px, tilt {} degrees, board area {} % of the image",
+                     range([](const ViewMeasures& m) { return m.blur_px; }),
+                     range([](const ViewMeasures& m) { return m.spacing_px; }),
+                     range([](const ViewMeasures& m) { return m.tilt_deg; }),
+                     range([](const ViewMeasures& m) { return 100 * m.area_share; }));
 }
 
 std::vector<std::string> imageTable(const BoardSurvey& survey) {

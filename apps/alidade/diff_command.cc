@@ -35,34 +35,32 @@ class DiffCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: alidade diff left.yaml right.yaml --tolerance 0.5\n"
-        "Example: alidade diff left.yaml right.yaml -o difference.svg\n"
-        "A and B may be of different formats, models and resolutions. Lengths are in pixels of the finer "
-        "image; "
-        "exchanging A and B\n"
-        "gives the inverse rotation and the same lengths.\n"
-        "Exit code 3: the cameras cannot be compared, or differ by more than the tolerance.");
-    app.add_option("files", files_,
-                   "Two camera files of any format: A and B; FILE#NAME is one camera of several");
-    app.add_option("--distance", distance_m_,
-                   "Compare points this far away, metres, and take out the best pose instead of the best "
-                   "rotation")
-        ->check(positiveNumber(), "above 0");
-    app.add_flag("--same-frame", same_frame_, "Take nothing out: both camera frames are one");
+        "Example: alidade diff left.yaml right.yaml --tolerance 0.5\nExample: alidade diff left.yaml "
+        "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
+        "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
+        "inverse rotation and the same differences.\nExit code 3: the cameras cannot be compared, or they "
+        "differ by more than the tolerance.");
     app.add_option(
-           "--rotate", rotate_,
-           "Degrees clockwise by which B's image is turned against A's. Default: 0, or 90 or 270 where "
-           "the sizes ask for it")
+        "files", files_,
+        "Two camera files of any format, A and B; FILE#NAME selects one camera of a file with several");
+    app.add_option("--distance", distance_m_,
+                   "Compare points at this distance in metres, and align by the best pose instead of the "
+                   "best rotation")
+        ->check(positiveNumber(), "above 0");
+    app.add_flag("--same-frame", same_frame_, "Do not align: assume that both cameras have the same frame");
+    app.add_option("--rotate", rotate_,
+                   "Clockwise rotation of B's image relative to A's, in degrees. Default: 0, or 90 or 270 if "
+                   "the image sizes require it")
         ->check(CLI::IsMember({0, 90, 180, 270}));
-    app.add_option("--grid", grid_, "Pixels to compare: COLUMNSxROWS. Default: 40 along the longer side")
+    app.add_option("--grid", grid_,
+                   "Grid of pixels to compare: COLUMNSxROWS. Default: 40 along the longer side")
         ->check(gridComplaint, "");
     app.add_option("--tolerance", tolerance_px_,
-                   "Pixels by which 95 % of the image may differ: exit code 3 if it is more, unless two "
-                   "estimates of one camera may well differ as much")
-        ->check(nonNegativeNumber(), "0 or above");
+                   "Largest accepted difference in pixels (95th percentile). Exit code 3 if it is exceeded "
+                   "by a significant difference")
+        ->check(nonNegativeNumber(), "0 or more");
     app.add_option("-o,--output", figure_,
-                   "SVG file to draw the difference into, over the image of A: its length as colours, and "
-                   "arrows")
+                   "SVG file to write: the difference over the image of A, as colours and arrows")
         ->check(figureComplaint, "");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
@@ -79,7 +77,7 @@ class DiffCommand final : public Command {
       throw usageError({.where = "--same-frame and --distance",
                         .found = "both",
                         .expected = "one of them",
-                        .next_step = "leave --distance out: in one frame the distance makes no difference"});
+                        .next_step = "remove --distance: without alignment the distance has no effect"});
     }
     checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
     const CameraRecord a = readCameraTelling(files_[0], camera_.readOptions(), common_.quiet);
@@ -99,7 +97,7 @@ class DiffCommand final : public Command {
     const bool has_figures = difference.num_compared > 0 && difference.is_converged;
     std::string text = fileText("A", files_[0], a) + fileText("B", files_[1], b) + differenceText(difference);
     const std::string chance =
-        has_figures ? "Chance   " +
+        has_figures ? "Test     " +
                           significanceText(difference, significance, in_a.covariance.has_value(),
                                            in_b.covariance.has_value()) +
                           "\n"
@@ -124,7 +122,7 @@ class DiffCommand final : public Command {
     if (!no) return 0;
     printMessage("error: " + *no);
     if (!figure_.empty() && !has_figures)
-      printMessage(figure_ + " was not written: there is nothing to draw");
+      printMessage(figure_ + " was not written because there is nothing to draw");
     return kNoExit;
   }
 
@@ -141,7 +139,7 @@ class DiffCommand final : public Command {
 
   static std::string gridComplaint(const std::string& text) {
     if (parseGrid(text)) return {};
-    return "found '" + text + "', expected COLUMNSxROWS such as 20x15, at most a million pixels";
+    return "found '" + text + "', expected COLUMNSxROWS such as 20x15, with at most a million pixels";
   }
 
   [[nodiscard]] DifferenceOptions differenceOptions() const {
@@ -159,10 +157,9 @@ class DiffCommand final : public Command {
       throw usageError(
           {.where = "--grid " + grid_,
            .found = fmt::format("{} pixels", num_pixels),
-           .expected = fmt::format("at least {} pixels to find the {} that suits best",
-                                   fewestPairs(*options.freed), distance_m_ ? "pose" : "rotation"),
-           .next_step =
-               "ask for a finer grid, or with --same-frame for a difference that takes nothing out"});
+           .expected = fmt::format("at least {} pixels to estimate the best {}", fewestPairs(*options.freed),
+                                   distance_m_ ? "pose" : "rotation"),
+           .next_step = "use a finer grid, or --same-frame to compare without alignment"});
     }
     return options;
   }
@@ -172,18 +169,19 @@ class DiffCommand final : public Command {
       const ProjectionDifference& difference,
       const std::optional<DifferenceSignificance>& significance) const {
     if (difference.num_compared == 0)
-      return "the cameras cannot be compared: no pixel is seen by both\n  next: alidade validate both files";
+      return "the cameras cannot be compared: no pixel is seen by both\n  next: check both files with "
+             "alidade validate";
     if (!difference.is_converged) {
       return fmt::format(
-          "the {} that suits best was not found: the cameras have too little in common\n  next: alidade "
-          "validate both files; are they cameras of one image?",
+          "the best {} was not found: the cameras have too little in common\n  next: check both files with "
+          "alidade validate, and that both cameras belong to the same image",
           distance_m_ ? "pose" : "rotation");
     }
     if (!isComparable(difference)) {
       return fmt::format(
-          "{} of {} pixels are seen by one of the cameras only, or put by one of them farther off than the "
-          "image is long: they cannot be compared as a whole\n  next: alidade validate both files; are they "
-          "cameras of one image?",
+          "{} of {} pixels are seen by only one camera, or differ by more than the length of the image: the "
+          "cameras cannot be compared as a whole\n  next: check both files with alidade validate, and that "
+          "both cameras belong to the same image",
           difference.num_seen_by_one, difference.pixels.size());
     }
     if (!tolerance_px_) return std::nullopt;
@@ -193,7 +191,7 @@ class DiffCommand final : public Command {
       case Agreement::kNotComparable:
         return std::nullopt;
       case Agreement::kBeyond:
-        return fmt::format("the cameras differ by {:.3g} px (95 %); accepted {} px (--tolerance)",
+        return fmt::format("the cameras differ by {:.3g} px (95 %); limit {} px (--tolerance)",
                            difference.p95_px, *tolerance_px_);
     }
     return std::nullopt;
@@ -215,24 +213,23 @@ class DiffCommand final : public Command {
         !(turned.rms_px < kFarLess * difference.rms_px))
       return "";
     return fmt::format(
-        "Note     with B's image taken as A's upside down (--rotate 180) the RMS would be {:.4g} px instead "
-        "of {:.4g} px\n",
+        "Note     with B's image upside down relative to A's (--rotate 180), the RMS would be {:.4g} px "
+        "instead of {:.4g} px\n",
         turned.rms_px, difference.rms_px);
   }
 
   static std::string figureComplaint(const std::string& text) {
     if (text.ends_with(".svg")) return {};
-    return "found '" + text + "', expected the name of an SVG file, which ends in .svg";
+    return "found '" + text + "', expected a file name that ends in .svg";
   }
 
   [[nodiscard]] std::string cropText(const CropSuspicion& crop) const {
     const std::string& larger = files_[crop.is_a_larger ? 0 : 1];
     const std::string corner = crop.corner ? fmt::format("{},{}", crop.corner->x(), crop.corner->y()) : "X,Y";
     return fmt::format(
-        "note: the images are of different size, but the focal lengths agree ({:.6g} and {:.6g} px), as if "
-        "one image were a part of the other; here they are compared as one that was resized\n"
-        "  next: if {}'s image is a part of {}'s: alidade convert {} -o cropped.yaml --crop {},{},{}, and "
-        "compare with that",
+        "note: the image sizes differ, but the focal lengths agree ({:.6g} and {:.6g} px), as if one image "
+        "were a crop of the other; this comparison assumes a resized image\n  next: if {}'s image is a crop "
+        "of {}'s, run alidade convert {} -o cropped.yaml --crop {},{},{} and compare with its output",
         crop.focal_a_px, crop.focal_b_px, crop.is_a_larger ? "B" : "A", crop.is_a_larger ? "A" : "B", larger,
         corner, crop.part.width, crop.part.height);
   }

@@ -41,16 +41,16 @@ std::string motionText(const ProjectionDifference& difference) {
   const Eigen::Vector3d w = difference.b_from_a.rotation.log();
   constexpr double kRoundingDeg = 1e-9;
   const double angle_deg = kDegPerRad * w.norm();
-  std::string text = "no rotation";
+  std::string text = "by a rotation of 0 degrees";
   if (angle_deg >= kRoundingDeg) {
-    text = fmt::format("a rotation by {:.6g} degrees", angle_deg);
+    text = fmt::format("by a rotation of {:.6g} degrees", angle_deg);
     const Eigen::Vector3d axis = w.normalized();
-    text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), which takes A's camera frame to B's", axis.x(),
-                        axis.y(), axis.z());
+    text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), from A's camera frame to B's", axis.x(), axis.y(),
+                        axis.z());
   }
   const Eigen::Vector3d& t = difference.b_from_a.translation;
   if (t.norm() > 0)
-    text += fmt::format("\n         and a shift by ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
+    text += fmt::format("\n         and by a translation of ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
   return text;
 }
 
@@ -58,26 +58,25 @@ std::string motionText(const ProjectionDifference& difference) {
 
 std::string differenceText(const ProjectionDifference& difference) {
   if (!difference.is_converged)
-    return "Removed  nothing: what suits best was not found, and without that no figure would mean "
-           "anything\n";
-  std::string text = "Removed  " + motionText(difference) + "\n";
+    return "Aligned  no: the best alignment was not found, so no difference can be stated\n";
+  std::string text = "Aligned  " + motionText(difference) + "\n";
   if (difference.match.quarter_turns != 0) {
-    text += fmt::format("         B's image is A's turned clockwise by {} degrees\n",
+    text += fmt::format("         B's image is A's image rotated clockwise by {} degrees\n",
                         90 * difference.match.quarter_turns);
   }
   const auto num_pixels = difference.pixels.size();
   text += fmt::format("Compared {} of {} pixels", difference.num_compared, num_pixels);
   if (difference.num_seen_by_one > 0)
-    text += fmt::format("; {} are seen by one camera only", difference.num_seen_by_one);
+    text += fmt::format("; {} are seen by only one camera", difference.num_seen_by_one);
   if (difference.num_seen_by_neither > 0)
     text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
   text += "\n";
   if (difference.num_compared == 0) return text;
   if (difference.max_px < kRoundingPx)
-    return text + "Apart    nowhere: the cameras agree to the last digits that are computed with\n";
+    return text + "Diff     none: the cameras are identical to within rounding\n";
   text += fmt::format(
-      "Apart    mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
-      "{:.0f}) of A; in pixels of {}\n",
+      "Diff     mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
+      "{:.0f}) of A; in pixels of the {} image\n",
       difference.mean_px, difference.rms_px, difference.p95_px, difference.max_px, difference.worst_pixel.x(),
       difference.worst_pixel.y(), sizeText(difference.match.unit_size));
   return text;
@@ -97,10 +96,9 @@ std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns) {
   const double off_px = 0.5 * std::max(std::abs(by_width / mean - 1) * fine.width,
                                        std::abs(by_height / mean - 1) * fine.height);
   return fmt::format(
-      "note: {} px is no plain resize of {} px: the factor would be {:.5g} along x and {:.5g} along y, and "
-      "sides "
-      "were rounded. An image that was resized or binned by one factor differs by up to {:.2g} px of {} at "
-      "the border for this alone",
+      "note: {} px is not {} px resized by one factor: it would be {:.5g} along x and {:.5g} along y. If the "
+      "sides were only rounded after resizing or binning, this causes differences of up to {:.2g} px (of the "
+      "{} image) at the border",
       sizeText(coarse), sizeText(fine), by_width, by_height, off_px, sizeText(fine));
 }
 
@@ -112,7 +110,7 @@ std::string differenceTable(const ProjectionDifference& difference) {
   const auto at = [&](int row, int column) {
     return static_cast<std::size_t>(row * difference.columns + column);
   };
-  std::string text = "Grid     px, over the image of A: columns and rows are its pixels\n            ";
+  std::string text = "Grid     differences in px; columns and rows are pixels of A\n            ";
   for (const int column : columns) text += fmt::format(" {:>8.0f}", difference.pixels[at(0, column)].x());
   text += "\n";
   for (const int row : rows) {
@@ -148,23 +146,21 @@ std::string significanceText(const ProjectionDifference& difference,
                              const std::optional<DifferenceSignificance>& significance, bool has_a,
                              bool has_b) {
   if (!significance) {
-    return "unknown: neither file states a covariance, so nobody can tell a difference from the uncertainty "
-           "of "
-           "the two";
+    return "unknown: neither file states a covariance, so the difference cannot be compared with the "
+           "uncertainty";
   }
   std::string text = fmt::format("the difference of {:.2g} px (RMS) is {}: {}",
                                  difference.rms_px < kRoundingPx ? 0.0 : difference.rms_px,
                                  significance->sigmas > 0 ? fmt::format("{:.1f} sigma", significance->sigmas)
-                                                          : std::string("no more than chance makes"),
+                                                          : std::string("within chance"),
                                  significance->isSignificant() ? "significant" : "not significant");
   text += fmt::format(
-      "; the covariances lead to expect {:.2g} px. Of the {:.3g} px (95 %), {:.3g} px are sure; {:.0f} % of "
-      "the "
-      "pixels lie beyond their 95 % ellipse",
+      "; the covariances predict {0:.2g} px. At least {2:.3g} px of the {1:.3g} px (95 %) are real; {3:.0f} "
+      "% of the pixels differ by more than their 95 % ellipse",
       significance->expected_rms_px, difference.p95_px, significance->sure_p95_px,
       100 * significance->share_beyond);
   if (!has_a || !has_b)
-    text += fmt::format("; {} states no covariance and is taken as exact", has_a ? "B" : "A");
+    text += fmt::format("; {} states no covariance and is assumed to be exact", has_a ? "B" : "A");
   return text;
 }
 

@@ -17,17 +17,18 @@ namespace {
 
 GivenViews readCorners(const ViewsRequest& request) {
   if (request.inputs.size() > 1) {
-    throw usageError({.where = request.command,
-                      .found = fmt::format("{} inputs, the first a corners file", request.inputs.size()),
-                      .expected = "one corners file, or images",
-                      .next_step = "pieces of one camera concatenate: cat a.csv b.csv > all.csv"});
+    throw usageError(
+        {.where = request.command,
+         .found = fmt::format("{} inputs, of which the first is a corners file", request.inputs.size()),
+         .expected = "one corners file, or images",
+         .next_step = "concatenate corners files of one camera first: cat a.csv b.csv > all.csv"});
   }
   CornersFile file = readCornersFile(request.inputs.front());
   if (!request.board.empty() && !(readBoard(request.board) == file.board)) {
     throw inputError({.where = request.inputs.front(),
                       .found = "board " + specText(file.board),
-                      .expected = specText(readBoard(request.board)) + " as --board says",
-                      .next_step = "leave --board out: the corners file knows its board"});
+                      .expected = specText(readBoard(request.board)) + " from --board",
+                      .next_step = "remove --board: the corners file states its board"});
   }
   GivenViews given;
   given.input.board = file.board;
@@ -36,7 +37,7 @@ GivenViews readCorners(const ViewsRequest& request) {
   for (const View& view : file.views) sizes.push_back(view.size);
   const SizeGroups groups = groupBySize(sizes);
   for (const std::size_t i : groups.others) {
-    given.input.reasons.push_back(fmt::format("{}: other_size: is {}, while most images are {}",
+    given.input.reasons.push_back(fmt::format("{}: other_size: {}, while most images are {}",
                                               file.views[i].image, sizeText(sizes[i]),
                                               sizeText(groups.size)));
   }

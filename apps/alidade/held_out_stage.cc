@@ -21,16 +21,16 @@ ComparedCamera compared(const CameraRecord& file) {
   return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
 }
 
-Check failedCheck(const char* id, const Error& error) {
-  return {.id = id,
-          .status = CheckStatus::kFail,
-          .value = "not possible",
-          .limit = "a camera of the same image",
-          .message = error.what()};
+Diagnosis failedCheck(const char* id, const Error& error) {
+  return {.severity = Severity::kFailure,
+          .id = id,
+          .cause = error.what(),
+          .evidence = "not possible",
+          .limit = "a camera of the same image"};
 }
 
-bool isAnyUndecided(const std::vector<Check>& checks) {
-  return std::any_of(checks.begin(), checks.end(), [](const Check& check) { return check.is_undecided; });
+bool isAnyUndecided(const std::vector<Diagnosis>& checks) {
+  return std::any_of(checks.begin(), checks.end(), [](const Diagnosis& check) { return check.is_undecided; });
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ void HeldOutStage::prepare(const CommonOptions& options) {
 }
 
 void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgement) const {
-  std::vector<Check>& checks = judgement.checks;
+  std::vector<Diagnosis>& checks = judgement.checks;
   if (given_) {
     try {
       const CameraRecord file = recordOf(camera, judgement.file);
@@ -74,7 +74,7 @@ void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgemen
       const HeldOutJudgement on_images =
           judgeOnImages(compared(file), board, given_->views,
                         {.is_covariance_by_views = isStatedByViews(file), .jobs = jobs_, .cancel = cancel_});
-      const std::vector<Check> held_out = heldOutChecks(on_images, tolerance_px_);
+      const std::vector<Diagnosis> held_out = heldOutChecks(on_images, tolerance_px_);
       checks.insert(checks.end(), held_out.begin(), held_out.end());
       if (file.calibration && !file.calibration->views.empty()) {
         checks.push_back(

@@ -12,19 +12,19 @@
 namespace alidade {
 namespace {
 
-std::string checkText(const Check& check) {
+std::string checkText(const Diagnosis& check) {
   // A message of several lines stays in its column.
-  return fmt::format("  {}  {:<18} {}\n        {:<18} found {}; accepted {}\n", checkStatusName(check.status),
-                     check.id, fmt::join(split(check.message, '\n'), fmt::format("\n{:27}", "")), "",
-                     check.value, check.limit);
+  return fmt::format(
+      "  {}  {:<18} {}\n        {:<18} found {}; accepted {}\n", checkStatusName(check.severity), check.id,
+      fmt::join(split(check.cause, '\n'), fmt::format("\n{:27}", "")), "", check.evidence, check.limit);
 }
 
 std::string verdictText(const FileJudgement& judgement) {
-  const std::size_t num_failed = judgement.count(CheckStatus::kFail);
+  const std::size_t num_failed = judgement.count(Severity::kFailure);
   if (num_failed > 0) {
     return fmt::format("  NOT valid: {} of {} checks failed\n", num_failed, judgement.checks.size());
   }
-  const std::size_t num_warned = judgement.count(CheckStatus::kWarn);
+  const std::size_t num_warned = judgement.count(Severity::kWarning);
   return num_warned == 0 ? "  valid\n"
                          : fmt::format("  valid\n  {} of {} checks have a warning (--strict fails them)\n",
                                        num_warned, judgement.checks.size());
@@ -34,7 +34,7 @@ std::string verdictText(const FileJudgement& judgement) {
 
 std::string judgementText(const FileJudgement& judgement) {
   std::string text = judgement.file + "\n";
-  for (const Check& check : judgement.checks) text += checkText(check);
+  for (const Diagnosis& check : judgement.checks) text += checkText(check);
   text += verdictText(judgement);
   if (judgement.isValid() && !judgement.can_show_slips) {
     text +=
@@ -54,8 +54,8 @@ std::string judgementTable(std::span<const FileJudgement> judgements) {
     text += fmt::format("{:<7}  {:<{}}  {:<10}  {:<14}  {}\n", j.isValid() ? "valid" : "INVALID", j.file,
                         width, j.format.empty() ? "-" : j.format, j.model.empty() ? "-" : j.model,
                         j.size.empty() ? "-" : j.size);
-    for (const Check& check : j.checks) {
-      if (check.status != CheckStatus::kPass) text += checkText(check);
+    for (const Diagnosis& check : j.checks) {
+      if (check.severity != Severity::kPass) text += checkText(check);
     }
   }
   return text + fmt::format("{} of {} valid\n", num_valid, judgements.size());
@@ -63,12 +63,12 @@ std::string judgementTable(std::span<const FileJudgement> judgements) {
 
 nlohmann::json judgementJson(const FileJudgement& judgement) {
   nlohmann::json list = nlohmann::json::array();
-  for (const Check& check : judgement.checks) {
+  for (const Diagnosis& check : judgement.checks) {
     list.push_back({{"id", check.id},
-                    {"status", checkStatusName(check.status)},
-                    {"value", check.value},
+                    {"status", checkStatusName(check.severity)},
+                    {"value", check.evidence},
                     {"limit", check.limit},
-                    {"message", check.message}});
+                    {"message", check.cause}});
   }
   return {{"file", judgement.file},  {"format", judgement.format},   {"model", judgement.model},
           {"image", judgement.size}, {"valid", judgement.isValid()}, {"checks", std::move(list)}};

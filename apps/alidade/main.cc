@@ -95,7 +95,7 @@ std::string messageOf(const std::exception& error) {
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
     return "out of memory\n  next: use smaller or fewer images, or fewer --jobs";
   return std::string("internal: ") + error.what() +
-         "\n  next: this is a defect of the program; please report it with the command line";
+         "\n  next: this is a bug in alidade; please report it with the command line";
 }
 
 // For who reads standard output alone. What cannot be written there is said on standard error in any case.
@@ -110,9 +110,8 @@ void printErrorJson(const std::exception& error) {
 int runProgram(int argc, char** argv) {
   std::vector<CommandEntry> commands = makeCommands();
   CLI::App app(
-      "Calibrates cameras from photographs of a board, projects points, and says whether a camera file can "
-      "be trusted.\n"
-      "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
+      "Calibrates cameras from photographs of a board, projects points, and checks whether a camera file can "
+      "be trusted.\nExample: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
       "alidade");
   app.set_version_flag("--version", programName());
   app.require_subcommand(1);

@@ -25,13 +25,16 @@ std::string excessText(const ModelCandidate& candidate) {
 
 std::string holdoutText(const HoldoutReport& holdout) {
   if (!std::isfinite(holdout.rms_px))
-    return "Held out unknown: some of the views alone do not determine the camera\n";
+    return "Held-out unknown: a part of the views does not determine the camera\n";
   std::string text = fmt::format(
-      "Held out {:.4g} px over {} corners that had no part in camera and pose ({} folds of views)\n",
+      "Held-out {:.4g} px RMS over {} corners not used to estimate the camera or the pose (cross-validation, "
+      "{} folds of views)\n",
       holdout.rms_px, holdout.num_corners, holdout.num_folds);
   if (holdout.num_unseen > 0) {
-    text += fmt::format("         {} further corners are not seen at all by the camera of the other views\n",
-                        holdout.num_unseen);
+    text += fmt::format(
+        "         {} more corners are outside the field of view of the camera estimated from the other "
+        "views\n",
+        holdout.num_unseen);
   }
   return text;
 }
@@ -39,11 +42,11 @@ std::string holdoutText(const HoldoutReport& holdout) {
 std::string modelChoiceText(const ModelChoice& choice) {
   const std::string field =
       std::isfinite(choice.field_rad)
-          ? fmt::format("a field of {:.0f} degrees", choice.field_rad * 180 / std::numbers::pi)
-          : "an image wider than the lens' field";
-  std::string text = fmt::format("Models   compared by the RMS of held-out corners, for {}\n", field);
-  text += fmt::format("  {:<14} {:>10} {:>9} {:>9} {:>20}\n", "", "parameters", "RMS px", "held out",
-                      "above the best");
+          ? fmt::format("a field of view of {:.0f} degrees", choice.field_rad * 180 / std::numbers::pi)
+          : "an image wider than the field of view of the lens";
+  std::string text = fmt::format("Models   compared by cross-validation RMS, for {}\n", field);
+  text += fmt::format("  {:<14} {:>10} {:>9} {:>9} {:>20}\n", "", "parameters", "RMS px", "held-out",
+                      "excess over best");
   for (const ModelCandidate& c : choice.candidates) {
     text +=
         fmt::format("  {:<14} {:>10} {:>9} {:>9} {:>20}  {}\n", c.id, c.num_params, pixelsText(c.rms_px),

@@ -28,7 +28,7 @@ NumberCheck nonNegativeNumber() {
   return [](const std::string& text) {
     const auto value = parseDouble(text);
     const bool is_good = value && std::isfinite(*value) && *value >= 0;
-    return is_good ? std::string() : complaint(text, "a finite number, 0 or above");
+    return is_good ? std::string() : complaint(text, "a finite number, 0 or more");
   };
 }
 

@@ -24,14 +24,14 @@ void makeFolder(const fs::path& folder, const fs::path& named) {
   if (fs::create_directory(folder, error)) return;
   throw inputError(
       {.where = named.string(),
-       .found = "cannot make the folder: " + (error ? error.message() : "its temporary name is taken"),
-       .expected = "a folder that exists and can be written to around it"});
+       .found = "cannot make the folder: " + (error ? error.message() : "its temporary name exists already"),
+       .expected = "a writable parent folder"});
 }
 
 Error unreadableError(const fs::path& folder, const std::error_code& error) {
   return inputError({.where = folder.string(),
                      .found = "cannot be read: " + error.message(),
-                     .expected = "a folder that can be read, or a new name"});
+                     .expected = "a readable folder, or a new name"});
 }
 
 // All that is below a folder, each folder before what it holds.
@@ -72,7 +72,7 @@ PendingFolder::PendingFolder(const std::string& target, bool may_replace, IsOurs
   const fs::path current = error ? fs::path() : fs::current_path(error);
   if (error || contains(target_, current)) {
     throw inputError({.where = target,
-                      .found = error ? error.message() : "the current folder or one above it",
+                      .found = error ? error.message() : "this is the current folder or one of its parents",
                       .expected = "the name of a new folder",
                       .next_step = "choose another name"});
   }
@@ -108,7 +108,7 @@ void PendingFolder::refuseForeignEntries(bool may_replace) const {
   if (error) throw unreadableError(target_, error);
   if (!is_folder) {
     throw inputError(
-        {.where = target_.string(), .found = "a file", .expected = "the name of a folder to make"});
+        {.where = target_.string(), .found = "a file", .expected = "the path of a folder, or a new path"});
   }
   const auto entries = entriesBelow(target_, error);
   if (error) throw unreadableError(target_, error);
@@ -120,11 +120,11 @@ void PendingFolder::refuseForeignEntries(bool may_replace) const {
     if (may_replace && type == fs::file_type::regular && is_ours_(relative)) continue;
     throw inputError(
         {.where = target_.string(),
-         .found = "a folder that holds '" + relative.string() + "'",
-         .expected = may_replace ? "a folder with nothing in it but what this command makes"
+         .found = "a folder that contains '" + relative.string() + "'",
+         .expected = may_replace ? "an empty folder, or one with only results of this command"
                                  : "a new or empty folder",
          .next_step = "choose another name" +
-                      std::string(may_replace ? "" : ", or give --overwrite to replace an earlier result")});
+                      std::string(may_replace ? "" : ", or add --overwrite to replace an earlier result")});
   }
 }
 

@@ -74,7 +74,7 @@ void PointReader::refill() {
   const auto kept = static_cast<std::size_t>(end_ - begin_);
   if (kept > kMaxLineBytes) {
     lines_.countLine();
-    throw lines_.error("a line of more than 64 KiB", "rows of numbers");
+    throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
   }
   std::memmove(buffer_.data(), begin_, kept);
   before_read_();

@@ -20,35 +20,30 @@ class ProjectCommand final : public StreamCommand {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\n"
-        "Example: alidade project camera.yaml points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], "
-        "translation_m: [0, 0, 2]}'\n"
-        "Example: alidade project camera.yaml points.csv --poses trajectory.txt\n"
-        "Output: u,v,status with status ok, behind, outside or (--clip) out_of_image; only ok has a pixel. "
-        "Pixel (0, 0)\n"
-        "is the centre of the top-left pixel. With --poses a first column, pose, holds the pose's id.\n"
-        "--poses reads a YAML list of poses; a table with a header that names tx,ty,tz and qx,qy,qz,qw or "
-        "rx,ry,rz (rotation\n"
-        "vector), and perhaps id or timestamp; or a TUM trajectory, timestamp tx ty tz qx qy qz qw, which is "
-        "world_from_camera.\n"
-        "Points are answered as they come, in constant memory; with --poses, and only then, all are kept, "
-        "24 bytes each.\n"
-        "--jacobian appends du_dx,du_dy,du_dz by the point as given; "
-        "du_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz by the pose,\n"
-        "camera_from_points * Exp([t, r]) at t = r = 0 (metres, radians); du_dfx and so on by the "
-        "parameters; "
-        "then dv_dx and so on.");
+        "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\nExample: alidade project camera.yaml "
+        "points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], translation_m: [0, 0, 2]}'\nExample: alidade "
+        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status, where status is ok, "
+        "behind, outside or (with --clip) out_of_image. Only ok has a pixel.\nPixel (0, 0) is the centre of "
+        "the top-left pixel. With --poses, the first column is the id of the pose.\n--poses reads one of: a "
+        "YAML list of poses; a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera);\nor a "
+        "table with a header that names tx,ty,tz, a rotation qx,qy,qz,qw or rx,ry,rz (rotation vector), and "
+        "optionally id\nor timestamp.\nPoints are processed as they arrive, in constant memory. With --poses "
+        "all points are kept, at 24 bytes each.\n--jacobian appends the derivatives of u, then those of v: "
+        "du_dx,du_dy,du_dz with respect to the point as given,\ndu_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz "
+        "with respect to the pose, camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and "
+        "du_dfx and so on with respect to the camera parameters.");
     setUpStream(app,
-                "Rows x,y,z (metres), comma or blank separated, header optional; - or none: standard input");
+                "Rows x,y,z in metres, separated by commas or blanks, header optional; standard input if "
+                "omitted or -");
     app.add_option("--pose", pose_,
-                   "camera_from_points: YAML file, or YAML text in braces; the identity if not given");
-    app.add_option("--poses", poses_path_, "File of poses: all points are projected for each");
-    app.add_option("--poses-are", direction_,
-                   "Which way the poses go, where their file does not say: camera_from_world or "
-                   "world_from_camera")
+                   "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity");
+    app.add_option("--poses", poses_path_, "File of poses; all points are projected for each pose");
+    app.add_option(
+           "--poses-are", direction_,
+           "Direction of the poses if their file does not state it: camera_from_world or world_from_camera")
         ->check(CLI::IsMember({"camera_from_world", "world_from_camera"}));
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
-    app.add_flag("--clip", is_clipped_, "Give points beyond the image the status out_of_image and no pixel");
+    app.add_flag("--clip", is_clipped_, "Give points outside the image the status out_of_image and no pixel");
   }
 
  private:
@@ -57,13 +52,13 @@ class ProjectCommand final : public StreamCommand {
       throw usageError({.where = "project",
                         .found = "both --pose and --poses",
                         .expected = "one of them",
-                        .next_step = "leave one out; --poses takes a file of one pose too"});
+                        .next_step = "remove one; --poses also accepts a file with one pose"});
     }
     if (!direction_.empty() && poses_path_.empty()) {
       throw usageError({.where = "project",
                         .found = "--poses-are without --poses",
-                        .expected = "a file of poses",
-                        .next_step = "--pose says its direction by a key such as world_from_camera"});
+                        .expected = "--poses FILE",
+                        .next_step = "a --pose states its direction by a key such as world_from_camera"});
     }
     if (!pose_.empty()) camera_from_points_ = readPoseSource(pose_);
     if (!poses_path_.empty()) {
@@ -74,7 +69,7 @@ class ProjectCommand final : public StreamCommand {
       list_ = readPoseList(poses_path_, direction);
       if (list_.is_assumed_tum && !common_.quiet) {
         printMessage("note: " + poses_path_ +
-                     " is read as a TUM trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera");
+                     " is read as a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera)");
       }
     }
     if (has_jacobian_) jacobian_.resize(2 * (9 + file.camera.parameters().size()));

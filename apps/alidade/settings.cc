@@ -34,7 +34,7 @@ void applySettingsFile(CLI::App& app, const std::string& path) {
     if (std::find(names.begin(), names.end(), entry.key) == names.end()) {
       const auto nearest = nearestName(entry.key, names);
       throw inputError({.where = entry.where,
-                        .found = "'" + entry.key + "' is no flag of " + app.get_name(),
+                        .found = "'" + entry.key + "' is not a flag of " + app.get_name(),
                         .expected = "one of " + join(names, ", "),
                         .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
     }

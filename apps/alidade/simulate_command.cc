@@ -37,13 +37,13 @@ class SimulateCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: alidade simulate config/scene.yaml -o simulated\n"
-        "Makes images/*.png, camera.yaml (the true camera), corners.csv (the true corners) and poses.yaml.");
+        "Example: alidade simulate config/scene.yaml -o simulated\nWrites images/*.png, camera.yaml (the "
+        "true camera), corners.csv (the true corners) and poses.yaml (the true poses).");
     app.add_option("scene", scene_path_, "Scene file (YAML): camera, board, views");
-    app.add_option("-o,--output", output_, "Folder to make");
-    app.add_flag("--corners-only", corners_only_, "Only the truth, no images");
+    app.add_option("-o,--output", output_, "Folder to create");
+    app.add_flag("--corners-only", corners_only_, "Write only the ground truth, no images");
     app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier result of this command; anything else in the folder is never touched");
+                 "Replace an earlier result of this command; other files in the folder are never changed");
     addCommonOptions(app, common_, true);
   }
 
@@ -103,10 +103,11 @@ class SimulateCommand final : public Command {
       if (view.corners.empty()) names.push_back(view.image);
     }
     if (names.size() == corners.views.size()) {
-      throw inputError({.where = scene_path_ + ": views",
-                        .found = "no corner of the board is visible in any view",
-                        .expected = "the printed side of the board before the camera and in the image",
-                        .next_step = "check the poses: they are camera_from_board, in metres, z forward"});
+      throw inputError(
+          {.where = scene_path_ + ": views",
+           .found = "no corner of the board is visible in any view",
+           .expected = "the printed side of the board in front of the camera and inside the image",
+           .next_step = "check the poses: they must be camera_from_board, in metres, z forward"});
     }
     return names;
   }
@@ -117,7 +118,7 @@ class SimulateCommand final : public Command {
     file.board = scene.board;
     file.comments.push_back(fmt::format(
         "{} simulate; {}", programName(),
-        scene.corner_noise_px > 0 ? fmt::format("noise of {} px an axis", scene.corner_noise_px) : "exact"));
+        scene.corner_noise_px > 0 ? fmt::format("noise of {} px per axis", scene.corner_noise_px) : "exact"));
     for (std::size_t i = 0; i < poses.size(); ++i) {
       View view = exactView(scene.camera, scene.image_size, scene.board, poses[i], names[i]);
       Random random(streamSeed(scene.seed, 1 + i));

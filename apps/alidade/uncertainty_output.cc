@@ -46,26 +46,28 @@ json gridJson(const UncertaintyGrid& grid) {
 
 }  // namespace
 
-std::string parameterTable(const CalibrationResult& result) {
-  std::string text = result.by_views
+std::string parameterTable(const Calibration& result) {
+  std::string text = result.uncertainty.by_views
                          ? "Parameters (value, one sigma by the corners' noise, one by the views)\n"
                          : "Parameters (value, one sigma)\n";
-  const auto names = result.camera.parameterNames();
-  const auto values = result.camera.parameters();
+  const auto names = parameterNames(onlyCamera(result.fit).model);
+  const std::vector<double>& values = onlyCamera(result.fit).params;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const int index = static_cast<int>(i);
-    const double std = result.parameterStd(index);
+    const double std = result.uncertainty.parameterStd(index);
     // Two digits of the sigma decide how many of the value are worth reading.
-    const bool is_held = std::find(result.held.begin(), result.held.end(), index) != result.held.end();
+    const bool is_held = std::find(onlyCamera(result.fit).constraint.held.begin(),
+                                   onlyCamera(result.fit).constraint.held.end(),
+                                   index) != onlyCamera(result.fit).constraint.held.end();
     const bool has_sigma = std::isfinite(std) && std > 0;
     const int decimals = has_sigma ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 9) : 6;
     text += fmt::format("  {:<4} {:>14.{}f}", names[i], values[i], decimals);
     text += has_sigma ? fmt::format("  +- {:.{}f}", std, decimals) : is_held ? "  held" : "  sigma unknown";
-    if (has_sigma && result.by_views)
-      text += fmt::format("  +- {:.{}f}", result.by_views->effectiveStd(index), decimals);
+    if (has_sigma && result.uncertainty.by_views)
+      text += fmt::format("  +- {:.{}f}", result.uncertainty.by_views->effectiveStd(index), decimals);
     text += has_sigma && i < 4 ? " px\n" : "\n";
   }
-  if (const auto correlation = result.strongestCorrelation()) {
+  if (const auto correlation = result.uncertainty.strongestCorrelation()) {
     text += fmt::format(
         "         {0} and {1} are known better together than alone (correlation {2:.3f}): where {0} is too "
         "large, {1} is too {3}\n",
@@ -77,9 +79,9 @@ std::string parameterTable(const CalibrationResult& result) {
 }
 
 // What no sigma says.
-std::string spreadText(const CalibrationResult& result) {
-  if (!result.model_spread) return "";
-  const ModelSpread& spread = *result.model_spread;
+std::string spreadText(const Calibration& result) {
+  if (!result.uncertainty.model_spread) return "";
+  const ModelSpread& spread = *result.uncertainty.model_spread;
   std::string text = fmt::format(
       "  {:<14} {}, which predicts corners as well, differs by up to {:.2g} px, at pixel ({:.0f}, {:.0f})",
       "by the model", spread.id, spread.worst_px, spread.worst_pixel.x(), spread.worst_pixel.y());
@@ -90,39 +92,42 @@ std::string spreadText(const CalibrationResult& result) {
   return text + "\n";
 }
 
-std::string projectionText(const CalibrationResult& result) {
-  if (!result.projection_far) return "";
+std::string projectionText(const Calibration& result) {
+  if (!result.uncertainty.projection_far) return "";
   std::string text = "Projection, one sigma: how far a point's pixel may be off for the parameters' sake\n";
-  text += fmt::format("  {:<14} {}\n", "far away", gridText(*result.projection_far));
-  text += fmt::format("  {:<14} {}\n", "pose fitted", gridText(*result.projection_near));
+  text += fmt::format("  {:<14} {}\n", "far away", gridText(*result.uncertainty.projection_far));
+  text += fmt::format("  {:<14} {}\n", "pose fitted", gridText(*result.uncertainty.projection_near));
   return text + spreadText(result);
 }
 
-void addUncertainty(const CalibrationResult& result, nlohmann::json& document) {
+void addUncertainty(const Calibration& result, nlohmann::json& document) {
   json parameters = json::object();
   json sigmas = json::object();
   json by_view = json::object();
-  const auto names = result.camera.parameterNames();
+  const auto names = parameterNames(onlyCamera(result.fit).model);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string name(names[i]);
     const int index = static_cast<int>(i);
-    parameters[name] = result.camera.parameters()[i];
-    sigmas[name] = orNull(result.parameterStd(index));
-    if (result.by_views) by_view[name] = orNull(result.by_views->effectiveStd(index));
+    parameters[name] = onlyCamera(result.fit).params[i];
+    sigmas[name] = orNull(result.uncertainty.parameterStd(index));
+    if (result.uncertainty.by_views) by_view[name] = orNull(result.uncertainty.by_views->effectiveStd(index));
   }
   document["parameters"] = std::move(parameters);
   document["parameter_order"] = names;  // that of the covariances; an object has none
   document["parameter_std"] = std::move(sigmas);
-  document["parameter_std_by_view"] = result.by_views ? std::move(by_view) : json(nullptr);
-  document["view_excess"] = result.by_views ? json({{"variance_ratio", result.by_views->excess},
-                                                    {"sigmas", result.by_views->excess_sigmas},
-                                                    {"exceeded", result.isNoiseExceeded()}})
-                                            : json(nullptr);
-  document["covariance"] = result.covariance ? json(lowerTriangle(*result.covariance)) : json(nullptr);
-  document["stated_covariance"] =
-      result.covariance ? json(lowerTriangle(result.statedCovariance())) : json(nullptr);
+  document["parameter_std_by_view"] = result.uncertainty.by_views ? std::move(by_view) : json(nullptr);
+  document["view_excess"] = result.uncertainty.by_views
+                                ? json({{"variance_ratio", result.uncertainty.by_views->excess},
+                                        {"sigmas", result.uncertainty.by_views->excess_sigmas},
+                                        {"exceeded", result.uncertainty.isNoiseExceeded()}})
+                                : json(nullptr);
+  document["covariance"] =
+      result.uncertainty.covariance ? json(lowerTriangle(*result.uncertainty.covariance)) : json(nullptr);
+  document["stated_covariance"] = result.uncertainty.covariance
+                                      ? json(lowerTriangle(result.uncertainty.statedCovariance()))
+                                      : json(nullptr);
   json correlation = nullptr;
-  if (const auto strongest = result.strongestCorrelation()) {
+  if (const auto strongest = result.uncertainty.strongestCorrelation()) {
     correlation = {{"parameters",
                     {names[static_cast<std::size_t>(strongest->first)],
                      names[static_cast<std::size_t>(strongest->second)]}},
@@ -130,19 +135,21 @@ void addUncertainty(const CalibrationResult& result, nlohmann::json& document) {
   }
   document["strongest_correlation"] = std::move(correlation);
   json projection = nullptr;
-  if (result.projection_far) {
-    projection = {{"infinity", gridJson(*result.projection_far)},
-                  {"board_distance", gridJson(*result.projection_near)},
-                  {"board_distance_m", result.board_distance_m}};
+  if (result.uncertainty.projection_far) {
+    projection = {{"infinity", gridJson(*result.uncertainty.projection_far)},
+                  {"board_distance", gridJson(*result.uncertainty.projection_near)},
+                  {"board_distance_m", result.uncertainty.board_distance_m}};
   }
   document["projection_std"] = std::move(projection);
   json spread = nullptr;
-  if (result.model_spread) {
-    spread = {{"model", result.model_spread->id},
-              {"share_apart", result.model_spread->share_apart},
+  if (result.uncertainty.model_spread) {
+    spread = {{"model", result.uncertainty.model_spread->id},
+              {"share_apart", result.uncertainty.model_spread->share_apart},
               {"apart_px", kApartPx},
-              {"worst_px", result.model_spread->worst_px},
-              {"worst_pixel", {result.model_spread->worst_pixel.x(), result.model_spread->worst_pixel.y()}}};
+              {"worst_px", result.uncertainty.model_spread->worst_px},
+              {"worst_pixel",
+               {result.uncertainty.model_spread->worst_pixel.x(),
+                result.uncertainty.model_spread->worst_pixel.y()}}};
   }
   document["model_spread"] = std::move(spread);
 }

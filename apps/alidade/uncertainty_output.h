@@ -5,15 +5,15 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 
 namespace alidade {
 
 /// The parameters with their sigmas, and what these mean in the image, for the summary.
-[[nodiscard]] std::string parameterTable(const CalibrationResult& result);
-[[nodiscard]] std::string projectionText(const CalibrationResult& result);
+[[nodiscard]] std::string parameterTable(const Calibration& result);
+[[nodiscard]] std::string projectionText(const Calibration& result);
 
 /// Adds parameters, sigmas, covariance and projection uncertainty to the document.
-void addUncertainty(const CalibrationResult& result, nlohmann::json& document);
+void addUncertainty(const Calibration& result, nlohmann::json& document);
 
 }  // namespace alidade

@@ -60,35 +60,36 @@ class UndistortCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: alidade undistort camera.yaml photos/ -o undistorted\n"
-        "Without --fov and --keep the focal length, the image's centre and the size stay as they are.\n"
-        "Makes PNG files with the colours and bits of the inputs (JPEG files of JPEG files), and "
-        "camera.yaml, the\n"
-        "pinhole camera that they are of, or projection.yaml for the other projections.");
+        "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov and --keep, the focal "
+        "length, the image centre and the image size do not change.\nWrites PNG files with the colours and "
+        "bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching pinhole "
+        "camera. The other projections get projection.yaml instead.");
     app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
     app.add_option("input", inputs_, "Folders, image files or patterns");
-    app.add_option("-o,--output", output_, "Folder to make");
+    app.add_option("-o,--output", output_, "Folder to create");
     app.add_option("--projection", projection_,
-                   "How rays are laid out: rectilinear keeps straight lines straight")
+                   "Output projection; rectilinear keeps straight lines straight")
         ->check(CLI::IsMember(projectionNames()))
         ->capture_default_str();
     app.add_option("--fov", fov_deg_, "Horizontal field of view in degrees");
     app.add_option("--keep", keep_,
-                   "all: every pixel that has a ray; valid: as much as fits without black pixels")
+                   "all: every input pixel is visible; valid: the largest view without black pixels")
         ->check(CLI::IsMember({"all", "valid"}));
-    app.add_option("--size", size_, "Size of the output, for example 1280x720 (default: as the input)")
+    app.add_option("--size", size_, "Size of the output, for example 1280x720. Default: size of the input")
         ->check(
             [](const std::string& text) {
               return parseSize(text) ? std::string()
                                      : "--size: found '" + text + "', expected WIDTHxHEIGHT in pixels";
             },
             "");
-    app.add_option("--interpolation", interpolation_, "cubic is sharper and may overshoot at edges")
+    app.add_option("--interpolation", interpolation_,
+                   "Interpolation; cubic is sharper but may overshoot at edges")
         ->check(CLI::IsMember({"linear", "cubic"}))
         ->capture_default_str();
-    app.add_flag("--camera-only", camera_only_, "Only the camera or projection file; inputs are not read");
+    app.add_flag("--camera-only", camera_only_,
+                 "Write only the camera or projection file; do not read inputs");
     app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier result for these inputs; anything else in the folder is never touched");
+                 "Replace an earlier result for these inputs; other files in the folder are never changed");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, true);
   }
@@ -133,7 +134,7 @@ class UndistortCommand final : public Command {
     for (const UndistortedImage& image : images) {
       if (!image.reason.empty()) printMessage("error: " + oneLine(image.reason));
     }
-    printMessage(fmt::format("error: {} of {} images are left out", num_skipped, images.size()));
+    printMessage(fmt::format("error: {} of {} images were skipped", num_skipped, images.size()));
     return static_cast<int>(ErrorCode::kInput);
   }
 
@@ -153,8 +154,8 @@ class UndistortCommand final : public Command {
       throw usageError({.where = "undistort", .found = "no --output", .expected = "-o FOLDER"});
     if (app.count("--fov") > 0 && !keep_.empty())
       throw usageError({.where = "undistort",
-                        .found = "--fov beside --keep",
-                        .expected = "one of them: both set the field"});
+                        .found = "--fov and --keep",
+                        .expected = "one of them: both set the field of view"});
   }
 
   [[nodiscard]] ViewRequest request(const CLI::App& app) const {
@@ -207,16 +208,15 @@ class UndistortCommand final : public Command {
       image.exif_orientation = loaded.exif_orientation;
       const RasterImage& raster = loaded.image;
       if (raster.size != expected) {
-        throw inputError(
-            {.where = path,
-             .found = "an image of " + sizeText(raster.size) + " pixels",
-             .expected = sizeText(expected) + ", the size that the camera file is for",
-             .next_step = "give the images of that camera as it stored them, not resized or turned"});
+        throw inputError({.where = path,
+                          .found = "the image size is " + sizeText(raster.size) + " pixels",
+                          .expected = sizeText(expected) + ", the image size of the camera file",
+                          .next_step = "use the original images of this camera, not resized or rotated"});
       }
       if (hasJpegName(image.output) && (raster.bits_per_sample != 8 || raster.num_channels == 4)) {
         throw inputError({.where = path,
-                          .found = "16 bits or alpha in a file with the name of a JPEG file",
-                          .expected = "a name that says what the file is",
+                          .found = "16-bit samples or an alpha channel in a file with a JPEG name",
+                          .expected = "a file extension that matches the content",
                           .next_step = "rename it to .png or .tiff"});
       }
       return std::move(loaded.image);
@@ -230,9 +230,9 @@ class UndistortCommand final : public Command {
     const std::string& first = images.front().reason;
     if (images.size() == 1) throw inputError({.where = first});
     throw inputError({.where = fmt::format("{} images", images.size()),
-                      .found = "none can be used",
-                      .expected = "images of the camera",
-                      .next_step = "the first: " + oneLine(first)});
+                      .found = "none of them can be used",
+                      .expected = "images from this camera",
+                      .next_step = "the error of the first one: " + oneLine(first)});
   }
 
   static void writeView(const OutputView& view, const PendingFolder& folder) {
@@ -246,12 +246,12 @@ class UndistortCommand final : public Command {
     std::vector<std::string> notes;
     if (choice.cut_share > 0) {
       notes.push_back(fmt::format(
-          "{:.2g} % of the input's pixels lie more than {:.0f} degrees from the {} and are cut; {}",
+          "{:.2g} % of the input pixels are more than {:.0f} degrees from the {} and were cut off; {}",
           100 * choice.cut_share, kMaxTangentAngleRad * kDegrees,
           choice.view.projection == ViewProjection::kCylindrical ? "horizon" : "axis",
-          "--projection equirectangular shows all"));
+          "--projection equirectangular shows them all"));
     } else if (choice.is_limited_by_projection) {
-      notes.push_back(fmt::format("the view ends where a {} one does, before the input's pixels end",
+      notes.push_back(fmt::format("a {} view cannot show all pixels of the input",
                                   projectionName(choice.view.projection)));
     }
     std::map<int, int> orientations;
@@ -259,9 +259,8 @@ class UndistortCommand final : public Command {
     orientations.erase(1);
     for (const auto& [orientation, count] : orientations) {
       notes.push_back(fmt::format(
-          "{} image{} say{} in Exif to be shown {}; the pixels are used as stored, and the results are not "
-          "turned",
-          count, count == 1 ? "" : "s", count == 1 ? "s" : "", describeExifOrientation(orientation)));
+          "{} image{} {} an Exif orientation ({}); it is ignored, and the results are not rotated", count,
+          count == 1 ? "" : "s", count == 1 ? "has" : "have", describeExifOrientation(orientation)));
     }
     return notes;
   }
@@ -274,7 +273,7 @@ class UndistortCommand final : public Command {
                                   ? fmt::format("focal length {:.2f} px", view.scale_px.x())
                                   : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegrees);
     return fmt::format(
-        "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels without a source\n", output_,
+        "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels are black (no source)\n", output_,
         what, projectionName(view.projection), sizeText(view.size), view.horizontalFieldRad() * kDegrees,
         scale, 100 * dark_share);
   }

@@ -44,9 +44,9 @@ std::vector<std::string> outputNames(const std::vector<std::string>& image_names
     if (is_new) continue;
     throw inputError(
         {.where = image_names[i],
-         .found = "its result and that of " + earlier->second + " would both be '" + names[i] + "'",
-         .expected = "different names",
-         .next_step = "give them to two runs with folders of their own"});
+         .found = "this image and " + earlier->second + " would both be written to '" + names[i] + "'",
+         .expected = "different output names",
+         .next_step = "undistort them in two runs with different output folders"});
   }
   return names;
 }
@@ -59,9 +59,10 @@ void refuseFolderOfInputs(const std::string& folder, const std::vector<std::stri
     const fs::path target = fs::weakly_canonical(source, error);
     if (!isBelow(own, folder) && !isBelow(target, folder)) continue;
     throw usageError({.where = "--output " + folder,
-                      .found = "the folder of the input " + source,
-                      .expected = "another folder",
-                      .next_step = "the results would be taken for inputs next time, or replace them"});
+                      .found = "this is the folder of the input " + source,
+                      .expected = "a different folder",
+                      .next_step = "choose another folder, otherwise the results would replace the inputs or "
+                                   "be read as inputs next time"});
   }
 }
 

@@ -17,15 +17,14 @@ class UnprojectCommand final : public StreamCommand {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: echo 320,240 | alidade unproject camera.yaml\n"
-        "Output: x,y,z,status; a unit ray in the camera frame with status ok, or outside where no ray leads "
-        "to the pixel,\n"
-        "or (--clip) out_of_image.\n"
-        "--jacobian appends dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
-    setUpStream(app,
-                "Rows u,v (pixels), comma or blank separated, header optional; - or none: standard input");
+        "Example: echo 320,240 | alidade unproject camera.yaml\nOutput: x,y,z,status. The status is ok (with "
+        "a unit ray in the camera frame), outside (no ray projects to the pixel)\nor, with --clip, "
+        "out_of_image.\n--jacobian appends dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
+    setUpStream(
+        app,
+        "Rows u,v in pixels, separated by commas or blanks, header optional; standard input if omitted or -");
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
-    app.add_flag("--clip", is_clipped_, "Give pixels beyond the image the status out_of_image and no ray");
+    app.add_flag("--clip", is_clipped_, "Give pixels outside the image the status out_of_image and no ray");
   }
 
  private:

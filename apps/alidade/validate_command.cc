@@ -22,15 +22,13 @@ class ValidateCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: alidade validate camera.yaml\n"
-        "Example: alidade validate calibrations/ --strict\n"
-        "Example: alidade validate camera.yaml --images photos/ --board checkerboard:9x6:25mm\n"
-        "--images tests cameras on photographs that they were not calibrated from; 10 or more, as for a "
-        "calibration.\n"
-        "Files may be of any format (docs/formats.md); FILE#NAME is one camera of several.\n"
-        "Exit code 0: no check failed; 1: a file cannot be read as a camera file; 3: a check failed.");
-    app.add_option("file", files_, "Camera files, or folders of them");
-    app.add_flag("--strict", is_strict_, "Fail what is otherwise a warning");
+        "Example: alidade validate camera.yaml\nExample: alidade validate calibrations/ --strict\nExample: "
+        "alidade validate camera.yaml --images photos/ --board checkerboard:9x6:25mm\n--images tests the "
+        "camera on photographs that were not used for its calibration. Give 10 or more.\nFiles may have any "
+        "supported format (docs/formats.md); FILE#NAME selects one camera of a file with several.\nExit code "
+        "0: no check failed; 1: a file cannot be read as a camera file; 3: a check failed.");
+    app.add_option("file", files_, "Camera files, or folders with camera files");
+    app.add_flag("--strict", is_strict_, "Treat warnings as failures");
     addCameraOptions(app, camera_);
     held_out_.addOptions(app);
     addCommonOptions(app, common_, true);
@@ -40,7 +38,7 @@ class ValidateCommand final : public Command {
     if (files_.empty())
       throw usageError({.where = "validate",
                         .found = "no file",
-                        .expected = "camera files, or folders of them",
+                        .expected = "camera files, or folders with camera files",
                         .next_step = "alidade validate --help"});
     const CameraList list = listCameraFiles(files_);
     held_out_.prepare(common_);
@@ -52,11 +50,12 @@ class ValidateCommand final : public Command {
         std::all_of(judgements.begin(), judgements.end(), [](const auto& j) { return j.isValid(); });
     print(judgements, list);
     if (!list.folders.empty() && !common_.quiet) {
-      printMessage(fmt::format("note: {} sub-folders were not looked into; name those that are meant: {}",
-                               list.folders.size(), join(list.folders, ", ")));
+      printMessage(
+          fmt::format("note: {} sub-folders were skipped; list them explicitly to check their files: {}",
+                      list.folders.size(), join(list.folders, ", ")));
     }
     if (!list.skipped.empty() && !common_.quiet) {
-      printMessage(fmt::format("note: {} files of the folder are of no known format and were passed over: {}",
+      printMessage(fmt::format("note: {} files were skipped because their format is unknown: {}",
                                list.skipped.size(), join(list.skipped, ", ")));
     }
     if (num_unreadable > 0) {
@@ -97,8 +96,8 @@ class ValidateCommand final : public Command {
   }
 
   static void failWarnings(FileJudgement& judgement) {
-    for (Check& check : judgement.checks) {
-      if (check.status == CheckStatus::kWarn) check.status = CheckStatus::kFail;
+    for (Diagnosis& check : judgement.checks) {
+      if (check.severity == Severity::kWarning) check.severity = Severity::kFailure;
     }
   }
 

@@ -4,8 +4,8 @@
 /// The front door of the component `detect`, which needs OpenCV.
 ///
 /// findBoard() finds a board in a grey image, whole or in part, with the standard deviation of each corner in
-/// pixels. surveyImages() does so in many image files, in parallel, and sorts out those that must not be used
-/// together; BoardSurvey::views() is what a calibration takes. listImages() gives the image files of a
+/// pixels. surveyImages() does this for many image files in parallel and excludes images that must not be
+/// used together. BoardSurvey::views() is the input of a calibration. listImages() gives the image files of a
 /// folder, and readGrayImage() reads one. Pixel (0, 0) is the centre of the top-left pixel. Errors are
 /// alidade::Error.
 #include "alidade/core/error.h"

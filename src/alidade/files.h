@@ -3,11 +3,11 @@
 
 /// The front door of the component `files`, which needs neither OpenCV nor Ceres.
 ///
-/// loadCamera() reads the only camera of a file of any format, or the one that FILE#NAME names; loadCameras()
-/// reads all of them with what was noticed about them; saveCamera() writes one in any format. What a file
-/// holds is a CameraRecord: camera, image size, and where it was calibrated what is known of that, such as
-/// statedCovariance(). readCornersFile(), readPoseList() and readBoard() read what the program reads. Errors
-/// are alidade::Error (kInput), which names file, line and key.
+/// loadCamera() reads the only camera of a file of any format, or the camera selected by FILE#NAME.
+/// loadCameras() reads all cameras with remarks about them. saveCamera() writes a camera in any format. The
+/// content of a file is a CameraRecord: camera, image size and calibration data, such as statedCovariance().
+/// readCornersFile(), readPoseList() and readBoard() read the other input files. Errors are alidade::Error
+/// (kInput), which names file, line and key.
 #include "alidade/core/error.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/camera_save.h"

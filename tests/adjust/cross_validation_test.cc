@@ -99,11 +99,12 @@ TEST(HeldOutErrors, AreAsLargeAsNoiseAndUncertaintyTogether) {
   double sum = 0;
   int count = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    const CalibrationResult result = calibrate(noisySet(20, seed).board, noisySet(20, seed).views);
-    EXPECT_GT(result.holdout.rms_px, result.rms_px);
-    EXPECT_EQ(result.holdout.num_corners, result.num_corners);
-    EXPECT_EQ(result.holdout.num_unseen, 0);
-    sum += result.holdout.rms_px * result.holdout.rms_px / 2;
+    const Calibration result =
+        calibrate(noisySet(20, seed).board, noisySet(20, seed).views, {.model = "radtan"});
+    EXPECT_GT(result.uncertainty.holdout.rms_px, rms(result.fit));
+    EXPECT_EQ(result.uncertainty.holdout.num_corners, numCorners(result.fit));
+    EXPECT_EQ(result.uncertainty.holdout.num_unseen, 0);
+    sum += result.uncertainty.holdout.rms_px * result.uncertainty.holdout.rms_px / 2;
     ++count;
   }
   EXPECT_EQ(count, 10);

@@ -21,9 +21,9 @@ namespace {
 constexpr ImageSize kSize{.width = 1280, .height = 960};
 constexpr double kNoisePx = 0.1;
 
-bool hasFinding(const CalibrationResult& result, const char* id) {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& f) { return f.id == id; });
+bool hasFinding(const Calibration& result, const char* id) {
+  return std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                     [&](const Diagnosis& f) { return f.id == id; });
 }
 
 // A mild lens, seen as a quotient of polynomials: what the denominator does, the numerator does as well.
@@ -44,7 +44,7 @@ std::vector<double> mildLens(Random& random) {
 
 // The largest error of the projection of rays all over the image, in stated sigmas an axis; how many it
 // compared.
-int largestError(const CalibrationResult& result, const AnyCamera& truth, double& largest) {
+int largestError(const Calibration& result, const AnyCamera& truth, double& largest) {
   const auto n = static_cast<Eigen::Index>(truth.parameters().size());
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J(2, n);
   int count = 0;
@@ -55,9 +55,9 @@ int largestError(const CalibrationResult& result, const AnyCamera& truth, double
       const auto ray = truth.unproject(pixel);
       if (!ray) continue;
       const Projection found =
-          result.camera.visit([&](const auto& camera) { return camera.project(*ray, nullptr, J.data()); });
+          result.camera().visit([&](const auto& camera) { return camera.project(*ray, nullptr, J.data()); });
       if (!found.ok()) continue;
-      const Eigen::Matrix2d covariance = J * *result.covariance * J.transpose();
+      const Eigen::Matrix2d covariance = J * result.uncertainty.covariance->view() * J.transpose();
       const Eigen::Vector2d error = found.pixel - pixel;
       largest =
           std::max(largest, error.cwiseQuotient(covariance.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff());
@@ -80,17 +80,18 @@ TEST(WeakPrior, KeepsARationalLensWithinReason) {
       params[1] = params[0] * random.uniform(0.995, 1.005);
       const AnyCamera truth = AnyCamera::make("rational", params);
       const SimulatedSet set = simulateSet(truth, kSize, num_views, kNoisePx, seed);
-      const CalibrationResult result = calibrate(set.board, set.views, {.model = "rational"});
+      const Calibration result = calibrate(set.board, set.views, {.model = "rational"});
       EXPECT_TRUE(result.isUsable());
-      ASSERT_TRUE(result.covariance);
-      const LensScale scale = lensScale("rational", result.camera, kSize);
+      ASSERT_TRUE(result.uncertainty.covariance);
+      const LensScale scale = lensScale("rational", result.camera(), kSize);
       for (std::size_t i = 4; i < params.size(); ++i) {
-        EXPECT_LT(scale.distance(result.camera.parameters(), i), 1.01) << result.camera.parameterNames()[i];
-        EXPECT_LT(std::abs(result.camera.parameters()[i]), 20) << result.camera.parameterNames()[i];
+        EXPECT_LT(scale.distance(onlyCamera(result.fit).params, i), 1.01)
+            << result.camera().parameterNames()[i];
+        EXPECT_LT(std::abs(onlyCamera(result.fit).params[i]), 20) << result.camera().parameterNames()[i];
       }
-      const bool is_held = !result.weak_prior.isNone();
+      const bool is_held = !onlyCamera(result.fit).weak_prior.isNone();
       EXPECT_EQ(hasFinding(result, "ill_conditioned"), is_held);
-      EXPECT_EQ(result.weak_prior.least_known.empty(), !is_held);
+      EXPECT_EQ(onlyCamera(result.fit).weak_prior.least_known.empty(), !is_held);
       num_held += is_held ? 1 : 0;
       double largest = 0;
       EXPECT_EQ(largestError(result, truth, largest), 63);
@@ -133,16 +134,16 @@ TEST(WeakPrior, FewViewsDoNotFoldARadtanLens) {
   int num_sets = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const SimulatedSet set = simulateSet(truth, kSize, 12, kNoisePx, seed);
-    const CalibrationResult result = calibrate(set.board, set.views);
+    const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     EXPECT_TRUE(result.domain.full_image) << "seed " << seed;
-    const bool is_held = !result.weak_prior.isNone();
+    const bool is_held = !onlyCamera(result.fit).weak_prior.isNone();
     EXPECT_EQ(hasFinding(result, "ill_conditioned"), is_held);
     if (is_held) {
       double largest = 0;
-      ASSERT_TRUE(result.covariance);
+      ASSERT_TRUE(result.uncertainty.covariance);
       EXPECT_EQ(largestError(result, truth, largest), 63);
       std::printf("seed %d: prior of %g, error %.2f stated sigmas at most\n", static_cast<int>(seed),
-                  result.weak_prior.width, largest);
+                  onlyCamera(result.fit).weak_prior.width, largest);
       EXPECT_LT(largest, 3);
     }
     num_held += is_held ? 1 : 0;
@@ -167,15 +168,15 @@ TEST(WeakPrior, UnfoldsALensInCornersThatNoBoardReached) {
     }
     std::erase_if(set.views, [](const View& view) { return view.corners.size() < 18; });
     if (set.views.size() < 8) continue;
-    const CalibrationResult result = calibrate(set.board, set.views);
+    const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     EXPECT_TRUE(result.domain.full_image || hasFinding(result, "folds_in_image"));
-    if (!result.weak_prior.isNone()) {
+    if (!onlyCamera(result.fit).weak_prior.isNone()) {
       EXPECT_TRUE(result.domain.full_image);
       EXPECT_TRUE(hasFinding(result, "ill_conditioned"));
       for (std::size_t i = 4; i < params.size(); ++i) {
-        EXPECT_LT(std::abs(result.camera.parameters()[i] - params[i]),
-                  5 * result.parameterStd(static_cast<int>(i)))
-            << seed << " " << result.camera.parameterNames()[i];
+        EXPECT_LT(std::abs(onlyCamera(result.fit).params[i] - params[i]),
+                  5 * result.uncertainty.parameterStd(static_cast<int>(i)))
+            << seed << " " << result.camera().parameterNames()[i];
       }
       ++num_held;
     }

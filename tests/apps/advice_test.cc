@@ -97,7 +97,7 @@ TEST(Advice, RefusesToDrawOverOtherFiles) {
   const std::string corners = scratch.write("corners.csv", readFile(cornersPath()));
   const std::string camera = scratch.path("camera.yaml");
   EXPECT_THAT(runAlidade({"calibrate", corners, "--next-view", corners}),
-              FailsWith(2, AllOf(HasSubstr("--next-view"), HasSubstr("the name of an input"))));
+              FailsWith(2, AllOf(HasSubstr("--next-view"), HasSubstr("this is also an input"))));
   EXPECT_THAT(runAlidade({"calibrate", corners, "-o", camera, "--next-view", camera}),
               FailsWith(2, HasSubstr("the same file as --output")));
   EXPECT_THAT(runAlidade({"calibrate", corners, "--next-view", "-"}),

@@ -36,12 +36,13 @@ TEST(CornersFile, ThatIsWrongIsNamedWithItsLine) {
       {withRow(prefix + "-1,0,0,10,20,"), ":3", "'-1' as corner_id"},
       {withRow(prefix + "1,2,0,10,20,"), ":3", "corner_id = row * columns + col"},
       {withRow(prefix + "0,0,0,11,21,"), ": image a.png", "corner 0 twice"},
-      {withRow("cam,a.png,640,480,checkerboard:8x6:25mm,1,1,0,10,20,"), ":3", "the board of the rows before"},
+      {withRow("cam,a.png,640,480,checkerboard:8x6:25mm,1,1,0,10,20,"), ":3",
+       "the board of the previous rows"},
       {withRow("cam,a.png,640,480,chekerboard:9x6:25mm,1,1,0,10,20,"), ":3", "did you mean 'checkerboard'?"},
-      {withRow("cam,a.png,641,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "with another size"},
+      {withRow("cam,a.png,641,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "with a different size"},
       {withRow("cam,a.png,0,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "'0' as width"},
       {withRow("two,a.png,640,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "camera 'two'"},
-      {withRow("cam,\"a.png,640,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "an open quote"},
+      {withRow("cam,\"a.png,640,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "a quote that is not closed"},
       {std::string("\x89PNG\0", 5), "", "a zero byte"},
   };
   const ScratchFolder scratch;

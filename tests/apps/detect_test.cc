@@ -85,7 +85,7 @@ TEST(Detect, DrawsWhatItFoundIntoAFolderOfItsOwn) {
   EXPECT_EQ(num_drawn, 2);
 
   EXPECT_THAT(detect({1}, {"--debug", scratch.path("d"), "-o", scratch.path("d/")}),
-              FailsWith(2, AllOf(HasSubstr("--debug"), HasSubstr("the name of the output"))));
+              FailsWith(2, AllOf(HasSubstr("--debug"), HasSubstr("this is also the output"))));
 
   // Names that differ in folders only give drawings of their own; one that cannot be written costs no
   // corners.
@@ -101,7 +101,7 @@ TEST(Detect, DrawsWhatItFoundIntoAFolderOfItsOwn) {
   const RunResult blocked = runAlidade(
       {"detect", scratch.path("two/b.png"), "--board", kBoard, "--debug", scratch.path("blocked")});
   ASSERT_THAT(blocked, EndsWith(0));
-  EXPECT_THAT(blocked.err, HasSubstr("not all debug images could be written"));
+  EXPECT_THAT(blocked.err, HasSubstr("some debug images could not be written"));
 
   // Among the inputs, the drawings would be inputs of the next run.
   std::filesystem::create_directory(scratch.path("photos"));
@@ -124,7 +124,8 @@ TEST(Detect, TellsWhatBoardTheImagesShowInstead) {
   for (const Case& c :
        {Case{"checkerboard:10x7:25mm", "did you count squares? Use checkerboard:9x6:25mm"},
         Case{"checkerboard:7x10:25mm", "did you count squares? Use checkerboard:6x9:25mm"},
-        Case{"checkerboard:8x5:25mm", "did you leave out a line of corners each way? Use checkerboard:9x6"},
+        Case{"checkerboard:8x5:25mm",
+             "did you leave out one line of corners in each direction? Use checkerboard:9x6"},
         Case{"checkerboard:13x12:25mm", "3 images show 9x6 inner corners; use checkerboard:9x6:25mm"}}) {
     EXPECT_THAT(runAlidade({"detect", imagePath(1), imagePath(2), imagePath(4), "--board", c.board}),
                 FailsWith(1, HasSubstr(c.hint)))

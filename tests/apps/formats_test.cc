@@ -91,15 +91,15 @@ TEST(Formats, RefuseWhatContradictsItself) {
   const std::vector<Case> cases = {
       {size + matrix + "distortion_coeffs: " + five, {}, "'distortion_coeffs'"},
       {size + matrix + "D1: " + five, {}, "'D1'"},
-      {size + matrix + "distortion_coefficients: " + five + "D: " + five, {}, "'D' beside"},
-      {size + matrix + "K: [1, 0, 0, 0, 1, 0, 0, 0, 1]\ndistortion_coefficients: " + five, {}, "'K' beside"},
-      {size + "image_size: [320, 240]\n" + matrix + "D: " + five, {}, "another image size"},
+      {size + matrix + "distortion_coefficients: " + five + "D: " + five, {}, "'D' and"},
+      {size + matrix + "K: [1, 0, 0, 0, 1, 0, 0, 0, 1]\ndistortion_coefficients: " + five, {}, "'K' and"},
+      {size + "image_size: [320, 240]\n" + matrix + "D: " + five, {}, "an image size that differs"},
       {size + "camera_matrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [5, 0, 3, 0, 5, 2, 0, "
               "0, 1]\n"
               "fisheye_model: 0\ndistortion_model: fisheye\nD: [0, 0, 0, 0]\n",
        {},
-       "both to say the same"},
-      {size + matrix + "fisheye_model: 1\nD: [0, 0, 0, 0]\n", {"--read-as", "radtan"}, "as --read-as says"},
+       "values that agree"},
+      {size + matrix + "fisheye_model: 1\nD: [0, 0, 0, 0]\n", {"--read-as", "radtan"}, "from --read-as"},
       {"1 PINHOLE 640 480 500 500 320 240\n1 PINHOLE 640 480 600 600 320 240\n", {}, "two cameras '1'"},
   };
   const std::string points = scratch.write("points.csv", "x,y,z\n0.1,0.2,1\n");

@@ -35,8 +35,8 @@ TEST(Inputs, NamesWhatIsWrongWithAFolder) {
     std::string next;
   };
   const std::vector<Case> cases = {
-      {"empty", "it is empty", "give the folder that holds the images"},
-      {"notes", "holds 1 file, readme.txt", "give the folder that holds the images"},
+      {"empty", "it is empty", "give the folder that contains the images"},
+      {"notes", "contains 1 file, readme.txt", "give the folder that contains the images"},
       {"photo", "no such file or folder", "did you mean '" + scratch.path("photos") + "'?"},
       {"photos/view_01.png", "no such file", "did you mean '" + scratch.path("photos/view_001.png") + "'?"},
       {"photos/*.jpg", "no file matches", "check the pattern"},
@@ -80,7 +80,7 @@ struct BadImage {
 std::vector<BadImage> badImages() {
   const std::string good = readFile(imagePath(1));
   return {{"view_101.png", "", "0 bytes"},
-          {"view_102.png", good.substr(0, good.size() / 2), "cut short"},
+          {"view_102.png", good.substr(0, good.size() / 2), "truncated"},
           {"view_103.jpg", "hello, this is text\n", "not an image"}};
 }
 
@@ -97,7 +97,8 @@ TEST(Inputs, RefusesAnImageThatCannotBeRead) {
   }
   EXPECT_EQ(num_refused, 6);
   EXPECT_THAT(runAlidade(calibrateLine({scratch.path()}, output)),
-              FailsWith(1, AllOf(HasSubstr("3 images: none can be read"), HasSubstr("next: the first: "))));
+              FailsWith(1, AllOf(HasSubstr("3 images: none of them can be read"),
+                                 HasSubstr("next: the error of the first one: "))));
   EXPECT_THAT(scratch.list(), ElementsAre("view_101.png", "view_102.png", "view_103.jpg"));
 }
 
@@ -179,7 +180,7 @@ TEST(Inputs, UsesTheLargestSizeOfACornersFileAndNamesTheRest) {
   const RunResult run = runAlidade({"calibrate", scratch.write("corners.csv", mixed)});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.out, AllOf(HasSubstr("12 given, 12 with the board, 10 used"),
-                             HasSubstr("view_011.png: other_size: is 641x481, while most images are 640x480"),
+                             HasSubstr("view_011.png: other_size: 641x481, while most images are 640x480"),
                              HasSubstr("view_012.png: other_size")));
 }
 
@@ -187,7 +188,7 @@ TEST(Inputs, AreNeverOverwrittenByTheOutput) {
   const ScratchFolder scratch;
   const std::string corners = readFile(dataPath("corners.csv"));
   const std::string path = scratch.write("corners.csv", corners);
-  EXPECT_THAT(runAlidade({"calibrate", path, "-o", path}), FailsWith(2, HasSubstr("the name of an input")));
+  EXPECT_THAT(runAlidade({"calibrate", path, "-o", path}), FailsWith(2, HasSubstr("this is also an input")));
   EXPECT_EQ(readFile(path), corners);
 }
 

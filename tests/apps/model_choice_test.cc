@@ -20,7 +20,7 @@ TEST(ModelChoice, IsPrintedWrittenAndRead) {
   const std::string output = scratch.path("camera.yaml");
   const RunResult text = runAlidade({"calibrate", dataPath("corners.csv"), "-o", output});
   ASSERT_THAT(text, EndsWith(0));
-  EXPECT_THAT(text.out, AllOf(HasSubstr("Held out "), HasSubstr("for a field of 6"),
+  EXPECT_THAT(text.out, AllOf(HasSubstr("Held-out "), HasSubstr("for a field of 6"),
                               ContainsRegex("radtan +9 .*chosen"),
                               ContainsRegex("pinhole +4 .*times  predicts corners worse than radtan"),
                               ContainsRegex("rational +12 .*fits no better than radtan")));
@@ -48,7 +48,7 @@ TEST(ModelChoice, IsLeftOutWhereAModelIsNamed) {
   const RunResult named =
       runAlidade({"calibrate", dataPath("corners.csv"), "--model", "radtan", "-o", output});
   ASSERT_THAT(named, EndsWith(0));
-  EXPECT_THAT(named.out, AllOf(HasSubstr("Held out "), Not(HasSubstr("chosen"))));
+  EXPECT_THAT(named.out, AllOf(HasSubstr("Held-out "), Not(HasSubstr("chosen"))));
   EXPECT_TRUE(readCameraFile(output).calibration->model_choice.empty());
   // The initial camera's model, not another choice.
   const RunResult again = runAlidade({"calibrate", dataPath("corners.csv"), "--init", output, "--json"});

@@ -128,13 +128,13 @@ TEST(Poses, NamesWhatIsWrong) {
   };
   const std::vector<std::string> forward = {"--poses-are", "camera_from_world"};
   const std::vector<Case> cases = {
-      {{""}, "poses: no pose", "a table with a row a pose"},
-      {{"# nothing\n"}, "poses: no pose", "a table with a row a pose"},
-      {{"tx,ty,tz,qx,qy,qz,qw\n"}, "poses:1: found poses that may go either way", "--poses-are"},
+      {{""}, "poses: no pose", "a table with one row per pose"},
+      {{"# nothing\n"}, "poses: no pose", "a table with one row per pose"},
+      {{"tx,ty,tz,qx,qy,qz,qw\n"}, "poses:1: found poses without a direction", "--poses-are"},
       {{"# timestamp tx ty tz qw qx qy qz\n0 0 0 0 1 0 0 0\n"},
-       "poses:2: found poses that may go either way",
+       "poses:2: found poses without a direction",
        "--poses-are"},
-      {{"tx,ty,tz,qx,qy,qz,qw\n", forward}, "poses: no pose", "a row a pose"},
+      {{"tx,ty,tz,qx,qy,qz,qw\n", forward}, "poses: no pose", "one row per pose"},
       {{"0 0 0 0 0 0 1\n"}, "poses:1: found 7 columns without a header", "add a header"},
       {{"tx,ty,tz\n0,0,0\n", forward}, "poses:1: found no column qx in the header tx,ty,tz", "rx,ry,rz"},
       {{"tx,ty,tz,qx,qy,qz,qw,rx\n", forward},
@@ -146,7 +146,7 @@ TEST(Poses, NamesWhatIsWrong) {
        "poses:3: found 'zero' as tz",
        "a number"},
       {{"tx,ty,tz,rx,ry,rz\n0,0,0,0,nan,0\n", forward}, "poses:2: found 'nan' as ry", "a finite number"},
-      {{"tx,ty,tz,rx,ry,rz\n0,0,0,0,0\n", forward}, "poses:2: found 5 fields", "6 as in the rows before"},
+      {{"tx,ty,tz,rx,ry,rz\n0,0,0,0,0\n", forward}, "poses:2: found 5 fields", "6 as in the previous rows"},
       {{"1 0 0 0 0 0 0 0\n"}, "poses:1: found a quaternion of length 0", "length 1"},
       {{"1 0 0 0 0 0 0 2\n"}, "poses:1: found a quaternion of length 2", "length 1"},
       {{"1 0 0 0 0 0 0 1\n1 0 0 1 0 0 0 1\n"}, "poses:2: found the pose '1' twice", "once"},
@@ -157,11 +157,11 @@ TEST(Poses, NamesWhatIsWrong) {
       {{"- {idd: 1, translation_m: [0, 0, 0]}\n"}, "unknown key 'idd'", "did you mean 'id'?"},
       {{"- {id: 1, matrix: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], translation_m: [0, 0, "
         "0]}\n"},
-       "'matrix' beside 'translation_m'",
-       "'matrix' alone"},
+       "'matrix' and 'translation_m'",
+       "only 'matrix'"},
       {{"- {camera_from_world: {rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, 0]}}\n", forward},
        "poses:1: [0]: found a key that names the frames",
-       "leave --poses-are out"},
+       "remove --poses-are"},
       {{"- {id: 1, rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, 0]}\n"
         "- {id: 1, rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, 0]}\n"},
        "poses:2: [1]: found the pose '1' twice",
@@ -182,7 +182,7 @@ TEST(Poses, KnowsManyFromOne) {
       scratch.write("list.yaml", "- {rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, 1]}\n");
   const std::string table = scratch.write("table.txt", "1 0 0 0 0 0 0 1\n");
   for (const std::string& path : {list, table})
-    EXPECT_THAT(project(kPoints, {"--pose", path}), FailsWith(1, HasSubstr("goes to --poses")));
+    EXPECT_THAT(project(kPoints, {"--pose", path}), FailsWith(1, HasSubstr("use --poses")));
   const std::string one =
       scratch.write("one.yaml", "{rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, 1]}");
   EXPECT_EQ(project(kPoints, {"--poses", one}).out, project(kPoints, {"--poses", list}).out);

@@ -161,7 +161,7 @@ TEST(Project, NamesTheLineThatIsWrong) {
   };
   const std::vector<Case> cases = {
       {"0,0,1\n0,zero,1\n", ":2", "'zero' as y", "a number"},
-      {"0,0,1\n\n# note\n0,0\n", ":4", "2 fields", "3 as in the rows before"},
+      {"0,0,1\n\n# note\n0,0\n", ":4", "2 fields", "3 as in the previous rows"},
       {"0,0\n", ":1", "2 columns without a header", "x,y,z"},
       {"x,y\n0,0\n", ":1", "the header x,y", "columns x,y,z"},
       {"u,v,w\n0,0,1\n", ":1", "the header u,v,w", "columns x,y,z"},
@@ -171,17 +171,17 @@ TEST(Project, NamesTheLineThatIsWrong) {
       {"x,y,z_mm\n0,0,1\n", ":1", "the column 'z_mm'", "columns x,y,z in m"},
       {"X,x_m,y,z\n0,0,0,1\n", ":1", "two columns 'X' and 'x_m'", "columns x,y,z"},
       {"x,y,z,x\n0,0,1,2\n", ":1", "two columns 'x' and 'x'", "columns x,y,z"},
-      {"x;y;z\n0,5;0;1\n", ":2", "commas beside semicolons", "decimal commas"},
-      {"0,0,1\n0,5;0;1\n", ":2", "commas beside semicolons", "decimal commas"},
+      {"x;y;z\n0,5;0;1\n", ":2", "both commas and semicolons", "decimal commas"},
+      {"0,0,1\n0,5;0;1\n", ":2", "both commas and semicolons", "decimal commas"},
       {"0;0;1\n0;0;\"1,5\"\n", ":2", "'1,5' as z", "a decimal point"},
-      {"x,y,z\n0,0,\"1\n", ":2", "an open quote", "quote at the field's end"},
-      {"0 0 1\n0 0,1\n", ":2", "2 fields", "3 as in the rows before"},
+      {"x,y,z\n0,0,\"1\n", ":2", "a quote that is not closed", "a closing quote at the end of the field"},
+      {"0 0 1\n0 0,1\n", ":2", "2 fields", "3 as in the previous rows"},
       {"0,0,1e999\n", ":1", "'1e999' as z", "a number"},
       {"0,0,+1\n0,0,1 2\n", ":2", "'1 2' as z", "a number"},
       {"0,0,+-1\n", ":1", "'+-1' as z", "a number"},
       {std::string("0,0,1\n0,0\0,1\n", 13), ":2", "'0\\0' as y", "a number"},
       {"\xff\xfex\n", ":1", "UTF-16 text", "CSV (UTF-8)"},
-      {std::string(70'000, '1'), ":1", "a line of more than 64 KiB", "rows of numbers"},
+      {std::string(70'000, '1'), ":1", "a line longer than 64 KiB", "one row of numbers per line"},
   };
   std::size_t num_refused = 0;
   for (const Case& c : cases) {

@@ -53,10 +53,11 @@ TEST(SelfCheck, StopsEveryCommandThatComputes) {
   int num_stopped = 0;
   for (const std::vector<std::string>& command : commands) {
     const RunResult result = runAlidade(command);
-    EXPECT_THAT(result,
-                FailsWith(1, AllOf(HasSubstr("slip.yaml: self_check["), HasSubstr("px from its pixel ("),
-                                   HasSubstr("a number in the file was changed; expected at most 1e-06 px"),
-                                   HasSubstr("next: alidade validate "), HasSubstr("delete self_check"))))
+    EXPECT_THAT(
+        result,
+        FailsWith(1, AllOf(HasSubstr("slip.yaml: self_check["), HasSubstr("px away from its stated pixel ("),
+                           HasSubstr("a number in the file was changed; expected at most 1e-06 px"),
+                           HasSubstr("next: alidade validate "), HasSubstr("delete self_check"))))
         << command.front();
     num_stopped += result.exit_code == 1 ? 1 : 0;
     EXPECT_FALSE(scratch.has("out")) << command.front();
@@ -78,7 +79,7 @@ TEST(SelfCheck, NoticesAnotherSizeOfTheImage) {
       scratch.write("smaller.yaml", replaced(text, "width: 640, height: 480", "width: 480, height: 640"));
   EXPECT_THAT(runAlidade({"convert", smaller, "-o", "-"}),
               FailsWith(1, AllOf(HasSubstr("smaller.yaml: self_check["),
-                                 HasSubstr("outside of the image of 480x640 px"))));
+                                 HasSubstr("outside the image of 480x640 px"))));
 }
 
 TEST(SelfCheck, IsNotMissedWhereItWasDeletedOnPurpose) {

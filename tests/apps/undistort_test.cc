@@ -198,14 +198,15 @@ TEST_F(Undistort, LeavesOutImagesThatAreNotTheCameras) {
   const RunResult run = undistort({"--quiet"});
   EXPECT_THAT(run, EndsWith(1));
   EXPECT_EQ(run.out, "");
-  EXPECT_THAT(run.err, AllOf(HasSubstr("turned.png: an image of 120x160 pixels; expected 160x120"),
-                             HasSubstr("text.png"), HasSubstr("2 of 3 images are left out")));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("turned.png: the image size is 120x160 pixels; expected 160x120"),
+                             HasSubstr("text.png"), HasSubstr("2 of 3 images were skipped")));
   EXPECT_TRUE(scratch.has("out/a.png"));
   EXPECT_TRUE(scratch.has("out/camera.yaml"));
   EXPECT_FALSE(scratch.has("out/turned.png"));
 
   EXPECT_THAT(undistort({}, "photos/turned.png", "none"), FailsWith(1, HasSubstr("120x160")));
-  EXPECT_THAT(undistort({}, "photos/t*.png", "none"), FailsWith(1, HasSubstr("2 images: none can be used")));
+  EXPECT_THAT(undistort({}, "photos/t*.png", "none"),
+              FailsWith(1, HasSubstr("2 images: none of them can be used")));
   EXPECT_FALSE(scratch.has("none"));
 }
 
@@ -281,7 +282,7 @@ TEST_F(Undistort, RefusesWrongUsage) {
   };
   int num_refused = 0;
   for (const Case& c :
-       {Case{{"--fov", "60", "--keep", "all"}, "--fov beside --keep"},
+       {Case{{"--fov", "60", "--keep", "all"}, "--fov and --keep"},
         Case{{"--fov", "170"}, "at most 150 degrees"}, Case{{"--fov", "nan"}, "a finite number"},
         Case{{"--keep", "some"}, "some"}, Case{{"--projection", "fisheye"}, "rectilinear"},
         Case{{"--interpolation", "nearest"}, "cubic"}, Case{{"--size", "640"}, "WIDTHxHEIGHT"},

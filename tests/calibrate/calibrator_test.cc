@@ -34,29 +34,30 @@ std::string messageOf(const std::function<void()>& call) {
   return "no error";
 }
 
-std::string findingsOf(const CalibrationResult& result) {
+std::string findingsOf(const Calibration& result) {
   std::string text;
-  for (const Finding& finding : result.findings) text += "[" + finding.id + "] " + finding.message() + "\n";
+  for (const Diagnosis& finding : result.diagnoses)
+    text += "[" + finding.id + "] " + finding.message() + "\n";
   return text;
 }
 
-bool hasFinding(const CalibrationResult& result, const std::string& id, Finding::Severity severity) {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& f) { return f.id == id && f.severity == severity; });
+bool hasFinding(const Calibration& result, const std::string& id, Severity severity) {
+  return std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                     [&](const Diagnosis& f) { return f.id == id && f.severity == severity; });
 }
 
 TEST(Calibrate, DoesNotDependOnTheOrderOfViewsAndCorners) {
   SimulatedSet set = noisySet(10, 1);
-  const CalibrationResult first = calibrate(set.board, set.views);
+  const Calibration first = calibrate(set.board, set.views, {.model = "radtan"});
   std::reverse(set.views.begin(), set.views.end());
   for (View& view : set.views)
     std::rotate(view.corners.begin(), view.corners.begin() + 17, view.corners.end());
-  const CalibrationResult second = calibrate(set.board, set.views);
+  const Calibration second = calibrate(set.board, set.views, {.model = "radtan"});
   for (std::size_t i = 0; i < kTruth.size(); ++i) {
-    EXPECT_EQ(first.camera.parameters()[i], second.camera.parameters()[i]);
+    EXPECT_EQ(onlyCamera(first.fit).params[i], onlyCamera(second.fit).params[i]);
   }
-  EXPECT_EQ(first.rms_px, second.rms_px);
-  EXPECT_EQ(*first.covariance, *second.covariance);
+  EXPECT_EQ(rms(first.fit), rms(second.fit));
+  EXPECT_EQ(*first.uncertainty.covariance, *second.uncertainty.covariance);
 }
 
 TEST(Calibrate, RefusesWhatItCannotUse) {
@@ -108,9 +109,9 @@ TEST(Calibrate, SaysNoToFrontoParallelViews) {
         addCornerNoise(view, noise, random);
         views.push_back(view);
       }
-      const CalibrationResult result = calibrate(board, views);
+      const Calibration result = calibrate(board, views, {.model = "radtan"});
       EXPECT_FALSE(result.isUsable());
-      EXPECT_TRUE(hasFinding(result, "fronto_parallel", Finding::Severity::kFailure))
+      EXPECT_TRUE(hasFinding(result, "fronto_parallel", Severity::kFailure))
           << "noise " << noise << ", seed " << seed << "\n"
           << findingsOf(result);
       ++num_refused;
@@ -123,14 +124,15 @@ TEST(Calibrate, TrustsGoodSetsAndWarnsOfFewViews) {
   int num_trusted = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const SimulatedSet set = noisySet(25, seed);
-    const CalibrationResult result = calibrate(set.board, set.views);
+    const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     EXPECT_TRUE(result.isUsable()) << "seed " << seed << "\n" << findingsOf(result);
     ++num_trusted;
-    EXPECT_FALSE(hasFinding(result, "few_views", Finding::Severity::kWarning));
+    EXPECT_FALSE(hasFinding(result, "few_views", Severity::kWarning));
   }
   EXPECT_EQ(num_trusted, 20);
   const SimulatedSet set = noisySet(4, 1);
-  EXPECT_TRUE(hasFinding(calibrate(set.board, set.views), "few_views", Finding::Severity::kWarning));
+  EXPECT_TRUE(
+      hasFinding(calibrate(set.board, set.views, {.model = "radtan"}), "few_views", Severity::kWarning));
 }
 
 // Distortion learnt near the middle of the image bends back before its corners.
@@ -140,8 +142,8 @@ TEST(Calibrate, SaysNoToALensThatFoldsInTheImage) {
   options.max_fill = 0.5;
   const AnyCamera camera = AnyCamera::make("radtan", folding);
   const SimulatedSet set = simulateSet(camera, kSize, 15, 0.02, 4, options);
-  const CalibrationResult result = calibrate(set.board, set.views);
-  EXPECT_TRUE(hasFinding(result, "folds_in_image", Finding::Severity::kFailure));
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+  EXPECT_TRUE(hasFinding(result, "folds_in_image", Severity::kFailure));
   EXPECT_FALSE(result.isUsable());
 }
 
@@ -149,13 +151,13 @@ TEST(Calibrate, SaysNoToAModelThatIsTooLean) {
   int num_refused = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const SimulatedSet set = noisySet(15, seed);
-    const CalibrationResult lean = calibrate(set.board, set.views, {.model = "pinhole"});
-    EXPECT_TRUE(hasFinding(lean, "model_too_lean", Finding::Severity::kFailure)) << findingsOf(lean);
+    const Calibration lean = calibrate(set.board, set.views, {.model = "pinhole"});
+    EXPECT_TRUE(hasFinding(lean, "model_too_lean", Severity::kFailure)) << findingsOf(lean);
     const std::vector<double> undistorted = {535, 534, 322, 238};
     const SimulatedSet plain = simulateSet(AnyCamera::make("pinhole", undistorted), kSize, 15, 0.1, seed);
-    const CalibrationResult enough = calibrate(plain.board, plain.views, {.model = "pinhole"});
+    const Calibration enough = calibrate(plain.board, plain.views, {.model = "pinhole"});
     EXPECT_TRUE(enough.isUsable()) << findingsOf(enough);
-    EXPECT_FALSE(enough.better_model);
+    EXPECT_FALSE(enough.choice.better_model);
     ++num_refused;
   }
   EXPECT_EQ(num_refused, 10);
@@ -173,8 +175,8 @@ TEST(Calibrate, TrustsAModelThatALargerOneOnlyOverfits) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       for (const double noise : {0.02, 0.2}) {
         const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, 20, noise, seed);
-        const CalibrationResult result = calibrate(set.board, set.views);
-        EXPECT_FALSE(result.better_model) << result.better_model->id;
+        const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+        EXPECT_FALSE(result.choice.better_model) << result.choice.better_model->id;
         num_trusted += result.isUsable() ? 1 : 0;
       }
     }
@@ -189,14 +191,14 @@ TEST(Calibrate, NamesTheNextLargerModelWhereItIsNeeded) {
   const std::vector<double> truth = {300, 301, 322, 238, 1.35, 0.25, 5e-4, -4e-4, 0.01, 1.68, 0.62, 0.05};
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const SimulatedSet set = simulateSet(AnyCamera::make("rational", truth), kSize, 25, 0.05, seed);
-    const CalibrationResult lean = calibrate(set.board, set.views, {.model = "radtan"});
+    const Calibration lean = calibrate(set.board, set.views, {.model = "radtan"});
     EXPECT_FALSE(lean.isUsable());
-    if (lean.better_model) {
-      EXPECT_EQ(lean.better_model->id, "rational");
+    if (lean.choice.better_model) {
+      EXPECT_EQ(lean.choice.better_model->id, "rational");
       ++num_named;
     }
-    const CalibrationResult enough = calibrate(set.board, set.views, {.model = "rational"});
-    EXPECT_FALSE(enough.better_model) << enough.better_model->id;
+    const Calibration enough = calibrate(set.board, set.views, {.model = "rational"});
+    EXPECT_FALSE(enough.choice.better_model) << enough.choice.better_model->id;
   }
   std::printf("rational named for %d of 10 sets\n", num_named);
   EXPECT_GE(num_named, 3) << "the others fold inside the image themselves or do not settle";
@@ -204,27 +206,28 @@ TEST(Calibrate, NamesTheNextLargerModelWhereItIsNeeded) {
 
 TEST(Calibrate, CountsCopiesOfAViewOnce) {
   SimulatedSet set = noisySet(10, 1);
-  const CalibrationResult once = calibrate(set.board, set.views);
+  const Calibration once = calibrate(set.board, set.views, {.model = "radtan"});
   for (int i = 0; i < 50; ++i) {
     View copy = set.views[3];
     copy.image = "copy_" + std::to_string(i);
     set.views.push_back(copy);
   }
-  const CalibrationResult copied = calibrate(set.board, set.views);
-  EXPECT_EQ(copied.repeated_views.size(), 50U);
-  EXPECT_EQ(copied.views.size(), 10U);
+  const Calibration copied = calibrate(set.board, set.views, {.model = "radtan"});
+  EXPECT_EQ(copied.dropped.repeated.size(), 50U);
+  EXPECT_EQ(copied.fit.views.size(), 10U);
   // The views are summed in another order, and the solver stops a step sooner or later for it.
   for (int i = 0; i < 9; ++i) {
-    EXPECT_NEAR(copied.parameterStd(i), once.parameterStd(i), 1e-6 * once.parameterStd(i));
+    EXPECT_NEAR(copied.uncertainty.parameterStd(i), once.uncertainty.parameterStd(i),
+                1e-6 * once.uncertainty.parameterStd(i));
   }
 }
 
 TEST(Calibrate, OneDegenerateViewIsLeftOutAndTheRestCalibrated) {
   SimulatedSet set = noisySet(25, 2);
   set.views[4].corners.resize(9);  // the first row alone: a line, which gives no pose
-  const CalibrationResult result = calibrate(set.board, set.views);
-  ASSERT_EQ(result.excluded_views.size(), 1U);
-  EXPECT_EQ(result.excluded_views[0].image, set.views[4].image);
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+  ASSERT_EQ(result.dropped.views.size(), 1U);
+  EXPECT_EQ(result.dropped.views[0].image, set.views[4].image);
   EXPECT_TRUE(result.isUsable()) << findingsOf(result);
 }
 

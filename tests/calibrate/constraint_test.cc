@@ -33,58 +33,60 @@ std::string messageOf(const SimulatedSet& set, const CalibratorOptions& options)
 
 TEST(Held, ParametersKeepTheirValueWithSigmaZero) {
   const SimulatedSet set = noisySet();
-  const CalibrationResult free = calibrate(set.board, set.views);
-  const CalibrationResult held = calibrate(set.board, set.views, {.held = {"cx", "k3", "cy"}});
-  EXPECT_EQ(held.camera.parameters()[2], 319.5);
-  EXPECT_EQ(held.camera.parameters()[3], 239.5);
-  EXPECT_EQ(held.camera.parameters()[8], 0.0);
-  EXPECT_EQ(held.held, (std::vector<int>{2, 3, 8}));
-  for (const int i : held.held) EXPECT_EQ(held.parameterStd(i), 0.0);
+  const Calibration free = calibrate(set.board, set.views, {.model = "radtan"});
+  const Calibration held = calibrate(set.board, set.views, {.model = "radtan", .held = {"cx", "k3", "cy"}});
+  EXPECT_EQ(onlyCamera(held.fit).params[2], 319.5);
+  EXPECT_EQ(onlyCamera(held.fit).params[3], 239.5);
+  EXPECT_EQ(onlyCamera(held.fit).params[8], 0.0);
+  EXPECT_EQ(onlyCamera(held.fit).constraint.held, (std::vector<int>{2, 3, 8}));
+  for (const int i : onlyCamera(held.fit).constraint.held) EXPECT_EQ(held.uncertainty.parameterStd(i), 0.0);
   // What is known makes the rest better known, and right values cost next to nothing.
-  EXPECT_LT(held.parameterStd(4), 0.8 * free.parameterStd(4));
-  EXPECT_GE(held.solver.cost, free.solver.cost * (1 - 1e-9));
-  EXPECT_LE(held.solver.cost, 1.02 * free.solver.cost);
+  EXPECT_LT(held.uncertainty.parameterStd(4), 0.8 * free.uncertainty.parameterStd(4));
+  EXPECT_GE(held.fit.summary.cost, free.fit.summary.cost * (1 - 1e-9));
+  EXPECT_LE(held.fit.summary.cost, 1.02 * free.fit.summary.cost);
   for (const int i : {0, 1, 4, 5, 6, 7}) {
-    EXPECT_NEAR(held.camera.parameters()[static_cast<std::size_t>(i)], kTruth[static_cast<std::size_t>(i)],
-                5 * held.parameterStd(i));
+    EXPECT_NEAR(onlyCamera(held.fit).params[static_cast<std::size_t>(i)], kTruth[static_cast<std::size_t>(i)],
+                5 * held.uncertainty.parameterStd(i));
   }
 }
 
 TEST(Held, DegreesOfFreedomCountWhatIsFree) {
   const SimulatedSet set = noisySet();
-  const CalibrationResult free = calibrate(set.board, set.views);
-  const CalibrationResult all = calibrate(set.board, set.views,
-                                          {.initial = InitialCamera{free.camera, kSize},
-                                           .held = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}});
-  EXPECT_NEAR(all.solver.cost, free.solver.cost, kSettled * free.solver.cost);
-  const double corners = free.num_corners;
+  const Calibration free = calibrate(set.board, set.views, {.model = "radtan"});
+  const Calibration all = calibrate(set.board, set.views,
+                                    {.model = "radtan",
+                                     .initial = InitialCamera{free.camera(), kSize},
+                                     .held = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}});
+  EXPECT_NEAR(all.fit.summary.cost, free.fit.summary.cost, kSettled * free.fit.summary.cost);
+  const double corners = numCorners(free.fit);
   const double expected = std::sqrt((2 * corners - 9 - 6 * 12) / (2 * corners - 6 * 12));
-  EXPECT_NEAR(all.coordinate_sigma_px / free.coordinate_sigma_px, expected, kSettled);
-  for (int i = 0; i < 9; ++i) EXPECT_EQ(all.parameterStd(i), 0.0);
+  EXPECT_NEAR(all.uncertainty.coordinate_sigma_px / free.uncertainty.coordinate_sigma_px, expected, kSettled);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(all.uncertainty.parameterStd(i), 0.0);
 }
 
 TEST(SameFocal, GivesOneFocalLength) {
   const SimulatedSet set = noisySet();
-  const CalibrationResult result = calibrate(set.board, set.views, {.same_focal = true});
-  EXPECT_EQ(result.camera.parameters()[0], result.camera.parameters()[1]);
-  EXPECT_NEAR(result.camera.parameters()[0], 535, 5 * result.parameterStd(0));
-  EXPECT_EQ(result.parameterStd(0), result.parameterStd(1));
-  EXPECT_EQ(result.solver.termination, Termination::kConverged);
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan", .same_focal = true});
+  EXPECT_EQ(onlyCamera(result.fit).params[0], onlyCamera(result.fit).params[1]);
+  EXPECT_NEAR(onlyCamera(result.fit).params[0], 535, 5 * result.uncertainty.parameterStd(0));
+  EXPECT_EQ(result.uncertainty.parameterStd(0), result.uncertainty.parameterStd(1));
+  EXPECT_EQ(result.fit.summary.termination, Termination::kConverged);
 }
 
 TEST(Initial, LeadsToTheSameAnswerFromThisOrAnotherModel) {
   const SimulatedSet set = noisySet();
-  const CalibrationResult searched = calibrate(set.board, set.views);
+  const Calibration searched = calibrate(set.board, set.views, {.model = "radtan"});
   const AnyCamera rough =
       AnyCamera::make("radtan", std::vector<double>{500, 560, 330, 230, -0.2, 0, 0, 0, 0});
   const AnyCamera other = AnyCamera::make("pinhole", std::vector<double>{560, 540, 310, 250});
   int num_starts = 0;
   for (const AnyCamera& start : {rough, other}) {
-    const CalibrationResult given = calibrate(set.board, set.views, {.initial = InitialCamera{start, kSize}});
-    EXPECT_NEAR(given.solver.cost, searched.solver.cost, kSettled * searched.solver.cost);
-    EXPECT_NEAR(given.camera.parameters()[0], searched.camera.parameters()[0],
-                0.01 * searched.parameterStd(0));
-    EXPECT_EQ(given.start.num_tried, 0);
+    const Calibration given =
+        calibrate(set.board, set.views, {.model = "radtan", .initial = InitialCamera{start, kSize}});
+    EXPECT_NEAR(given.fit.summary.cost, searched.fit.summary.cost, kSettled * searched.fit.summary.cost);
+    EXPECT_NEAR(onlyCamera(given.fit).params[0], onlyCamera(searched.fit).params[0],
+                0.01 * searched.uncertainty.parameterStd(0));
+    EXPECT_EQ(given.choice.start.num_tried, 0);
     ++num_starts;
   }
   EXPECT_EQ(num_starts, 2);
@@ -92,12 +94,12 @@ TEST(Initial, LeadsToTheSameAnswerFromThisOrAnotherModel) {
 
 TEST(Constraints, SayWhatIsWrongWithThem) {
   const SimulatedSet set = noisySet();
-  EXPECT_THAT(messageOf(set, {.held = {"k9"}}), HasSubstr("'k9'"));
-  EXPECT_THAT(messageOf(set, {.held = {"ccx"}}), HasSubstr("did you mean 'cx'?"));
-  EXPECT_THAT(messageOf(set, {.held = {"fx"}}), HasSubstr("'fx' without a value"));
+  EXPECT_THAT(messageOf(set, {.model = "radtan", .held = {"k9"}}), HasSubstr("'k9'"));
+  EXPECT_THAT(messageOf(set, {.model = "radtan", .held = {"ccx"}}), HasSubstr("did you mean 'cx'?"));
+  EXPECT_THAT(messageOf(set, {.model = "radtan", .held = {"fx"}}), HasSubstr("'fx' without a value"));
   EXPECT_THAT(messageOf(set, {.model = "eucm", .held = {"beta"}}), HasSubstr("'beta' without a value"));
   const InitialCamera wrong{AnyCamera::make("radtan", kTruth), {.width = 1280, .height = 960}};
-  EXPECT_THAT(messageOf(set, {.initial = wrong}), HasSubstr("1280x960"));
+  EXPECT_THAT(messageOf(set, {.model = "radtan", .initial = wrong}), HasSubstr("1280x960"));
 }
 
 }  // namespace

@@ -50,15 +50,15 @@ TEST(Recovery, FindsTheTrueCameraWithoutAGuess) {
         const AnyCamera camera = AnyCamera::make(lens.model, truth);
         ASSERT_TRUE(certifyDomain(camera, size).full_image);
         const SimulatedSet set = simulateSet(camera, size, 10, 0.0, streamSeed(seed, num_sets));
-        const CalibrationResult result = calibrate(set.board, set.views, {.model = lens.model});
-        EXPECT_EQ(result.solver.termination, Termination::kConverged) << result.solver.reason;
-        EXPECT_LE(result.rms_px, kMaxRmsPx);
-        EXPECT_TRUE(result.outliers.empty());
+        const Calibration result = calibrate(set.board, set.views, {.model = lens.model});
+        EXPECT_EQ(result.fit.summary.termination, Termination::kConverged) << result.fit.summary.reason;
+        EXPECT_LE(rms(result.fit), kMaxRmsPx);
+        EXPECT_TRUE(result.dropped.outliers.empty());
         for (std::size_t i = 0; i < truth.size(); ++i) {
           // Coefficients near zero are measured against the size that matters, 1.
           const double unit = i < 4 ? std::abs(truth[i]) : std::max(1.0, std::abs(truth[i]));
-          EXPECT_NEAR(result.camera.parameters()[i], truth[i], kRelative * unit)
-              << result.camera.parameterNames()[i];
+          EXPECT_NEAR(onlyCamera(result.fit).params[i], truth[i], kRelative * unit)
+              << result.camera().parameterNames()[i];
         }
         ++num_sets;
       }
@@ -73,9 +73,10 @@ TEST(Recovery, DistortionOfAWideLensIsFoundFromNoiseToo) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const std::vector<double> truth = parametersFor(lenses()[1], 100, size);
     const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), size, 25, 0.3, seed);
-    const CalibrationResult result = calibrate(set.board, set.views);
+    const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      EXPECT_NEAR(result.camera.parameters()[i], truth[i], 5 * result.parameterStd(static_cast<int>(i)));
+      EXPECT_NEAR(onlyCamera(result.fit).params[i], truth[i],
+                  5 * result.uncertainty.parameterStd(static_cast<int>(i)));
     }
     ++num_sets;
   }

@@ -23,8 +23,8 @@ constexpr int kNumViews = 16;
 constexpr double kMaxSigmas = 3;
 
 // Renders the views, looks for the board in them, and calibrates from what was found.
-CalibrationResult calibrateRendered(const AnyCamera& camera, ImageSize size, const std::vector<SE3>& poses,
-                                    std::uint64_t seed) {
+Calibration calibrateRendered(const AnyCamera& camera, ImageSize size, const std::vector<SE3>& poses,
+                              std::uint64_t seed) {
   const Renderer renderer(camera, size);
   std::vector<View> views;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -33,7 +33,7 @@ CalibrationResult calibrateRendered(const AnyCamera& camera, ImageSize size, con
     EXPECT_TRUE(detection.found()) << "view " << i << ": " << detection.detail;
     views.push_back({.image = "view_" + std::to_string(i), .size = size, .corners = detection.corners});
   }
-  return calibrate(kBoard, std::move(views));
+  return calibrate(kBoard, std::move(views), {.model = "radtan"});
 }
 
 // The same scene by one camera at full and at half size, as two sets of images with nothing else in common:
@@ -45,24 +45,25 @@ TEST(Resize, FullCalibrationResizedAgreesWithThatOfHalfSizeImages) {
   Random random(21);
   const std::vector<SE3> poses = randomViews(truth, kFull, kBoard, kNumViews, random);
 
-  const CalibrationResult full = calibrateRendered(truth, kFull, poses, 1);
-  const CalibrationResult half = calibrateRendered(half_truth.camera, kHalf, poses, 2);
-  for (const CalibrationResult* result : {&full, &half}) {
+  const Calibration full = calibrateRendered(truth, kFull, poses, 1);
+  const Calibration half = calibrateRendered(half_truth.camera, kHalf, poses, 2);
+  for (const Calibration* result : {&full, &half}) {
     ASSERT_TRUE(result->isUsable());
-    ASSERT_TRUE(result->covariance);
-    EXPECT_EQ(result->num_corners, kNumViews * 54);
+    ASSERT_TRUE(result->uncertainty.covariance);
+    EXPECT_EQ(numCorners(result->fit), kNumViews * 54);
   }
-  const EditedCamera resized = resizeCamera(full.camera, kFull, kHalf);
+  const EditedCamera resized = resizeCamera(full.camera(), kFull, kHalf);
   const Eigen::MatrixXd covariance =
-      resized.J_new_old * *full.covariance * resized.J_new_old.transpose() + *half.covariance;
+      resized.J_new_old * *full.uncertainty.covariance * resized.J_new_old.transpose() +
+      *half.uncertainty.covariance;
   int num_checked = 0;
   for (int i = 0; i < static_cast<int>(covariance.rows()); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const double difference = resized.camera.parameters()[k] - half.camera.parameters()[k];
+    const double difference = resized.camera.parameters()[k] - onlyCamera(half.fit).params[k];
     const double sigma = std::sqrt(covariance(i, i));
     const std::string name(truth.parameterNames()[k]);
     std::printf("%-3s %12.6f from full size, %12.6f from half size: %+.2f sigma\n", name.c_str(),
-                resized.camera.parameters()[k], half.camera.parameters()[k], difference / sigma);
+                resized.camera.parameters()[k], onlyCamera(half.fit).params[k], difference / sigma);
     EXPECT_LE(std::abs(difference), kMaxSigmas * sigma) << name;
     ++num_checked;
   }

@@ -27,11 +27,11 @@ void expectTrueSigmas(const char* model, const std::vector<double>& truth) {
   std::vector<std::vector<double>> scores(kNumSets);
   parallelFor(kNumSets, 0, [&](std::size_t i) {
     const SimulatedSet set = simulateSet(camera, kSize, 12, 0.2, streamSeed(11, i));
-    const CalibrationResult result = calibrate(set.board, set.views, {.model = model});
-    if (result.solver.termination != Termination::kConverged || !result.covariance) return;
+    const Calibration result = calibrate(set.board, set.views, {.model = model});
+    if (result.fit.summary.termination != Termination::kConverged || !result.uncertainty.covariance) return;
     for (std::size_t k = 0; k < truth.size(); ++k) {
-      scores[i].push_back((result.camera.parameters()[k] - truth[k]) /
-                          result.parameterStd(static_cast<int>(k)));
+      scores[i].push_back((onlyCamera(result.fit).params[k] - truth[k]) /
+                          result.uncertainty.parameterStd(static_cast<int>(k)));
     }
   });
   for (std::size_t k = 0; k < truth.size(); ++k) {

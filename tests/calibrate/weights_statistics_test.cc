@@ -47,19 +47,20 @@ TEST(Weights, ShrinkTheScatterAndKeepSigmasTrue) {
   std::vector<std::vector<double>> plain_errors(kNumPlainSets);
   parallelFor(kNumSets, 0, [&](std::size_t i) {
     SimulatedSet set = mixedSet(camera, i);
-    const CalibrationResult weighted = calibrate(set.board, set.views);
-    if (weighted.solver.termination != Termination::kConverged || !weighted.covariance) return;
+    const Calibration weighted = calibrate(set.board, set.views, {.model = "radtan"});
+    if (weighted.fit.summary.termination != Termination::kConverged || !weighted.uncertainty.covariance)
+      return;
     for (std::size_t k = 0; k < truth.size(); ++k) {
-      errors[i].push_back(weighted.camera.parameters()[k] - truth[k]);
-      scores[i].push_back(errors[i].back() / weighted.parameterStd(static_cast<int>(k)));
+      errors[i].push_back(onlyCamera(weighted.fit).params[k] - truth[k]);
+      scores[i].push_back(errors[i].back() / weighted.uncertainty.parameterStd(static_cast<int>(k)));
     }
     if (i >= kNumPlainSets) return;
     for (View& view : set.views) {
       for (Corner& corner : view.corners) corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
     }
-    const CalibrationResult plain = calibrate(set.board, set.views);
+    const Calibration plain = calibrate(set.board, set.views, {.model = "radtan"});
     for (std::size_t k = 0; k < truth.size(); ++k) {
-      plain_errors[i].push_back(plain.camera.parameters()[k] - truth[k]);
+      plain_errors[i].push_back(onlyCamera(plain.fit).params[k] - truth[k]);
     }
   });
   const auto rms = [](const std::vector<std::vector<double>>& sets, std::size_t k, std::size_t count) {

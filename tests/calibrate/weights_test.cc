@@ -39,17 +39,17 @@ SimulatedSet mixedSet(double small_px, double large_px, std::uint64_t seed, doub
   return set;
 }
 
-void expectSame(const CalibrationResult& a, const CalibrationResult& b) {
-  ASSERT_TRUE(a.covariance && b.covariance);
+void expectSame(const Calibration& a, const Calibration& b) {
+  ASSERT_TRUE(a.uncertainty.covariance && b.uncertainty.covariance);
   for (std::size_t i = 0; i < kTruth.size(); ++i) {
-    EXPECT_EQ(a.camera.parameters()[i], b.camera.parameters()[i]) << a.camera.parameterNames()[i];
+    EXPECT_EQ(onlyCamera(a.fit).params[i], onlyCamera(b.fit).params[i]) << a.camera().parameterNames()[i];
   }
-  EXPECT_EQ(*a.covariance, *b.covariance);
-  EXPECT_EQ(a.rms_px, b.rms_px);
-  EXPECT_EQ(a.weighted_rms_px, b.weighted_rms_px);
-  EXPECT_EQ(a.coordinate_sigma_px, b.coordinate_sigma_px);
-  EXPECT_EQ(a.local_sigma_px, b.local_sigma_px);
-  EXPECT_EQ(a.outliers.size(), b.outliers.size());
+  EXPECT_EQ(*a.uncertainty.covariance, *b.uncertainty.covariance);
+  EXPECT_EQ(rms(a.fit), rms(b.fit));
+  EXPECT_EQ(weightedRms(a.fit), weightedRms(b.fit));
+  EXPECT_EQ(a.uncertainty.coordinate_sigma_px, b.uncertainty.coordinate_sigma_px);
+  EXPECT_EQ(a.uncertainty.local_sigma_px, b.uncertainty.local_sigma_px);
+  EXPECT_EQ(a.dropped.outliers.size(), b.dropped.outliers.size());
 }
 
 TEST(Weights, EqualOrUnknownSigmasChangeNothing) {
@@ -57,20 +57,20 @@ TEST(Weights, EqualOrUnknownSigmasChangeNothing) {
     SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 10, 0.1, seed);
     set.views[2].corners[7].pixel.x() += 9;
     stateSigmas(set, [](const Corner&) { return kUnknown; });
-    const CalibrationResult unknown = calibrate(set.board, set.views);
-    EXPECT_TRUE(std::isnan(unknown.unexplained_sigma_px));
-    EXPECT_EQ(unknown.weighted_rms_px, unknown.rms_px);
-    EXPECT_EQ(unknown.outliers.size(), 1U);
+    const Calibration unknown = calibrate(set.board, set.views, {.model = "radtan"});
+    EXPECT_TRUE(std::isnan(unknown.uncertainty.unexplained_sigma_px));
+    EXPECT_EQ(weightedRms(unknown.fit), rms(unknown.fit));
+    EXPECT_EQ(unknown.dropped.outliers.size(), 1U);
     // True, three times too wide and three times too narrow: the scale comes from the residuals.
     for (const double stated : {0.1, 0.3, 0.1 / 3}) {
       stateSigmas(set, [&](const Corner&) { return stated; });
-      const CalibrationResult equal = calibrate(set.board, set.views);
+      const Calibration equal = calibrate(set.board, set.views, {.model = "radtan"});
       expectSame(equal, unknown);
-      const double left = std::pow(equal.coordinate_sigma_px, 2) - stated * stated;
-      EXPECT_NEAR(equal.unexplained_sigma_px, std::sqrt(std::max(0.0, left)), 1e-12);
+      const double left = std::pow(equal.uncertainty.coordinate_sigma_px, 2) - stated * stated;
+      EXPECT_NEAR(equal.uncertainty.unexplained_sigma_px, std::sqrt(std::max(0.0, left)), 1e-12);
     }
     stateSigmas(set, [&](const Corner& corner) { return corner.id % 3 == 0 ? kUnknown : 0.02; });
-    expectSame(calibrate(set.board, set.views), unknown);
+    expectSame(calibrate(set.board, set.views, {.model = "radtan"}), unknown);
   }
 }
 
@@ -79,11 +79,11 @@ TEST(Weights, OnlyRatiosMatterWhereSigmasAreTooWide) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     SimulatedSet set = mixedSet(0.02, 0.2, seed);
     stateSigmas(set, [&](const Corner& corner) { return 3 * corner.sigma_px; });
-    const CalibrationResult wide = calibrate(set.board, set.views);
-    EXPECT_EQ(wide.unexplained_sigma_px, 0);
-    EXPECT_NEAR(wide.coordinate_sigma_px, 0.0281, 0.003);
+    const Calibration wide = calibrate(set.board, set.views, {.model = "radtan"});
+    EXPECT_EQ(wide.uncertainty.unexplained_sigma_px, 0);
+    EXPECT_NEAR(wide.uncertainty.coordinate_sigma_px, 0.0281, 0.003);
     stateSigmas(set, [&](const Corner& corner) { return 2 * corner.sigma_px; });
-    expectSame(calibrate(set.board, set.views), wide);
+    expectSame(calibrate(set.board, set.views, {.model = "radtan"}), wide);
   }
 }
 
@@ -92,19 +92,19 @@ TEST(Weights, AnUnmodelledErrorIsFoundAndEvensThemOut) {
   int num_compared = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SimulatedSet set = mixedSet(0.01, 0.05, seed, 0.1);
-    const CalibrationResult weighted = calibrate(set.board, set.views);
-    EXPECT_NEAR(weighted.unexplained_sigma_px, 0.1, 0.01);
-    EXPECT_NEAR(weighted.coordinate_sigma_px, 0.106, 0.01);
+    const Calibration weighted = calibrate(set.board, set.views, {.model = "radtan"});
+    EXPECT_NEAR(weighted.uncertainty.unexplained_sigma_px, 0.1, 0.01);
+    EXPECT_NEAR(weighted.uncertainty.coordinate_sigma_px, 0.106, 0.01);
     stateSigmas(set, [](const Corner&) { return kUnknown; });
-    const CalibrationResult plain = calibrate(set.board, set.views);
+    const Calibration plain = calibrate(set.board, set.views, {.model = "radtan"});
     // A lens that would fold is held by a prior, which may be another one.
-    if (!weighted.weak_prior.isNone() || !plain.weak_prior.isNone()) continue;
+    if (!onlyCamera(weighted.fit).weak_prior.isNone() || !onlyCamera(plain.fit).weak_prior.isNone()) continue;
     ++num_compared;
     for (int i = 0; i < 9; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const double std = plain.parameterStd(i);
-      EXPECT_NEAR(weighted.camera.parameters()[k], plain.camera.parameters()[k], 0.5 * std);
-      EXPECT_NEAR(weighted.parameterStd(i), std, 0.1 * std);
+      const double std = plain.uncertainty.parameterStd(i);
+      EXPECT_NEAR(onlyCamera(weighted.fit).params[k], onlyCamera(plain.fit).params[k], 0.5 * std);
+      EXPECT_NEAR(weighted.uncertainty.parameterStd(i), std, 0.1 * std);
     }
   }
   EXPECT_GE(num_compared, 8);
@@ -113,14 +113,15 @@ TEST(Weights, AnUnmodelledErrorIsFoundAndEvensThemOut) {
 TEST(Weights, TrueSigmasLeaveNothingUnexplained) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const SimulatedSet set = mixedSet(0.02, 0.2, seed);
-    const CalibrationResult result = calibrate(set.board, set.views);
-    EXPECT_LT(result.unexplained_sigma_px, 0.01);
+    const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+    EXPECT_LT(result.uncertainty.unexplained_sigma_px, 0.01);
     // Half of the corners carry nearly all that is known: 1 / mean(1 / sigma^2).
-    EXPECT_NEAR(result.coordinate_sigma_px, 0.0281, 0.003);
-    EXPECT_NEAR(result.local_sigma_px, result.coordinate_sigma_px, 0.15 * result.coordinate_sigma_px);
-    EXPECT_GT(result.rms_px, 0.17);
-    EXPECT_TRUE(result.outliers.empty());
-    EXPECT_TRUE(result.findings.empty()) << result.findings.front().message();
+    EXPECT_NEAR(result.uncertainty.coordinate_sigma_px, 0.0281, 0.003);
+    EXPECT_NEAR(result.uncertainty.local_sigma_px, result.uncertainty.coordinate_sigma_px,
+                0.15 * result.uncertainty.coordinate_sigma_px);
+    EXPECT_GT(rms(result.fit), 0.17);
+    EXPECT_TRUE(result.dropped.outliers.empty());
+    EXPECT_TRUE(result.diagnoses.empty()) << result.diagnoses.front().message();
   }
 }
 
@@ -136,28 +137,29 @@ TEST(Weights, AnOutlierIsJudgedByWhatItStates) {
   spoil(3, 11, -0.8, 0.3);
   const int off_by_much = spoil(4, 20, 10.0, 0.3);
   const int off_unawares = spoil(6, 8, 1.0, 0.02);
-  const CalibrationResult result = calibrate(set.board, set.views);
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
   std::vector<std::pair<std::string, int>> named;
-  for (const Outlier& outlier : result.outliers) named.emplace_back(outlier.image, outlier.corner_id);
+  for (const Outlier& outlier : result.dropped.outliers) named.emplace_back(outlier.image, outlier.corner_id);
   EXPECT_THAT(named, testing::UnorderedElementsAre(std::pair(set.views[4].image, off_by_much),
                                                    std::pair(set.views[6].image, off_unawares)));
   for (std::size_t i = 0; i < kTruth.size(); ++i) {
-    EXPECT_NEAR(result.camera.parameters()[i], kTruth[i], 4 * result.parameterStd(static_cast<int>(i)));
+    EXPECT_NEAR(onlyCamera(result.fit).params[i], kTruth[i],
+                4 * result.uncertainty.parameterStd(static_cast<int>(i)));
   }
 }
 
 TEST(Weights, ManyPoorCornersAreNoMisfit) {
   const SimulatedSet set = mixedSet(0.05, 3.0, 1);
-  const CalibrationResult result = calibrate(set.board, set.views);
-  EXPECT_GT(result.rms_px, 0.0005 * std::hypot(kSize.width, kSize.height));
-  EXPECT_TRUE(result.findings.empty()) << result.findings.front().message();
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+  EXPECT_GT(rms(result.fit), 0.0005 * std::hypot(kSize.width, kSize.height));
+  EXPECT_TRUE(result.diagnoses.empty()) << result.diagnoses.front().message();
 }
 
 TEST(Weights, AModelIsFoundTooLeanThroughPoorCorners) {
   int num_lean = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const auto is_too_lean = [](const SimulatedSet& set) {
-      return calibrate(set.board, set.views, {.model = "pinhole"}).better_model.has_value();
+      return calibrate(set.board, set.views, {.model = "pinhole"}).choice.better_model.has_value();
     };
     // A distortion of 1.5 px in the image's corners, most of which another focal length takes up, among
     // corners of which half have noise of that size.
@@ -170,17 +172,17 @@ TEST(Weights, AModelIsFoundTooLeanThroughPoorCorners) {
 
 TEST(Weights, DoNotDependOnTheOrderOfViews) {
   SimulatedSet set = mixedSet(0.02, 0.2, 1);
-  const CalibrationResult first = calibrate(set.board, set.views);
+  const Calibration first = calibrate(set.board, set.views, {.model = "radtan"});
   std::reverse(set.views.begin(), set.views.end());
-  const CalibrationResult second = calibrate(set.board, set.views);
+  const Calibration second = calibrate(set.board, set.views, {.model = "radtan"});
   expectSame(second, first);
-  EXPECT_EQ(second.unexplained_sigma_px, first.unexplained_sigma_px);
+  EXPECT_EQ(second.uncertainty.unexplained_sigma_px, first.uncertainty.unexplained_sigma_px);
 }
 
 TEST(Weights, ANegativeSigmaIsRefused) {
   SimulatedSet set = mixedSet(0.02, 0.2, 1);
   set.views[3].corners[5].sigma_px = -0.1;
-  EXPECT_THROW(static_cast<void>(calibrate(set.board, set.views)), Error);
+  EXPECT_THROW(static_cast<void>(calibrate(set.board, set.views, {.model = "radtan"})), Error);
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ AnyCamera truth() {
 const Eigen::MatrixXd& typicalCovariance() {
   static const Eigen::MatrixXd covariance = [] {
     const SimulatedSet set = simulateSet(truth(), kSize, 12, 0.1, 3);
-    return calibrate(set.board, set.views, {.model = "radtan"}).covariance.value();
+    return calibrate(set.board, set.views, {.model = "radtan"}).uncertainty.covariance.value();
   }();
   return covariance;
 }

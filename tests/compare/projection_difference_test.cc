@@ -250,7 +250,7 @@ TEST(ProjectionDifference, RefusesWhatCannotBeCompared) {
   EXPECT_THAT([&] { (void)projectionDifference(a, wide); },
               ThrowsMessage<Error>(AllOf(HasSubstr("640x480 and 1280x720"), HasSubstr("convert --crop"))));
   EXPECT_THAT([&] { (void)projectionDifference(a, a, {.quarter_turns = 1}); },
-              ThrowsMessage<Error>(HasSubstr("a turn by 90 degrees")));
+              ThrowsMessage<Error>(HasSubstr("a rotation by 90 degrees")));
   EXPECT_THAT([&] { (void)projectionDifference(a, a, {.freed = Freed::kPose, .distance_m = 0}); },
               ThrowsMessage<Error>(HasSubstr("a distance of 0 m")));
   EXPECT_THAT([&] { (void)projectionDifference(a, a, {.columns = -1}); },

@@ -66,7 +66,8 @@ TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kSeveralSizes);
   EXPECT_THAT(notes[0].images, ElementsAre(1));
-  EXPECT_EQ(noteText(notes[0], {}), "images of two sizes were given; the 2 of 640x480 are used");
+  EXPECT_EQ(diagnosisOf(notes[0], BoardSurvey{}).cause,
+            "images of two different sizes were given; only the 2 of 640x480 are used");
 }
 
 TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
@@ -134,7 +135,7 @@ TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
   EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kBlurred);
   EXPECT_THAT(notes[0].images, ElementsAre(1));
   const BoardSurvey survey{.board = kBoard, .paths = {}, .outcomes = outcomes, .notes = {}};
-  EXPECT_EQ(noteText(notes[0], survey), "much more blurred than the others: b");
+  EXPECT_EQ(diagnosisOf(notes[0], survey).cause, "much more blurred than the others: b");
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
 }
 
@@ -159,21 +160,31 @@ TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
   EXPECT_THAT(hintText(hint, {.columns = 13, .rows = 14, .square_m = 0.025}),
               HasSubstr("12x13 inner corners; did you count squares? Use checkerboard:12x13:25mm"));
   EXPECT_THAT(hintText(hint, {.columns = 12, .rows = 11, .square_m = 0.025}),
-              HasSubstr("did you leave out a line"));
+              HasSubstr("did you leave out one line"));
   const BoardHint part{.columns = 7, .rows = 5, .num_images = 1, .is_closed = false};
   EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));
 }
 
-TEST(NoteText, SaysHowAnAmbiguousBoardCanBeTurned) {
+TEST(SurveyDiagnosis, NamesImagesWithoutTheWholeBoard) {
+  ImageOutcome outcome{.image = "a.png", .size = {}, .detection = {.reason = DetectionReason::kFound}};
+  EXPECT_FALSE(diagnosisOf(outcome));
+  outcome.detection.reason = DetectionReason::kPartial;
+  outcome.detection.detail = "50 of 54 corners";
+  EXPECT_EQ(diagnosisOf(outcome)->severity, Severity::kNote);
+  outcome.detection.reason = DetectionReason::kBlurred;
+  EXPECT_EQ(diagnosisOf(outcome)->severity, Severity::kWarning);
+  EXPECT_EQ(diagnosisOf(outcome)->id, "blurred");
+  EXPECT_EQ(diagnosisOf(outcome)->message(), "a.png: 50 of 54 corners");
+}
+
+TEST(SurveyDiagnosis, SaysHowAnAmbiguousBoardCanBeTurned) {
   const auto text = [](int columns, int rows) {
-    return noteText({.kind = SurveyNote::Kind::kAmbiguousBoard},
-                    {.board = {.columns = columns, .rows = rows, .square_m = 0.02},
-                     .paths = {},
-                     .outcomes = {},
-                     .notes = {}});
+    const Checkerboard board{.columns = columns, .rows = rows, .square_m = 0.02};
+    const BoardSurvey survey{.board = board, .paths = {}, .outcomes = {}, .notes = {}};
+    return diagnosisOf({.kind = SurveyNote::Kind::kAmbiguousBoard}, survey).cause;
   };
-  EXPECT_THAT(text(8, 6), HasSubstr("turned by 180 degrees"));
-  EXPECT_THAT(text(7, 7), HasSubstr("turned by 180 degrees"));
+  EXPECT_THAT(text(8, 6), HasSubstr("a rotation by 180 degrees"));
+  EXPECT_THAT(text(7, 7), HasSubstr("a rotation by 180 degrees"));
   EXPECT_THAT(text(6, 6), HasSubstr("90, 180 or 270"));
 }
 

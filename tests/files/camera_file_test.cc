@@ -72,8 +72,8 @@ TEST(CameraRecord, TellsWhoseParametersItHas) {
                          "parameters: " + keysText(other) + "\n"),
           testing::AllOf(
               testing::StartsWith("camera.yaml:4: parameters: found the keys of the model " + other),
-              testing::HasSubstr("those of " + model + ": fx"),
-              testing::HasSubstr("write " + other + " again")));
+              testing::HasSubstr("the keys of " + model + ": fx"),
+              testing::HasSubstr("change it back to " + other)));
       ++num_pairs;
     }
   }
@@ -105,9 +105,9 @@ TEST(CameraRecord, IsNotReadWhereItsSelfCheckFails) {
     double value;
     const char* complaint;
   };
-  const std::vector<Slip> slips = {{0, 500.00001, "e-06 px from its pixel ("},
-                                   {4, 0.25, "px from its pixel ("},
-                                   {4, -25, "do not project this point at all"}};
+  const std::vector<Slip> slips = {{0, 500.00001, "e-06 px away from its stated pixel ("},
+                                   {4, 0.25, "px away from its stated pixel ("},
+                                   {4, -25, "cannot project this point"}};
   int num_refused = 0;
   for (const Slip& slip : slips) {
     std::vector<double> values(camera.parameters().begin(), camera.parameters().end());

@@ -104,9 +104,10 @@ TEST(BoardSighting, NamesTilts) {
   const auto text = [](double right, double lower) {
     return tiltText({.right_rad = kRadPerDeg * right, .lower_rad = kRadPerDeg * lower});
   };
-  EXPECT_EQ(text(-30, 0), "its left side nearer to you by 30 degrees");
-  EXPECT_EQ(text(0, 20), "its lower side nearer to you by 20 degrees");
-  EXPECT_EQ(text(40, -20), "its right side nearer to you by 40 degrees and its upper side by 20");
+  EXPECT_EQ(text(-30, 0), "its left side turned 30 degrees towards the camera");
+  EXPECT_EQ(text(0, 20), "its lower side turned 20 degrees towards the camera");
+  EXPECT_EQ(text(40, -20),
+            "its right side turned 40 degrees and its upper side 20 degrees towards the camera");
   EXPECT_EQ(text(3, -4), "not tilted");
 }
 

@@ -27,24 +27,21 @@ struct Placement {
 };
 
 struct Set {
-  CalibrationResult result{AnyCamera::make("pinhole", std::vector<double>{500, 500, 319.5, 239.5})};
+  Calibration result{.fit = emptyFit("pinhole", kSize, {500, 500, 319.5, 239.5}, kBoard, kNoLoss)};
   std::vector<View> views;
 };
 
 Set makeSet(const std::vector<Placement>& placements) {
   Set set;
-  set.result.image_size = kSize;
   for (const Placement& at : placements) {
     const SO3 rotation =
         tiltedBoard({.right_rad = kRadPerDeg * at.right_deg, .lower_rad = kRadPerDeg * at.lower_deg});
     const SE3 pose{rotation,
-                   at.distance_m * *set.result.camera.unproject({at.u, at.v}) - rotation * kBoard.middle()};
+                   at.distance_m * *set.result.camera().unproject({at.u, at.v}) - rotation * kBoard.middle()};
     const std::string name = "view_" + std::to_string(set.views.size());
-    set.views.push_back(exactView(set.result.camera, kSize, kBoard, pose, name));
-    ViewResult view;
-    view.image = name;
-    view.camera_from_board = pose;
-    set.result.views.push_back(view);
+    set.views.push_back(exactView(set.result.camera(), kSize, kBoard, pose, name));
+    addView(set.result.fit, set.views.size() - 1, {}, pose);
+    set.result.fit.views.back().image = name;
   }
   return set;
 }
@@ -63,16 +60,15 @@ TEST(Coverage, CountsTheCornersOfEachCell) {
   EXPECT_THAT(report.empty_regions,
               ElementsAre(ImageRegion{.column = 2, .row = 0}, ImageRegion{.column = 2, .row = 1},
                           ImageRegion{.column = 2, .row = 2}));
-  EXPECT_THAT(coverageText(report),
-              HasSubstr("hardly any corners in the upper right corner, the right border "
-                        "and the lower right corner of the image"));
+  EXPECT_THAT(coverageText(report), HasSubstr("almost no board corners in the upper right corner, the right "
+                                              "border and the lower right corner of the image"));
 }
 
 TEST(Coverage, LeavesOutliersAndUnusedViewsOut) {
   Set set = makeSet({{150, 120, 0.4, 0, 0}, {150, 350, 0.4, 0, 0}, {500, 240, 0.6, 0, 0}});
-  set.result.views.pop_back();
+  set.result.fit.views.pop_back();
   for (int id = 0; id < 10; ++id)
-    set.result.outliers.push_back({.image = "view_1", .corner_id = id, .error_px = {9, 9}});
+    set.result.dropped.outliers.push_back({.image = "view_1", .corner_id = id, .error_px = {9, 9}});
   const CoverageReport report = coverageOf(set.result, kBoard, set.views);
   EXPECT_EQ(std::accumulate(report.num_corners.begin(), report.num_corners.end(), 0), 2 * 54 - 10);
   EXPECT_EQ(report.views.size(), 2u);
@@ -96,9 +92,10 @@ TEST(Coverage, MeasuresTiltsAndDistances) {
   // 8 squares of 20 mm, 0.6 m away: 133 of 640 px; 0.8 m away and 5 squares leant by 40 degrees: less.
   EXPECT_NEAR(report.views[3].fill, 8 * 0.02 / 0.6 * 500 / 640, 1e-6);
   EXPECT_EQ(report.smallest_fill, report.views[2].fill);
-  EXPECT_THAT(coverageText(report),
-              HasSubstr("no view has this side of the board nearer to the camera by more than 15 degrees: "
-                        "upper\n"));
+  EXPECT_THAT(
+      coverageText(report),
+      HasSubstr(
+          "no view has this side of the board turned towards the camera by more than 15 degrees: upper\n"));
 }
 
 TEST(Coverage, SaysOneLineWhereNothingIsMissing) {

@@ -40,8 +40,7 @@ double worstOf(const ProjectionUncertainty& uncertainty, const Eigen::MatrixXd& 
 }
 
 Guidance guidanceFor(const SimulatedSet& set, std::optional<double> target_px = std::nullopt) {
-  const CalibrationResult result =
-      calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
+  const Calibration result = calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
   return guide(result, set.board, coverageOf(result, set.board, set.views), target_px);
 }
 
@@ -170,21 +169,22 @@ TEST(NextView, SaysWhenTheTargetIsReachedOrHowFarItIs) {
   const Guidance never = guidanceFor(set, 1e-6);
   EXPECT_FALSE(never.target->num_more_views);
   EXPECT_GT(never.target->forecast_px, 1e-6);
-  EXPECT_THAT(targetText(never), HasSubstr("would not do"));
+  EXPECT_THAT(targetText(never), HasSubstr("are not enough"));
 }
 
 TEST(NextView, KnowsWhatIsHeld) {
   const SimulatedSet set = ordinarySet(6);
   const auto guided = [&](const CalibratorOptions& options) {
-    const CalibrationResult result = calibrate(set.board, set.views, options);
+    const Calibration result = calibrate(set.board, set.views, options);
     return guide(result, set.board, coverageOf(result, set.board, set.views));
   };
-  const Guidance all = guided({});
-  const Guidance some = guided({.held = {"k3", "p1", "p2"}, .same_focal = true});
+  const Guidance all = guided({.model = "radtan"});
+  const Guidance some = guided({.model = "radtan", .held = {"k3", "p1", "p2"}, .same_focal = true});
   ASSERT_TRUE(all.next && some.next);
   EXPECT_LT(some.worst_px, all.worst_px);
   const std::vector<std::string> everything = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
-  const CalibratorOptions held{.initial = InitialCamera{.camera = set.camera, .size = set.size},
+  const CalibratorOptions held{.model = "radtan",
+                               .initial = InitialCamera{.camera = set.camera, .size = set.size},
                                .held = everything};
   EXPECT_FALSE(guided(held).next);
 }

@@ -256,7 +256,8 @@ TEST_F(ImageFile, DescribesOrientations) {
   EXPECT_EQ(describeExifOrientation(6), "rotated 90 degrees clockwise");
   EXPECT_EQ(describeExifOrientation(3), "rotated 180 degrees");
   EXPECT_EQ(describeExifOrientation(8), "rotated 90 degrees counter-clockwise");
-  for (const int unknown : {0, 9, -1}) EXPECT_EQ(describeExifOrientation(unknown), "in an unknown way");
+  for (const int unknown : {0, 9, -1})
+    EXPECT_EQ(describeExifOrientation(unknown), "with an unknown orientation");
 }
 
 TEST_F(ImageFile, RefusesTiffsThatAskToBeTurned) {
@@ -300,7 +301,7 @@ TEST_F(ImageFile, RefusesTruncatedImagesOfEveryFormat) {
       const Bytes part(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() * tenth / 10));
       const std::string message = errorFor(name, part);
       const bool has_end = name.ends_with(".jpg") || name.ends_with(".png");
-      EXPECT_THAT(message, HasSubstr(has_end ? "cut short" : "cannot be decoded")) << name << " at " << tenth;
+      EXPECT_THAT(message, HasSubstr(has_end ? "truncated" : "cannot be decoded")) << name << " at " << tenth;
       ++num_refused;
     }
   }

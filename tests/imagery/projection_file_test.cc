@@ -58,9 +58,8 @@ TEST(ProjectionFile, NoticesChangedNumbers) {
     return at == std::string::npos ? other : other.replace(at, from.size(), to);
   };
   EXPECT_EQ(messageFor(text), "none");
-  EXPECT_THAT(messageFor(changed("u: 319.25", "u: 319.26")), HasSubstr("does not belong to its pixel"));
-  EXPECT_THAT(messageFor(changed("cylindrical", "equirectangular")),
-              HasSubstr("does not belong to its pixel"));
+  EXPECT_THAT(messageFor(changed("u: 319.25", "u: 319.26")), HasSubstr("does not match its pixel"));
+  EXPECT_THAT(messageFor(changed("cylindrical", "equirectangular")), HasSubstr("does not match its pixel"));
   EXPECT_THAT(messageFor(changed("cylindrical", "rectilinear")), HasSubstr("cylindrical or equirectangular"));
   EXPECT_THAT(messageFor(changed("radians_per_pixel: ", "radians_per_pixel: -")),
               HasSubstr("a positive number"));

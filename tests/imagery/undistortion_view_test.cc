@@ -108,7 +108,7 @@ TEST(UndistortionView, RefusesWhatItCannotShow) {
   EXPECT_EQ(num_refused, 9);
   const AnyCamera aside = AnyCamera::make("pinhole", std::vector<double>{500, 500, -100, 240});
   EXPECT_THAT(complaint({.extent = ViewExtent::kValid, .size = {}}, aside),
-              AllOf(HasSubstr("1: "), HasSubstr("axis outside of the image")));
+              AllOf(HasSubstr("1: "), HasSubstr("axis outside the image")));
   EXPECT_EQ(complaint({.extent = ViewExtent::kAll, .size = {}}, aside), "none");
 }
 

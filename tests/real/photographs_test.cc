@@ -194,15 +194,15 @@ TEST(Photographs, CalibrateWithinTheirLimits) {
       if (outcome.detection.hasCorners())
         views.push_back({outcome.image, outcome.size, outcome.detection.corners});
     }
-    const CalibrationResult result = calibrate(board, views);
-    std::printf("%s: %zu views, RMS %.4f px, fx %.2f +- %.2f\n", c.set.c_str(), views.size(), result.rms_px,
-                result.camera.parameters()[0], result.parameterStd(0));
-    EXPECT_EQ(result.solver.termination, Termination::kConverged) << c.set;
-    EXPECT_LE(result.rms_px, c.max_rms_px) << c.set;
-    EXPECT_NEAR(result.camera.parameters()[0], c.fx, c.fx_spread) << c.set;
-    EXPECT_TRUE(result.outliers.empty()) << c.set;
-    shapes[c.set] = result.shape;
-    EXPECT_EQ(result.num_corners, static_cast<int>(views.size()) * board.numCorners()) << c.set;
+    const Calibration result = calibrate(board, views, {.model = "radtan"});
+    std::printf("%s: %zu views, RMS %.4f px, fx %.2f +- %.2f\n", c.set.c_str(), views.size(), rms(result.fit),
+                onlyCamera(result.fit).params[0], result.uncertainty.parameterStd(0));
+    EXPECT_EQ(result.fit.summary.termination, Termination::kConverged) << c.set;
+    EXPECT_LE(rms(result.fit), c.max_rms_px) << c.set;
+    EXPECT_NEAR(onlyCamera(result.fit).params[0], c.fx, c.fx_spread) << c.set;
+    EXPECT_TRUE(result.dropped.outliers.empty()) << c.set;
+    shapes[c.set] = result.choice.shape;
+    EXPECT_EQ(numCorners(result.fit), static_cast<int>(views.size()) * board.numCorners()) << c.set;
   }
   // Two cameras looked at one board at the same moments, and agree on how it is bent.
   if (!shapes.contains("opencv_left") || !shapes.contains("opencv_right")) return;
@@ -297,15 +297,15 @@ TEST(Photographs, TellOneCameraFromAnother) {
   for (const std::size_t first : {0u, 1u}) {
     std::vector<View> halves[2];
     for (std::size_t i = 0; i < left.size(); ++i) halves[(i + first) % 2].push_back(left[i]);
-    const CalibrationResult half = calibrate(board, halves[0], {.model = "radtan"});
-    const ComparedCamera camera{&half.camera, half.image_size, half.statedCovariance()};
-    const HeldOutOptions options{.is_covariance_by_views = half.isNoiseExceeded()};
-    for (const Check& check :
+    const Calibration half = calibrate(board, halves[0], {.model = "radtan"});
+    const ComparedCamera camera{&half.camera(), half.imageSize(), half.uncertainty.statedCovariance()};
+    const HeldOutOptions options{.is_covariance_by_views = half.uncertainty.isNoiseExceeded()};
+    for (const Diagnosis& check :
          heldOutChecks(judgeOnImages(camera, board, halves[1], options), kDefaultTolerancePx))
-      EXPECT_NE(check.status, CheckStatus::kFail) << check.id << ": " << check.message;
+      EXPECT_NE(check.severity, Severity::kFailure) << check.id << ": " << check.cause;
     const auto on_right = heldOutChecks(judgeOnImages(camera, board, right, options), kDefaultTolerancePx);
     EXPECT_EQ(on_right.at(1).id, "images_agree");
-    EXPECT_EQ(on_right.at(1).status, CheckStatus::kFail) << on_right.at(1).message;
+    EXPECT_EQ(on_right.at(1).severity, Severity::kFailure) << on_right.at(1).cause;
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 2);

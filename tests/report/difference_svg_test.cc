@@ -62,8 +62,8 @@ TEST(DifferenceSvg, DrawsALongerFocalLengthAsArrowsFromTheMiddle) {
   EXPECT_EQ(num_outward, static_cast<int>(arrows.size()));
   EXPECT_GE(countOf(svg, "<rect"), 40U * 30U);
   // A corner is 399.3 px from the middle: half of what it moves from A to B, and half of that back.
-  EXPECT_THAT(svg,
-              AllOf(HasSubstr(">at most 3.973 px<"), HasSubstr(">0 px<"), HasSubstr("from where A puts")));
+  EXPECT_THAT(svg, AllOf(HasSubstr(">at most 3.973 px<"), HasSubstr(">0 px<"),
+                         HasSubstr("from the projection by A")));
   EXPECT_THAT(svg, Not(HasSubstr("seen by")));
 }
 
@@ -72,7 +72,7 @@ TEST(DifferenceSvg, CutsArrowsWhereTheScaleEndsAndSaysSo) {
   const AnyCamera b =
       AnyCamera::make("radtan", std::vector<double>{500, 500, 319.5, 239.5, 0, 0, 0, 0, 0.05});
   const std::string svg = drawn(a, b, {.freed = std::nullopt});
-  EXPECT_THAT(svg, AllOf(HasSubstr(">more<"), HasSubstr(" px or more, from where A puts")));
+  EXPECT_THAT(svg, AllOf(HasSubstr(">more<"), HasSubstr(" px or more, from the projection by A")));
   double longest = 0;
   for (const Arrow& arrow : arrowsIn(svg)) longest = std::max(longest, std::hypot(arrow.dx, arrow.dy));
   EXPECT_NEAR(longest, 0.8 * 640 / 18, 0.2);
@@ -85,7 +85,7 @@ TEST(DifferenceSvg, HatchesWhatOneOrNoneOfTheCamerasSees) {
       AnyCamera::make("kannala_brandt", std::vector<double>{85, 85, 319.5, 239.5, 0, 0, 0, 0});
   const std::string svg = drawn(wide, wider);
   EXPECT_THAT(svg,
-              AllOf(HasSubstr(">seen by one of the cameras only<"), HasSubstr(">seen by neither camera<")));
+              AllOf(HasSubstr(">seen by only one of the cameras<"), HasSubstr(">seen by neither camera<")));
   EXPECT_GT(countOf(svg, "fill=\"url(#one)\""), 20U);
   EXPECT_GT(countOf(svg, "fill=\"url(#neither)\""), 100U);
   EXPECT_GT(arrowsIn(svg).size(), 50U);

@@ -16,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 
 struct Drawn {
-  CalibrationResult result;
+  Calibration result;
   Guidance guidance;
   SimulatedSet set;
 };
@@ -25,7 +25,7 @@ Drawn makeDrawn() {
   const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01});
   SimulatedSet set = simulateSet(camera, {.width = 640, .height = 480}, 5, 0.1, 11);
-  CalibrationResult result = calibrate(set.board, set.views);
+  Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
   Guidance guidance = guide(result, set.board, coverageOf(result, set.board, set.views));
   return {.result = std::move(result), .guidance = std::move(guidance), .set = std::move(set)};
 }
@@ -45,7 +45,7 @@ TEST(NextViewSvg, MarksTheSidesThatAreNearer) {
   NextView& next = *drawn.guidance.next;
   const SO3 rotation = tiltedBoard({.right_rad = -0.5, .lower_rad = 0});
   next.camera_from_board = {rotation, Eigen::Vector3d(0, 0, 0.4) - rotation * drawn.set.board.middle()};
-  next.sighting = sightBoard(drawn.result.camera, drawn.set.board, next.camera_from_board);
+  next.sighting = sightBoard(drawn.result.camera(), drawn.set.board, next.camera_from_board);
   const std::string svg = nextViewSvg(drawn.result, drawn.set.board, drawn.set.views, drawn.guidance);
   expectGoodSvg(svg);
   // One thick line and one word, both left of the image's middle.
@@ -57,7 +57,7 @@ TEST(NextViewSvg, MarksTheSidesThatAreNearer) {
 
 TEST(NextViewSvg, DrawsWhatThereIsWhereNothingIsKnown) {
   Drawn drawn = makeDrawn();
-  drawn.result.covariance.reset();
+  drawn.result.uncertainty.covariance.reset();
   drawn.guidance = {};
   const std::string svg = nextViewSvg(drawn.result, drawn.set.board, drawn.set.views, drawn.guidance);
   expectGoodSvg(svg);

@@ -64,8 +64,8 @@ std::vector<std::string> modelsTooLeanFor(std::string_view model_id) {
   return {"fov", "ucm"};
 }
 
-double shareAstray(const ChoiceSet& set, const CalibrationResult& result) {
-  if (!result.projection_far) return std::numeric_limits<double>::quiet_NaN();
+double shareAstray(const ChoiceSet& set, const Calibration& result) {
+  if (!result.uncertainty.projection_far) return std::numeric_limits<double>::quiet_NaN();
   std::vector<Eigen::Vector2d> pixels;
   for (const View& view : set.set.views) {
     for (const Corner& corner : view.corners) pixels.push_back(corner.pixel);
@@ -73,22 +73,23 @@ double shareAstray(const ChoiceSet& set, const CalibrationResult& result) {
   const auto params = set.drawn.camera.parameters();
   const RivalCamera truth{.id = std::string(set.drawn.camera.modelId()),
                           .params = {params.begin(), params.end()}};
-  const auto spread = modelSpread(result.camera, std::span(&truth, 1), pixels, *result.projection_far);
+  const auto spread =
+      modelSpread(result.camera(), std::span(&truth, 1), pixels, *result.uncertainty.projection_far);
   return spread ? spread->share_apart : std::numeric_limits<double>::quiet_NaN();
 }
 
-bool hasFinding(const CalibrationResult& result, std::string_view id) {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& f) { return f.id == id; });
+bool hasFinding(const Calibration& result, std::string_view id) {
+  return std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                     [&](const Diagnosis& f) { return f.id == id; });
 }
 
-ChoiceVerdict judgeChoice(std::string_view true_model, const CalibrationResult& result) {
-  const auto& candidates = result.model_choice->candidates;
+ChoiceVerdict judgeChoice(std::string_view true_model, const Calibration& result) {
+  const auto& candidates = result.choice.model->candidates;
   const auto find = [&](std::string_view id) {
     return std::find_if(candidates.begin(), candidates.end(),
                         [&](const ModelCandidate& c) { return c.id == id; });
   };
-  const std::string_view chosen = result.camera.modelId();
+  const std::string_view chosen = result.camera().modelId();
   if (chosen == true_model) return ChoiceVerdict::kTrue;
   const auto truth = find(true_model);
   if (isNested(chosen, true_model)) return ChoiceVerdict::kNested;

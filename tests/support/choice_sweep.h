@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "support/user_views.h"
 
 namespace alidade {
@@ -39,13 +39,13 @@ enum class ChoiceVerdict {
   kOther
 };
 
-[[nodiscard]] ChoiceVerdict judgeChoice(std::string_view true_model, const CalibrationResult& result);
+[[nodiscard]] ChoiceVerdict judgeChoice(std::string_view true_model, const Calibration& result);
 
 /// Of the image, the part where a calibration is wrong beyond what it states: far points more than kApartPx
 /// and 3 stated sigmas from where the true camera has them, the rotation taken out that fits where corners
 /// were. NaN where it states no uncertainty.
-[[nodiscard]] double shareAstray(const ChoiceSet& set, const CalibrationResult& result);
+[[nodiscard]] double shareAstray(const ChoiceSet& set, const Calibration& result);
 
-[[nodiscard]] bool hasFinding(const CalibrationResult& result, std::string_view id);
+[[nodiscard]] bool hasFinding(const Calibration& result, std::string_view id);
 
 }  // namespace alidade

@@ -165,29 +165,31 @@ TroubledSet drawTroubledSet(std::string_view model, Trouble trouble, std::uint64
 
 Judged judgeSet(const TroubledSet& set, Trouble trouble) {
   const bool is_bent = trouble == Trouble::kBentBoard;
-  const CalibrationResult result =
+  const Calibration result =
       calibrate(set.views.board, set.views.views,
                 {.model = std::string(set.drawn.camera.modelId()),
                  .board_shape = is_bent ? BoardShapeMode::kFlat : BoardShapeMode::kAuto});
   Judged judged;
-  judged.is_converged = result.solver.termination == Termination::kConverged && result.covariance;
+  judged.is_converged =
+      result.fit.summary.termination == Termination::kConverged && result.uncertainty.covariance;
   if (!judged.is_converged) return judged;
-  judged.is_noise_exceeded = result.isNoiseExceeded();
-  if (result.by_views) judged.excess = result.by_views->excess;
+  judged.is_noise_exceeded = result.uncertainty.isNoiseExceeded();
+  if (result.uncertainty.by_views) judged.excess = result.uncertainty.by_views->excess;
   const auto truth = set.drawn.camera.parameters();
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const int i = static_cast<int>(k);
-    judged.parameters.push_back({.error = result.camera.parameters()[k] - truth[k],
-                                 .std = result.parameterStd(i),
-                                 .std_by_views = result.by_views ? result.by_views->effectiveStd(i)
-                                                                 : std::numeric_limits<double>::quiet_NaN(),
-                                 .stated_std = result.statedStd(i)});
+    judged.parameters.push_back({.error = onlyCamera(result.fit).params[k] - truth[k],
+                                 .std = result.uncertainty.parameterStd(i),
+                                 .std_by_views = result.uncertainty.by_views
+                                                     ? result.uncertainty.by_views->effectiveStd(i)
+                                                     : std::numeric_limits<double>::quiet_NaN(),
+                                 .stated_std = result.uncertainty.statedStd(i)});
   }
-  const ProjectionUncertainty uncertainty(result.camera, result.image_size, kInfinity);
-  const auto error = differences(set.drawn.camera, result.camera, uncertainty);
+  const ProjectionUncertainty uncertainty(result.camera(), result.imageSize(), kInfinity);
+  const auto error = differences(set.drawn.camera, result.camera(), uncertainty);
   for (const Place place : kAllPlaces) {
     const int i = indexOf(uncertainty, place);
-    const Eigen::Matrix2d covariance = uncertainty.covariance(i, result.statedCovariance());
+    const Eigen::Matrix2d covariance = uncertainty.covariance(i, result.uncertainty.statedCovariance());
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
     const Eigen::Vector2d& e = error[static_cast<std::size_t>(i)];
     judged.projections[static_cast<std::size_t>(place)] = {.error_px = solver.eigenvectors().col(1).dot(e),

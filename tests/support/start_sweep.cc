@@ -23,7 +23,7 @@ double cpuSeconds() {
 
 // Solves from the true camera and poses what the calibration found from nothing.
 void compareWithTruth(SweepOutcome& outcome) {
-  const Fit fit = solve(fitAt(outcome.set, outcome.drawn.camera, outcome.result.loss));
+  const Fit fit = solve(fitAt(outcome.set, outcome.drawn.camera, outcome.result.fit.loss));
   outcome.cost_from_truth = fit.summary.cost;
   outcome.is_determined =
       fit.summary.termination == Termination::kConverged && intrinsicsInformation(fit).inverse.has_value();
@@ -45,21 +45,21 @@ std::vector<SweepCell> sweepCells() {
 }
 
 bool SweepOutcome::usesEverything() const {
-  return error.empty() && result.outliers.empty() && result.excluded_views.empty();
+  return error.empty() && result.dropped.outliers.empty() && result.dropped.views.empty();
 }
 
 bool SweepOutcome::isAtOptimum() const {
   constexpr double kRelative = 1e-6;
-  return usesEverything() && result.solver.cost <= (1 + kRelative) * cost_from_truth;
+  return usesEverything() && result.fit.summary.cost <= (1 + kRelative) * cost_from_truth;
 }
 
 bool SweepOutcome::isHeld() const {
-  return usesEverything() && !result.weak_prior.isNone();
+  return usesEverything() && !onlyCamera(result.fit).weak_prior.isNone();
 }
 
 bool SweepOutcome::isWarned() const {
-  return !error.empty() || std::any_of(result.findings.begin(), result.findings.end(),
-                                       [](const Finding& f) { return f.id != "few_views"; });
+  return !error.empty() || std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                                       [](const Diagnosis& f) { return f.id != "few_views"; });
 }
 
 SweepOutcome runSweepSet(const SweepCell& cell, std::uint64_t number) {
@@ -69,8 +69,7 @@ SweepOutcome runSweepSet(const SweepCell& cell, std::uint64_t number) {
   const DrawnCamera drawn = drawCamera(cell.model, cell.fov_deg, random);
   const int num_views = 8 + static_cast<int>(random.index(33));
   UserSet set = drawUserViews(drawn, num_views, kNoisePx, random);
-  SweepOutcome outcome{
-      .drawn = drawn, .set = std::move(set), .result = CalibrationResult(drawn.camera), .error = {}};
+  SweepOutcome outcome{.drawn = drawn, .set = std::move(set), .result = {}, .error = {}};
   const double before = cpuSeconds();
   try {
     outcome.result = calibrate(outcome.set.board, outcome.set.views, {.model = cell.model});

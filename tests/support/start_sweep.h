@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "support/user_views.h"
 
 namespace alidade {
@@ -24,7 +24,7 @@ struct SweepCell {
 struct SweepOutcome {
   DrawnCamera drawn;
   UserSet set;
-  CalibrationResult result;
+  Calibration result;
   double cost_from_truth = 0;  ///< of the same loss, solved from the true camera and poses; NaN without
   /// Do the views determine the parameters? If not (the solver does not come to rest even from the truth, or
   /// the information is singular to working precision), there is no optimum to be found, only a valley.

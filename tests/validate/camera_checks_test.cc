@@ -11,14 +11,16 @@ namespace {
 constexpr ImageSize kSize{.width = 640, .height = 480};
 const std::vector<double> kGood = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
-CheckStatus statusOf(const std::vector<Check>& checks, const std::string& id) {
-  const auto check = std::find_if(checks.begin(), checks.end(), [&](const Check& c) { return c.id == id; });
+Severity statusOf(const std::vector<Diagnosis>& checks, const std::string& id) {
+  const auto check =
+      std::find_if(checks.begin(), checks.end(), [&](const Diagnosis& c) { return c.id == id; });
   if (check == checks.end()) throw std::out_of_range(id);
-  return check->status;
+  return check->severity;
 }
 
 // Checks of `params` with the claims of `claimed`, as if a file's numbers had been edited.
-std::vector<Check> checksOf(const std::vector<double>& params, const std::vector<double>& claimed = kGood) {
+std::vector<Diagnosis> checksOf(const std::vector<double>& params,
+                                const std::vector<double>& claimed = kGood) {
   const AnyCamera camera = AnyCamera::make("radtan", params);
   const AnyCamera original = AnyCamera::make("radtan", claimed);
   CameraRecord record = bareRecord(original, kSize, "test");
@@ -27,13 +29,13 @@ std::vector<Check> checksOf(const std::vector<double>& params, const std::vector
 }
 
 TEST(CheckCamera, PassesAGoodCamera) {
-  const std::vector<Check> checks = checksOf(kGood);
+  const std::vector<Diagnosis> checks = checksOf(kGood);
   EXPECT_EQ(checks.size(), 8U);
-  for (const Check& check : checks) {
-    EXPECT_EQ(check.status,
-              check.id == "covariance" || check.id == "calibration" ? CheckStatus::kWarn : CheckStatus::kPass)
+  for (const Diagnosis& check : checks) {
+    EXPECT_EQ(check.severity,
+              check.id == "covariance" || check.id == "calibration" ? Severity::kWarning : Severity::kPass)
         << check.id;
-    EXPECT_FALSE(check.message.empty() || check.value.empty() || check.limit.empty()) << check.id;
+    EXPECT_FALSE(check.cause.empty() || check.evidence.empty() || check.limit.empty()) << check.id;
   }
 }
 
@@ -42,18 +44,18 @@ TEST(CheckCamera, SelfCheckCatchesEveryEditedParameter) {
   for (std::size_t i = 0; i < kGood.size(); ++i) {
     std::vector<double> edited = kGood;
     edited[i] += i < 4 ? 1e-4 : 1e-6;
-    num_caught += statusOf(checksOf(edited), "self_check") == CheckStatus::kFail ? 1 : 0;
+    num_caught += statusOf(checksOf(edited), "self_check") == Severity::kFailure ? 1 : 0;
   }
   EXPECT_EQ(num_caught, 9);
 }
 
 TEST(CheckCamera, CatchesAFoldInTheImage) {
-  EXPECT_EQ(statusOf(checksOf({535, 535, 320, 240, -0.4, 0, 0, 0, 0}), "one_to_one"), CheckStatus::kFail);
+  EXPECT_EQ(statusOf(checksOf({535, 535, 320, 240, -0.4, 0, 0, 0, 0}), "one_to_one"), Severity::kFailure);
 }
 
 TEST(CheckCamera, CatchesAStatedDomainThatIsNotTheParameters) {
   EXPECT_EQ(statusOf(checksOf({535, 534, 322, 238, -0.25, 0.08, 8e-4, -4e-4, -0.01}), "domain"),
-            CheckStatus::kFail);
+            Severity::kFailure);
 }
 
 TEST(CheckCamera, JudgesAspectFocalLengthAndPrincipalPoint) {
@@ -62,11 +64,11 @@ TEST(CheckCamera, JudgesAspectFocalLengthAndPrincipalPoint) {
     params[i] = value;
     return statusOf(checksOf(params), id);
   };
-  EXPECT_EQ(status(0, 560, "aspect"), CheckStatus::kWarn);
-  EXPECT_EQ(status(0, 900, "aspect"), CheckStatus::kFail);
-  EXPECT_EQ(status(0, 2e5, "focal_length"), CheckStatus::kWarn);
-  EXPECT_EQ(status(2, 450, "principal_point"), CheckStatus::kWarn);
-  EXPECT_EQ(status(2, 700, "principal_point"), CheckStatus::kFail);
+  EXPECT_EQ(status(0, 560, "aspect"), Severity::kWarning);
+  EXPECT_EQ(status(0, 900, "aspect"), Severity::kFailure);
+  EXPECT_EQ(status(0, 2e5, "focal_length"), Severity::kWarning);
+  EXPECT_EQ(status(2, 450, "principal_point"), Severity::kWarning);
+  EXPECT_EQ(status(2, 700, "principal_point"), Severity::kFailure);
 }
 
 TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
@@ -74,9 +76,9 @@ TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
   CameraRecord record = bareRecord(camera, kSize, "test");
   record.calibration.emplace();
   record.calibration->verdict = Verdict::kNo;
-  EXPECT_EQ(statusOf(checkCamera(record), "calibration"), CheckStatus::kFail);
+  EXPECT_EQ(statusOf(checkCamera(record), "calibration"), Severity::kFailure);
   record.calibration->verdict = Verdict::kTrustworthy;
-  EXPECT_EQ(statusOf(checkCamera(record), "calibration"), CheckStatus::kPass);
+  EXPECT_EQ(statusOf(checkCamera(record), "calibration"), Severity::kPass);
 }
 
 TEST(CheckCamera, CatchesACovarianceThatIsNone) {
@@ -93,13 +95,13 @@ TEST(CheckCamera, CatchesACovarianceThatIsNone) {
     record.calibration->parameter_std = parameter_std;
     return statusOf(checkCamera(record), "covariance");
   };
-  EXPECT_EQ(status(good, std), CheckStatus::kPass);
-  EXPECT_EQ(status(good, other_std), CheckStatus::kFail);
-  EXPECT_EQ(status(indefinite, std), CheckStatus::kFail);
+  EXPECT_EQ(status(good, std), Severity::kPass);
+  EXPECT_EQ(status(good, other_std), Severity::kFailure);
+  EXPECT_EQ(status(indefinite, std), Severity::kFailure);
   // fx = fy, and cy held.
-  EXPECT_EQ(status({4, 4, 4, 0, 0, 1, 0, 0, 0, 0}, {2, 2, 1, 0}), CheckStatus::kPass);
+  EXPECT_EQ(status({4, 4, 4, 0, 0, 1, 0, 0, 0, 0}, {2, 2, 1, 0}), Severity::kPass);
   // A covariance without a variance.
-  EXPECT_EQ(status({4, 1, 4, 0, 0, 1, 0, 0, 0.1, 0}, {2, 2, 1, 0}), CheckStatus::kFail);
+  EXPECT_EQ(status({4, 1, 4, 0, 0, 1, 0, 0, 0.1, 0}, {2, 2, 1, 0}), Severity::kFailure);
 }
 
 }  // namespace

@@ -52,14 +52,14 @@ struct Stated {
     return record;
   }
 
-  [[nodiscard]] CheckStatus status() const {
+  [[nodiscard]] Severity status() const {
     const ProjectionStdRecord claim{.center_px = grid.center_px,
                                     .worst_px = grid.worst_px,
                                     .worst_pixel = grid.worst_pixel,
                                     .columns = grid.columns,
                                     .rows = grid.rows,
                                     .std_px = grid.std_px};
-    return checkProjectionStd(recordOf(covariance, claim))->status;
+    return checkProjectionStd(recordOf(covariance, claim))->severity;
   }
 };
 
@@ -69,7 +69,7 @@ TEST(CheckProjectionStd, PassesWhatFourDigitsState) {
   for (const double scale : {1e-20, 1e-3, 1.0, 3.7, 1e6}) {
     const Stated stated(scale);
     for (const double std : stated.grid.std_px) num_without_ray += std::isnan(std) ? 1 : 0;
-    num_passed += stated.status() == CheckStatus::kPass ? 1 : 0;
+    num_passed += stated.status() == Severity::kPass ? 1 : 0;
   }
   EXPECT_EQ(num_passed, 5);
   EXPECT_GT(num_without_ray, 100);
@@ -83,7 +83,7 @@ TEST(CheckProjectionStd, FailsAnyNumberThatIsOff) {
   const auto expectFail = [&](const auto& spoil) {
     Stated spoiled;
     spoil(spoiled);
-    EXPECT_EQ(spoiled.status(), CheckStatus::kFail) << num_failed;
+    EXPECT_EQ(spoiled.status(), Severity::kFailure) << num_failed;
     ++num_failed;
   };
   // By two units of the fourth digit at most.
@@ -110,8 +110,8 @@ TEST(CheckProjectionStd, FailsAnyNumberThatIsOff) {
 
 TEST(CheckProjectionStd, WarnsWhereOneOfTheTwoIsMissing) {
   const Stated stated;
-  EXPECT_EQ(checkProjectionStd(stated.recordOf(stated.covariance, {}))->status, CheckStatus::kWarn);
-  EXPECT_EQ(checkProjectionStd(stated.recordOf({}, ProjectionStdRecord{}))->status, CheckStatus::kWarn);
+  EXPECT_EQ(checkProjectionStd(stated.recordOf(stated.covariance, {}))->severity, Severity::kWarning);
+  EXPECT_EQ(checkProjectionStd(stated.recordOf({}, ProjectionStdRecord{}))->severity, Severity::kWarning);
   EXPECT_FALSE(checkProjectionStd(stated.recordOf({}, {})).has_value());
 }
 

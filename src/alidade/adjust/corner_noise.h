@@ -10,25 +10,25 @@ namespace alidade {
 /// No corner is known better than this; it keeps the loss and the weights meaningful on noise-free data.
 inline constexpr double kMinSigmaPx = 0.003;
 
-/// A corner's error beside what it is known by.
+/// The error of a corner, with its standard deviation and leverage.
 struct CornerResidual {
   double sigma_px;           ///< as Corner::sigma_px
   Eigen::Vector2d error_px;  ///< of the reprojection, not weighted
-  double leverage;           ///< what the fit took away from it, see leverages()
+  double leverage;           ///< see leverages()
 };
 
-/// How much each corner is to be trusted. The variance of a corner's coordinate is sigma^2 + tau^2: sigma is
-/// what its detection states, tau is the same for all corners and stands for what detection cannot know (a
-/// board that is not flat, a lens that does not follow the model, errors of the print). The weight of a
-/// corner is inverse to that variance, and the mean weight is 1.
+/// The weight of each corner. The variance of a corner's coordinate is sigma^2 + tau^2: sigma is stated by
+/// the detector. tau is the same for all corners and covers errors that the detector cannot know: a board
+/// that is not flat, a lens that the model does not describe, printing errors. The weight of a corner is
+/// inverse to that variance, and the mean weight is 1.
 ///
-/// Only ratios of variances matter to the estimate: how large they are altogether is taken from the
-/// residuals. Where the stated sigmas are equal, or none is stated, all weights are exactly 1.
+/// Only ratios of variances matter to the estimate: their overall scale is estimated from the residuals.
+/// Where the stated sigmas are equal, or none is stated, all weights are exactly 1.
 class CornerNoise {
  public:
   /// Nothing known: all weights are 1.
   CornerNoise() = default;
-  /// Takes stock of the sigmas. An unknown one counts as the median of the known ones. All weights are 1
+  /// Uses the given sigmas. An unknown sigma is replaced by the median of the known ones. All weights are 1
   /// until tau is estimated.
   explicit CornerNoise(std::span<const double> sigmas_px);
 
@@ -37,12 +37,12 @@ class CornerNoise {
   /// True if all weights are exactly 1, whatever tau.
   [[nodiscard]] bool isUniform() const { return is_uniform_; }
   /// Estimates tau from reprojection errors as a variance component by restricted maximum likelihood
-  /// (Patterson and Thompson 1971), with squared errors clipped so that outliers have a bounded say.
+  /// (Patterson and Thompson 1971), with squared errors clipped to limit the influence of outliers.
   void estimateUnexplained(std::span<const CornerResidual> corners);
 
   /// Relative weight of a corner whose detection states `sigma_px`; NaN = unknown.
   [[nodiscard]] double weight(double sigma_px) const;
-  /// The stated variance as it is used, px^2: bounded, and the typical one if unknown.
+  /// The stated variance in px^2 as used: bounded, and the typical one if unknown.
   [[nodiscard]] double statedVariance(double sigma_px) const;
   /// tau, px. 0 where the stated sigmas explain the errors, or overstate them.
   [[nodiscard]] double unexplainedSigma() const;

@@ -13,7 +13,7 @@
 
 namespace alidade {
 
-/// Errors of corners that had no part in the camera nor in the pose that they are projected with.
+/// Errors of corners that were not used to estimate the camera or the pose that projects them.
 struct HeldOutErrors {
   int num_folds = 0;
   /// Projected minus observed, px, not weighted, in the order of the views' corners; NaN for a corner that
@@ -21,12 +21,12 @@ struct HeldOutErrors {
   std::vector<std::vector<Eigen::Vector2d>> px;
 };
 
-/// Cross-validation over views. The views of one fold after the other are left out, and intrinsics and the
-/// poses of the rest solved again from the full solution, with its weights and loss. Each view that was left
-/// out then gets a pose from one half of its corners and errors on the other half, and the halves exchanged:
+/// Cross-validation over views. Each fold of views is left out in turn, and intrinsics and poses are
+/// estimated again from the other views, starting at the full solution with its weights and loss. Each
+/// held-out view then gets a pose from one half of its corners and errors on the other half, and vice versa:
 /// the two colours of a checkerboard, (column + row) even and odd, which both span the board.
 ///
-/// Nothing where the views that are left do not give a camera.
+/// Nothing if the other views do not determine a camera.
 /// @param fit  the solution for all views, of one camera and one board; the board's shape is not estimated
 ///             again
 [[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel = nullptr);
@@ -35,17 +35,17 @@ struct HeldOutErrors {
 ///
 /// Each fold is four stretches of neighbouring views, a stretch each from every quarter of the sequence (with
 /// fewer than 20 views, single views). Frames of a video are nearly the same as their neighbours: if
-/// neighbours were all in different folds, a view's twin would have had its part in the camera; if a fold
-/// were one stretch, no other view might have looked where it looks.
+/// neighbours were all in different folds, a near-copy of each held-out view would take part in the fit; if a
+/// fold were a single stretch, the other views might not cover the same part of the image.
 [[nodiscard]] int foldOf(std::size_t v, std::size_t num_views);
 [[nodiscard]] int numFolds(std::size_t num_views);
 
-/// What cross-validation says of a calibration.
+/// The result of cross-validation.
 struct HoldoutReport {
   double rms_px = std::numeric_limits<double>::quiet_NaN();  ///< sqrt(mean of dx^2 + dy^2); NaN if unknown
   int num_folds = 0;    ///< 0: the views of the other folds give no camera
-  int num_corners = 0;  ///< with a held-out error
-  int num_unseen = 0;   ///< further ones that the camera of the other views does not see
+  int num_corners = 0;  ///< with a cross-validation error
+  int num_unseen = 0;   ///< corners not seen by the camera of the other views
 };
 
 [[nodiscard]] HoldoutReport holdoutReport(const std::optional<HeldOutErrors>& errors);

@@ -40,7 +40,7 @@ struct FitBoard {
   bool is_shape_fixed = true;
 };
 
-/// Where a board stands in one frame, an instant of the rig.
+/// The position of a board in one frame (instant) of the rig.
 struct FitPlacement {
   std::size_t frame = 0;
   std::size_t board = 0;  ///< index into Fit::boards
@@ -54,13 +54,14 @@ struct FitView {
   std::size_t source = 0;                    ///< index of the view among those that were given
   std::vector<Observation> corners = {};     ///< in use, in rising order of id; on the flat board
   std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
+  std::string image = {};                    ///< its name; empty before a calibration is finished
 };
 
 enum class Termination {
   kConverged,
   kIterationLimit,
-  kStalled,  ///< no step lowers the cost any more, far from a stationary point
-  kFailed,   ///< the start cannot be evaluated or the linear algebra broke down
+  kStalled,  ///< no step reduces the cost, although the point is not stationary
+  kFailed,   ///< the initial guess cannot be evaluated, or the linear algebra failed
 };
 
 /// Stable name for files and JSON.
@@ -75,16 +76,16 @@ struct FitParam {
 
 struct SolveSummary {
   Termination termination = Termination::kFailed;
-  std::string reason = {};              ///< the solver's own words
+  std::string reason = {};              ///< message of the solver
   int num_iterations = 0;               ///< steps tried
-  std::vector<FitParam> at_limit = {};  ///< parameters that the optimum pushes against the end of their range
-  /// Half the sum of rho over all corners, px^2 of a corner of weight 1, with the priors' share; NaN where
-  /// the start cannot be evaluated.
+  std::vector<FitParam> at_limit = {};  ///< parameters at the end of their range
+  /// Half the sum of rho over all corners, px^2 of a corner of weight 1, including the priors; NaN if the
+  /// initial guess cannot be evaluated.
   double cost = 0;
 };
 
-/// Everything that a solve takes and gives: cameras, boards, where the boards stand, and what was seen of
-/// them.
+/// The input and the result of a solve: cameras, boards, placements of the boards, and observed
+/// corners.
 struct Fit {
   std::vector<FitCamera> cameras = {};
   std::vector<FitBoard> boards = {};
@@ -94,19 +95,19 @@ struct Fit {
   SolveSummary summary = {};
 };
 
-/// The pose of the board in the camera's frame.
+/// The pose of the board in the camera frame.
 [[nodiscard]] SE3 cameraFromBoard(const Fit& fit, const FitView& view);
-/// Moves the placement of the view, the camera staying where it is in the rig.
+/// Moves the placement of the view; the camera keeps its place in the rig.
 void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board);
 
-/// Of a fit of one camera, of one board.
+/// The only camera, or the only board, of a fit.
 /// @throws std::logic_error where there are others
 [[nodiscard]] const FitCamera& onlyCamera(const Fit& fit);
 [[nodiscard]] FitCamera& onlyCamera(Fit& fit);
 [[nodiscard]] const FitBoard& onlyBoard(const Fit& fit);
 [[nodiscard]] FitBoard& onlyBoard(Fit& fit);
 
-/// Corners moved to where they lie on the bent board, as the solver takes them.
+/// Corners with their positions on the bent board, as used by the solver.
 [[nodiscard]] std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,
                                                std::span<const Observation> flat);
 [[nodiscard]] std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view);
@@ -114,7 +115,7 @@ void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_bo
 /// Over all views.
 [[nodiscard]] std::size_t numCorners(const Fit& fit);
 
-/// A view of the first camera and the first board in a frame of its own. Views stay sorted by source.
+/// Adds a view of the first camera and the first board, in a separate frame. Views stay sorted by source.
 /// @param source  see FitView
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board);
 
@@ -122,12 +123,12 @@ void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, con
 [[nodiscard]] Fit emptyFit(std::string model, ImageSize size, std::vector<double> params,
                            const Checkerboard& board, HuberLoss loss);
 
-/// The fit without some views, and without placements that no other view has.
-/// @param is_out  one a view
+/// The fit without some views, and without placements that no remaining view uses.
+/// @param is_out  one per view
 [[nodiscard]] Fit withoutViews(const Fit& fit, const std::vector<bool>& is_out);
 [[nodiscard]] Fit withoutView(const Fit& fit, std::size_t view);
 
-/// The weights of all corners by their camera's noise; the largest relative change of one.
+/// Sets the weights of all corners from the noise of their camera; returns the largest relative change.
 double updateWeights(Fit& fit);
 
 }  // namespace alidade

@@ -13,20 +13,20 @@ namespace alidade {
 struct BetterModel {
   std::string id;
   double rms_px = 0;       ///< weighted, with the weights of the model in use
-  double lean_rms_px = 0;  ///< that of the model in use
+  double lean_rms_px = 0;  ///< the same for the model in use
 };
 
-/// The next larger model, if it explains the corners better beyond doubt. It is solved from the fit's final
-/// answer, on the same corners and with the same loss, so that the two costs compare.
+/// The next larger model, if it explains the corners significantly better. It is solved from the final
+/// solution of the fit, on the same corners and with the same loss, so that the costs are comparable.
 [[nodiscard]] std::optional<BetterModel> betterModel(const Fit& fit, const CancelFlag* cancel);
 
-/// The same, if it also predicts corners that it has not seen better: a model that the choice of a model
-/// would not have chosen beside the larger one. Where the held-out errors of one are unknown, the fit
+/// The same, if the larger model also has the smaller cross-validation error, so that the
+/// automatic choice would prefer it. If the cross-validation error of one is unknown, the fit
 /// decides.
 [[nodiscard]] std::optional<BetterModel> neededModel(const Fit& fit, const CancelFlag* cancel);
 
-/// By which share a few steps of a model that contains the one in use lower its cost. They tell whether there
-/// is anything to gain; most often there is not.
+/// The relative reduction of the cost by a few steps of a model that contains the one in use. It shows
+/// whether a larger model can help at all; in most cases it cannot.
 [[nodiscard]] double dropAtAGlance(const Fit& fit, const std::string& larger_id, const CancelFlag* cancel);
 
 }  // namespace alidade

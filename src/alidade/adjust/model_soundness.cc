@@ -24,9 +24,9 @@ std::size_t numCornersOutside(const Fit& fit, const AnyCamera& camera) {
 std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
   constexpr double kMinCondition = 1e-11;  // of parameters scaled to the same size
   if (fit.summary.termination != Termination::kConverged) {
-    return Unsoundness{.id = "not_converged",
-                       .text = "its parameters run away without end: " +
-                               std::string(terminationName(fit.summary.termination))};
+    return Unsoundness{
+        .id = "not_converged",
+        .text = "its parameters diverge: " + std::string(terminationName(fit.summary.termination))};
   }
   const IntrinsicsInformation information = intrinsicsInformation(fit);
   if (!information.inverse || information.scaled_condition < kMinCondition)
@@ -34,7 +34,7 @@ std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
   const FitCamera& of = onlyCamera(fit);
   const AnyCamera camera = AnyCamera::make(of.model, of.params);
   if (numCornersOutside(fit, camera) > 0)
-    return Unsoundness{.id = "corners_outside_domain", .text = "it cannot see all of the corners"};
+    return Unsoundness{.id = "corners_outside_domain", .text = "it cannot project all of the corners"};
   const DomainCertificate domain = certifyDomain(camera, of.size);
   if (!foldsInsideImage(domain)) return std::nullopt;
   return Unsoundness{.id = "folds_in_image",

@@ -13,7 +13,7 @@
 
 namespace alidade {
 
-/// A corner as the fit takes it: a board point and where it was seen.
+/// A corner as used by the fit: a board point and its observed pixel.
 struct Observation {
   Eigen::Vector3d p_board;
   Eigen::Vector2d pixel;

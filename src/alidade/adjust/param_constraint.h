@@ -7,15 +7,15 @@
 
 namespace alidade {
 
-/// What a solve must leave alone among the intrinsics.
+/// The intrinsics that a solve must not change.
 struct ParamConstraint {
-  std::vector<int> held = {};  ///< indices of parameters that stay as they are
-  bool same_focal = false;     ///< fx and fy move by the same step; equal at the start, they stay equal
+  std::vector<int> held = {};  ///< indices of fixed parameters
+  bool same_focal = false;     ///< fx and fy change by the same step, so they stay equal
 
   [[nodiscard]] bool isNone() const { return held.empty() && !same_focal; }
 };
 
-/// The directions that are left, one a column: N parameters x M.
+/// The remaining free directions, one per column: N parameters x M.
 [[nodiscard]] Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint);
 
 }  // namespace alidade

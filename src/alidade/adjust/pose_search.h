@@ -11,19 +11,19 @@
 
 namespace alidade {
 
-/// A camera with the poses of the views that it explains.
+/// A camera with the poses of the views.
 struct PosedCamera {
   std::vector<double> params;
-  std::vector<std::optional<SE3>> poses;  ///< camera_from_board, one a view
+  std::vector<std::optional<SE3>> poses;  ///< camera_from_board, one per view
 };
 
-/// The loss for views that are far from explained: beyond half a percent of the image's diagonal an error
-/// counts less.
+/// The loss for an initial guess: errors beyond half a percent of the image diagonal get less
+/// weight.
 [[nodiscard]] HuberLoss startLoss(ImageSize size);
 
-/// Puts the pose by the corners' rays through the camera in place of each pose that costs more or is missing.
-/// From a poor camera, a view may have come to the wrong one of the two tilts that look alike from afar; from
-/// there no small step leads back. False if all was well.
+/// Replaces each pose that is missing, or has a higher cost, by the pose estimated from the rays of the
+/// corners. With a poor camera, a view may converge to the wrong one of two similar tilts, which small steps
+/// cannot correct. Returns false if nothing changed.
 /// @param views  the corners of each view
 bool improvePoses(std::string_view model_id, std::span<const std::vector<Observation>> views, HuberLoss loss,
                   PosedCamera& camera);
@@ -31,7 +31,7 @@ bool improvePoses(std::string_view model_id, std::span<const std::vector<Observa
 /// The same for a fit of one camera.
 bool improvePoses(Fit& fit);
 
-/// Poses for the camera by rays alone; nothing where a view has none.
+/// The fit with all poses estimated from rays; nothing if that fails for a view.
 [[nodiscard]] std::optional<Fit> posedAnew(Fit fit);
 
 }  // namespace alidade

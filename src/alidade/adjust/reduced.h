@@ -17,8 +17,8 @@
 
 namespace alidade {
 
-/// The normal equations of one view with its pose eliminated (Schur complement): what the view says about the
-/// intrinsics and any further columns once its pose is free to follow.
+/// The normal equations of one view with its pose eliminated (Schur complement): the information of the view
+/// about the intrinsics and any further columns, with a free pose.
 struct Reduced {
   Eigen::MatrixXd information;  ///< J^T W J, K x K for N parameters and K - N further columns, per px^2
   Eigen::VectorXd gradient;  ///< J^T W psi, psi being the error times the loss' weight; 0 over all views at
@@ -33,8 +33,8 @@ enum class LossWeights {
   kUse,       ///< information of iteratively reweighted least squares
 };
 
-/// A corner as further columns see it. The Jacobians and the error of each axis include the root of the
-/// corner's weight.
+/// A corner as the input of further columns. The Jacobians and the error of each axis include the square root
+/// of the weight.
 struct CornerRows {
   const Observation& corner;
   double root_weight;
@@ -51,7 +51,7 @@ struct ExtraElements {
 };
 
 /// Columns that are appended to the Jacobian behind the intrinsics: the derivative of the corner's pixel by
-/// something else than pose and intrinsics. Few of them are non-zero in any row.
+/// something other than pose and intrinsics. Few of them are non-zero in any row.
 template <class Extra>
 concept ExtraColumns = requires(const Extra& extra, const CornerRows& rows, int axis) {
   { extra.size() } -> std::convertible_to<int>;
@@ -65,8 +65,8 @@ struct NoExtra {
 
 namespace detail {
 
-/// Two rows a corner, those of corners that do not project left out: pose, parameters, error; with the root
-/// of the corner's weight.
+/// Two rows per corner that projects: pose, parameters, error, including the square root of the weight of the
+/// corner.
 struct WeightedRows {
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Matrix rows;
@@ -88,7 +88,7 @@ struct ViewGram {
   int num_corners = 0;  ///< projected
 };
 
-/// Corners that do not project are left out.
+/// Corners that do not project are skipped.
 template <ExtraColumns Extra>
 [[nodiscard]] ViewGram gramOf(std::string_view model_id, std::span<const double> params,
                               const SE3& camera_from_board, std::span<const Observation> view, HuberLoss loss,
@@ -139,7 +139,7 @@ template <ExtraColumns Extra>
 
 }  // namespace detail
 
-/// Of one view, see Reduced. Corners that do not project are left out.
+/// The equations of one view, see Reduced. Corners that do not project are skipped.
 template <ExtraColumns Extra = NoExtra>
 [[nodiscard]] Reduced reduced(const Fit& fit, const FitView& view, LossWeights weights,
                               const Extra& extra = {}) {
@@ -148,7 +148,7 @@ template <ExtraColumns Extra = NoExtra>
                                               cornersOnShape(fit, view), fit.loss, weights, extra));
 }
 
-/// One a view, in the order of the views.
+/// One per view, in the order of the views.
 template <ExtraColumns Extra = NoExtra>
 [[nodiscard]] std::vector<Reduced> reduced(const Fit& fit, LossWeights weights, const Extra& extra = {}) {
   std::vector<Reduced> all;

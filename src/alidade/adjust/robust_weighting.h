@@ -8,26 +8,26 @@ namespace alidade {
 
 /// Huber's threshold in standard deviations of a coordinate: 1.1 % of clean corners lie beyond it.
 inline constexpr double kLossSigmas = 3.0;
-/// Rounds after which a fit that changes what it is made from has not settled.
+/// Maximum number of rounds of a fit that changes its own weights, after which it counts as not converged.
 inline constexpr int kMaxRounds = 10;
 
 /// One standard deviation of the coordinate of a corner of weight 1, as the loss has it, px.
 [[nodiscard]] double noiseSigma(const Fit& fit);
 
-/// A fit whose weights and loss come from its own errors.
+/// A fit whose weights and loss were estimated from its own errors.
 struct SettledFit {
   Fit fit;
-  bool is_settled = true;  ///< what it is made from changes no more
+  bool is_settled = true;  ///< weights and loss no longer change
 };
 
-/// Solves for camera, corners' weights and the threshold of the loss together, from where they are: the
-/// weights and the loss need the noise and the noise needs a fit. Looks for better poses first.
+/// Iterates the solve and the estimation of corner weights and loss threshold until convergence, because
+/// weights and loss depend on the noise, and the noise on a fit. Searches for better poses first.
 [[nodiscard]] SettledFit settled(Fit fit, const CancelFlag* cancel);
 
-/// The same without looking for better poses.
+/// The same without the search for better poses.
 [[nodiscard]] SettledFit settledWeights(Fit fit, const CancelFlag* cancel);
 
-/// The same from weights that are all 1 and the loss of a start.
+/// The same, starting with all weights 1 and the loss of an initial guess.
 [[nodiscard]] SettledFit settledFromStart(Fit fit, const CancelFlag* cancel);
 
 }  // namespace alidade

@@ -29,26 +29,26 @@ struct BendColumns {
   }
 };
 
-/// What the corners say about the bend of the board (BoardShape) at a solution for one bend, the poses and
-/// the intrinsics following every change of it.
+/// The information of the corners about the bend of the board (BoardShape) at a solution, with poses and
+/// intrinsics refitted for every change of the bend.
 struct ShapeInformation {
-  Eigen::Vector2d step_m;  ///< the change of the bend that leads to the least cost, as far as a parabola says
+  Eigen::Vector2d step_m;       ///< the change of the bend to the minimum of a parabola
   Eigen::VectorXd params_step;  ///< the change of the intrinsics with it
   double drop = 0;              ///< of twice the cost by this step, px^2 of a corner of weight 1
   /// (J^T W J)^-1 restricted to the bend, m^2 / px^2, and to the intrinsics, with bend and poses free: times
   /// the variance of a corner of weight 1, covariances.
   Eigen::Matrix2d bend_inverse;
   Eigen::MatrixXd params_inverse;
-  /// What each view says at the end of the step: the information without the loss' weights.
+  /// The information of each view at the end of the step, without the weights of the loss.
   std::vector<Reduced> pulls;
-  Eigen::MatrixXd prior;  ///< what is known besides, per px^2, with rows as those of the pulls
+  Eigen::MatrixXd prior;  ///< the prior information, per px^2, with rows like those of the pulls
 };
 
 /// Free directions of the intrinsics, see freeDirections(), and behind them the two of the bend.
 [[nodiscard]] Eigen::MatrixXd withBend(const Eigen::MatrixXd& directions);
 
 /// @param fit  of one camera and one board, at the optimum for the board's present shape
-/// @returns nothing where the views do not determine bend and intrinsics
+/// @returns nothing if the views do not determine bend and intrinsics
 [[nodiscard]] std::optional<ShapeInformation> shapeInformation(const Fit& fit);
 
 }  // namespace alidade

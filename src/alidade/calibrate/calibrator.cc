@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "alidade/calibrate/choose/model_choice.h"
-#include "alidade/calibrate/result_of.h"
+#include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/camera/model_list.h"
 
@@ -25,35 +25,87 @@ std::vector<Eigen::Vector2d> someCorners(const Fit& fit) {
   return pixels;
 }
 
-std::optional<ModelSpread> spreadOf(const ChosenModel& chosen, const CalibrationResult& result) {
-  if (chosen.rivals.empty() || !result.projection_far) return std::nullopt;
-  return modelSpread(AnyCamera::make(result.camera.modelId(), chosen.params), chosen.rivals,
-                     someCorners(chosen.solution.fit), *result.projection_far);
+std::optional<ModelSpread> spreadOf(const ChosenModel& chosen, const Calibration& now) {
+  if (chosen.rivals.empty() || !now.uncertainty.projection_far) return std::nullopt;
+  return modelSpread(AnyCamera::make(onlyCamera(now.fit).model, chosen.params), chosen.rivals,
+                     someCorners(chosen.solution.fit), *now.uncertainty.projection_far);
+}
+
+// At rest under normalisation, which reading a file does: what was written is then read back the same.
+SE3 settled(SE3 pose) {
+  constexpr int kEnough = 16;  // each round has about an even chance
+  for (int i = 0; i < kEnough; ++i) {
+    const SO3 next = SO3::fromQuaternion(pose.rotation.quaternion());
+    if (next.quaternion().coeffs() == pose.rotation.quaternion().coeffs()) break;
+    pose.rotation = next;
+  }
+  return pose;
+}
+
+// As the caller knows the views: with their names, and by the indices that he gave them.
+void nameViews(const PreparedViews& given, Calibration& calibration) {
+  for (FitView& view : calibration.fit.views) {
+    view.image = given.views[view.source].image;
+    view.source = given.sources[view.source];
+  }
+  for (Outlier& outlier : calibration.dropped.outliers) outlier.source = given.sources[outlier.source];
+}
+
+// All but the diagnoses.
+Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
+                          const CalibratorOptions& options) {
+  const bool is_flat = options.board_shape == BoardShapeMode::kFlat;
+  Calibration now{.fit = std::move(solution.fit), .choice = std::move(solution.choice)};
+  now.uncertainty = uncertaintyOf(now.fit, is_flat ? ignoredBend(now.fit) : std::nullopt,
+                                  now.choice.shape.std_m, solution.close_params, options.cancel);
+  now.dropped = droppedFrom(now.fit, given, options.cancel);
+  now.domain = certifyDomain(now.camera(), now.imageSize());
+  for (FitPlacement& placement : now.fit.placements)
+    placement.rig_from_board = settled(placement.rig_from_board);
+  return now;
+}
+
+Calibration chosenByHeldOutErrors(const Checkerboard& board, const PreparedViews& given,
+                                  const CalibratorOptions& options) {
+  ChosenModel chosen = chooseModel(board, given, options);
+  Calibration now = calibrationOf(chosen.solution, given, options);
+  now.uncertainty.model_spread = spreadOf(chosen, now);
+  now.choice.model = std::move(chosen.choice);
+  return now;
+}
+
+Calibration ofNamedModel(const Checkerboard& board, const PreparedViews& given,
+                         const CalibratorOptions& options) {
+  Calibration now =
+      calibrationOf(withDataSettled(fittedPlainly(board, given, options), given, options), given, options);
+  now.choice.better_model = neededModel(now.fit, options.cancel);
+  return now;
 }
 
 }  // namespace
 
-CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
-                            const CalibratorOptions& options) {
+std::vector<Diagnosis> judge(const Calibration& calibration) {
+  const AnyCamera camera = calibration.camera();
+  return judge(Evidence{.fit = calibration.fit,
+                        .dropped = calibration.dropped,
+                        .choice = calibration.choice,
+                        .uncertainty = calibration.uncertainty,
+                        .domain = calibration.domain,
+                        .camera = camera});
+}
+
+Calibration calibrate(const Checkerboard& board, std::vector<View> views, const CalibratorOptions& options) {
   CalibratorOptions named = options;
   named.model = namedModel(options);
   if (named.model != kAutoModel)
     static_cast<void>(parameterNames(named.model));  // throws for an unknown model
   static_cast<void>(constraintOf(named));
   const PreparedViews given = prepareViews(board, std::move(views));
-  if (named.model == kAutoModel) {
-    ChosenModel chosen = chooseModel(board, given, named);
-    CalibrationResult result = resultOf(chosen.solution, given, named);
-    result.model_spread = spreadOf(chosen, result);
-    result.model_choice = std::move(chosen.choice);
-    result.findings = judge(result);
-    return result;
-  }
-  const ModelSolution solution = withDataSettled(fittedPlainly(board, given, named), given, named);
-  CalibrationResult result = resultOf(solution, given, named);
-  result.better_model = neededModel(solution.fit, named.cancel);
-  result.findings = judge(result);
-  return result;
+  Calibration now = named.model == kAutoModel ? chosenByHeldOutErrors(board, given, named)
+                                              : ofNamedModel(board, given, named);
+  nameViews(given, now);
+  now.diagnoses = judge(now);
+  return now;
 }
 
 }  // namespace alidade

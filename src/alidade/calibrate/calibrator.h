@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/calibrate/start/options.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
@@ -17,8 +17,8 @@ namespace alidade {
 /// image, corner ids that the board does not have, corners that are not finite, negative sigmas, or views
 /// that no camera explains, an initial camera of another image size. Error (kUsage): unknown model or
 /// parameter to hold, or one that has no value to be held at. Cancelled. A poor result is no exception: see
-/// CalibrationResult::findings.
-[[nodiscard]] CalibrationResult calibrate(const Checkerboard& board, std::vector<View> views,
-                                          const CalibratorOptions& options = {});
+/// Calibration::diagnoses.
+[[nodiscard]] Calibration calibrate(const Checkerboard& board, std::vector<View> views,
+                                    const CalibratorOptions& options = {});
 
 }  // namespace alidade

@@ -4,26 +4,27 @@
 #include <cmath>
 #include <utility>
 
+#include "alidade/adjust/errors.h"
 #include "alidade/record/projection_record.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
 
-void takeUncertainty(const CalibrationResult& result, CalibrationRecord& record) {
-  if (!result.covariance) return;
-  for (int i = 0; i < result.covariance->rows(); ++i) {
-    record.parameter_std.push_back(result.parameterStd(i));
-    if (result.by_views && std::isfinite(result.by_views->effectiveStd(i)))
-      record.parameter_std_by_view.push_back(result.by_views->effectiveStd(i));
+void takeUncertainty(const Calibration& of, CalibrationRecord& record) {
+  if (!of.uncertainty.covariance) return;
+  for (int i = 0; i < of.uncertainty.covariance->rows(); ++i) {
+    record.parameter_std.push_back(of.uncertainty.parameterStd(i));
+    if (of.uncertainty.by_views && std::isfinite(of.uncertainty.by_views->effectiveStd(i)))
+      record.parameter_std_by_view.push_back(of.uncertainty.by_views->effectiveStd(i));
   }
   // All or none.
   if (record.parameter_std_by_view.size() != record.parameter_std.size())
     record.parameter_std_by_view.clear();
-  record.covariance = lowerTriangle(*result.covariance);
-  const Eigen::MatrixXd stated = result.statedCovariance();
-  if (stated != *result.covariance) record.stated_covariance = lowerTriangle(stated);
-  if (result.projection_far) record.projection_std = projectionRecord(*result.projection_far);
+  record.covariance = lowerTriangle(*of.uncertainty.covariance);
+  const Eigen::MatrixXd stated = of.uncertainty.statedCovariance();
+  if (stated != *of.uncertainty.covariance) record.stated_covariance = lowerTriangle(stated);
+  if (of.uncertainty.projection_far) record.projection_std = projectionRecord(*of.uncertainty.projection_far);
 }
 
 std::vector<ModelRecord> modelRecords(const ModelChoice& choice) {
@@ -40,40 +41,44 @@ std::vector<ModelRecord> modelRecords(const ModelChoice& choice) {
   return records;
 }
 
-CalibrationRecord calibrationRecord(const CalibrationResult& result, const Checkerboard& board,
+CalibrationRecord calibrationRecord(const Calibration& of, const Checkerboard& board,
                                     std::vector<Setting> settings) {
   CalibrationRecord record;
-  record.holdout_rms_px = result.holdout.rms_px;
-  if (result.model_choice) record.model_choice = modelRecords(*result.model_choice);
-  record.rms_px = result.rms_px;
-  record.verdict = result.verdict();
-  record.num_views = static_cast<int>(result.views.size());
-  record.num_corners = result.num_corners;
-  record.num_outliers = static_cast<int>(result.outliers.size());
-  record.termination = std::string(terminationName(result.solver.termination)) + ": " + result.solver.reason;
+  record.holdout_rms_px = of.uncertainty.holdout.rms_px;
+  if (of.choice.model) record.model_choice = modelRecords(*of.choice.model);
+  record.rms_px = rms(of.fit);
+  record.verdict = of.verdict();
+  record.num_views = static_cast<int>(of.fit.views.size());
+  record.num_corners = static_cast<int>(numCorners(of.fit));
+  record.num_outliers = static_cast<int>(of.dropped.outliers.size());
+  record.termination =
+      std::string(terminationName(of.fit.summary.termination)) + ": " + of.fit.summary.reason;
   record.board = specText(board);
   record.settings = std::move(settings);
-  if (result.shape.is_estimated) record.warp = WarpRecord{result.shape.shape, result.shape.std_m};
-  takeUncertainty(result, record);
-  for (const Finding& finding : result.findings) record.findings.push_back(finding.id);
-  for (const ViewResult& view : result.views) {
-    record.views.push_back({.image = view.image,
-                            .num_corners = view.num_corners,
-                            .rms_px = view.rms_px,
-                            .camera_from_board = view.camera_from_board});
+  if (isShapeEstimated(of.fit)) record.warp = WarpRecord{onlyBoard(of.fit).shape, of.uncertainty.bend_std_m};
+  takeUncertainty(of, record);
+  for (const Diagnosis& diagnosis : of.diagnoses) record.findings.push_back(diagnosis.id);
+  const std::vector<ViewSummary> summaries = viewSummaries(of);
+  for (std::size_t v = 0; v < summaries.size(); ++v) {
+    record.views.push_back({.image = summaries[v].image,
+                            .num_corners = summaries[v].num_corners,
+                            .rms_px = summaries[v].rms_px,
+                            .camera_from_board = cameraFromBoard(of.fit, of.fit.views[v])});
   }
   return record;
 }
 
 }  // namespace
 
-CameraRecord recordOf(const CalibrationResult& result, RecordDetails details) {
-  return {.camera = result.camera,
-          .image_size = result.image_size,
-          .domain = DomainClaim{.max_angle_rad = result.domain.cone.max_angle_rad,
-                                .full_image = result.domain.full_image},
-          .self_check = makeSelfCheck(result.camera, result.image_size),
-          .calibration = calibrationRecord(result, details.board, std::move(details.settings)),
+CameraRecord recordOf(const Calibration& calibration, RecordDetails details) {
+  AnyCamera camera = calibration.camera();
+  std::vector<SelfCheckPoint> self_check = makeSelfCheck(camera, calibration.imageSize());
+  return {.camera = std::move(camera),
+          .image_size = calibration.imageSize(),
+          .domain = DomainClaim{.max_angle_rad = calibration.domain.cone.max_angle_rad,
+                                .full_image = calibration.domain.full_image},
+          .self_check = std::move(self_check),
+          .calibration = calibrationRecord(calibration, details.board, std::move(details.settings)),
           .created_by = std::move(details.created_by)};
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/target/checkerboard.h"
 
@@ -19,6 +19,6 @@ struct RecordDetails {
 
 /// All that a camera file holds of a calibration: the camera with its domain and self-check points,
 /// uncertainty, verdict, findings and views. Write it with saveCamera().
-[[nodiscard]] CameraRecord recordOf(const CalibrationResult& result, RecordDetails details);
+[[nodiscard]] CameraRecord recordOf(const Calibration& calibration, RecordDetails details);
 
 }  // namespace alidade

@@ -101,7 +101,7 @@ std::span<const std::string_view> AnyCamera::parameterNames() const {
   });
 }
 
-std::span<const double> AnyCamera::parameters() const {
+std::span<const double> AnyCamera::parameters() const& {
   return visit([](const auto& c) { return std::span<const double>(c.params()); });
 }
 
@@ -126,7 +126,7 @@ std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel
 }
 
 void AnyCamera::project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const {
-  expect(points_cam.size() == out.size(), "one projection a point");
+  expect(points_cam.size() == out.size(), "one projection per point");
   constexpr std::size_t kChunk = 256;  // points; their columns stay in the first cache
   std::array<std::array<double, kChunk>, 5> columns;
   std::array<ProjectStatus, kChunk> status;

@@ -54,11 +54,11 @@ struct CertifiedCone {
 /// @throws Error (kUsage) for an unknown id, naming the known ones.
 [[nodiscard]] std::span<const std::string_view> parameterNames(std::string_view model_id);
 
-/// Parameters of the model's start with the image's centre and the given focal length, in pixels a radian on
-/// the axis: fx and fy are other numbers where the model's formula has a scale of its own.
+/// Parameters of the model's initial guess, with the principal point at the image centre and the given focal
+/// length in pixels per radian on the axis. In models with their own scale, fx and fy are other numbers.
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
-/// A camera of any model of the list, by value. It never changes, so copies share their memory.
+/// A camera of any model in the list, with value semantics. It never changes, so copies share their memory.
 class AnyCamera {
  public:
   /// Defined in camera_variant.h, which is not installed.
@@ -76,7 +76,8 @@ class AnyCamera {
 
   [[nodiscard]] std::string_view modelId() const;
   [[nodiscard]] std::span<const std::string_view> parameterNames() const;
-  [[nodiscard]] std::span<const double> parameters() const;
+  [[nodiscard]] std::span<const double> parameters() const&;
+  std::span<const double> parameters() const&& = delete;  ///< would outlive the camera
   [[nodiscard]] const CertifiedCone& cone() const;
 
   /// See Camera<M>.
@@ -88,7 +89,7 @@ class AnyCamera {
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel) const;
 
-  /// Projects many points by projectBatch(), which is faster still where they lie in arrays by coordinate.
+  /// Projects many points by projectBatch(), which is even faster if the points are stored by coordinate.
   void project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const;
 
   /// Calls f(const Camera<M>&) with the model's own type. Defined in camera_variant.h, which is not
@@ -100,23 +101,23 @@ class AnyCamera {
   std::shared_ptr<const detail::CameraVariant> camera_;
 };
 
-/// What is certain about a camera over its image.
+/// The domain in which a camera is one-to-one, and how much of the image it covers.
 struct DomainCertificate {
   CertifiedCone cone;
   bool full_image = false;                           ///< every pixel of the image has a ray
-  std::optional<Eigen::Vector2d> pixel_without_ray;  ///< one that has none, if so
-  /// Smallest |det| over the image of the lens' Jacobian by the unit sphere, relative to the axis: how near
-  /// to a fold the image comes.
+  std::optional<Eigen::Vector2d> pixel_without_ray;  ///< an example of a pixel without a ray
+  /// Smallest |det| of the lens Jacobian on the unit sphere over the image, relative to the axis. A small
+  /// value means that the image comes near a fold.
   double min_relative_det = 0;
 };
 
-/// Certifies `camera` over an image. The image of the cone has no holes, so that every pixel has a ray
-/// exactly if every pixel of the image's border has one.
+/// Certifies `camera` over an image. The image of the cone has no holes, so every pixel has a ray exactly if
+/// every border pixel has one.
 [[nodiscard]] DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size);
 
-/// Does the lens fold over, or have a pole, in that part of the image that it lights? A lens of less than 180
-/// degrees lights all of it. What lies farther than 90 degrees from the axis is the dark corner of a
-/// fisheye's image, as far as anyone can tell.
+/// Whether the lens folds over or has a pole in the lit part of the image. A lens of less than 180 degrees
+/// lights the whole image. Pixels more than 90 degrees from the axis are assumed to be the dark corners of a
+/// fisheye image.
 [[nodiscard]] bool foldsInsideImage(const DomainCertificate& domain);
 
 }  // namespace alidade

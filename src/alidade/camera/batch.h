@@ -9,8 +9,8 @@
 
 namespace alidade {
 
-/// Many points, rays or pixels as one array a coordinate. All arrays of one call have the same length.
-/// Results may be written to the very arrays that hold the points or pixels; no arrays overlap otherwise.
+/// Many points, rays or pixels, with one array per coordinate. All arrays of one call have the same length.
+/// Results may be written to the input arrays; otherwise no arrays may overlap.
 struct PointColumns {
   std::span<const double> x, y, z;
 };
@@ -26,17 +26,17 @@ struct RayResults {
   std::span<ProjectStatus> status;
 };
 
-/// Where the Jacobians of a pixel go, if wanted (null = not wanted): row-major, one point's after another's;
-/// NaN unless the status is kOk.
+/// Output arrays for the Jacobians of the pixels (null = not wanted): row-major, point after point; NaN
+/// unless the status is kOk.
 struct PixelJacobians {
   double* by_point = nullptr;   ///< n times 2x3; by the point as given, before the pose
   double* by_pose = nullptr;    ///< n times 2x6; by the tangent of T Exp([translation, rotation]), see SE3
   double* by_params = nullptr;  ///< n times 2xN; by the N parameters of the camera in storage order
 };
 
-/// Pixels of many points of the camera frame: what AnyCamera::project() says of each, to 1e-12 relative. The
-/// points go through the formulas several at a time, with AVX2 where the processor has it; the instructions
-/// change results by rounding only. No memory is allocated.
+/// Projects many points of the camera frame. The results equal those of AnyCamera::project() to 1e-12
+/// relative. Several points are computed at a time, with AVX2 if the processor has it, which changes results
+/// only by rounding. No memory is allocated.
 /// @pre all arrays have one length
 void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
                   const PixelJacobians& jacobians = {});
@@ -45,8 +45,8 @@ void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const
 void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
                   const PixelResults& pixels, const PixelJacobians& jacobians = {});
 
-/// Rays of many pixels: what AnyCamera::unproject() says of each, to 1e-12, kOutside where no ray leads to
-/// the pixel. `J_ray_pixel`, if not null, takes n row-major 3x2 Jacobians.
+/// Rays of many pixels, equal to those of AnyCamera::unproject() to 1e-12. The status is kOutside where no
+/// ray projects to the pixel. `J_ray_pixel`, if not null, receives n row-major 3x2 Jacobians.
 /// @pre all arrays have one length
 void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,
                     double* J_ray_pixel = nullptr);

@@ -55,7 +55,7 @@ class Camera {
   }
 
   /// The same with row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams); null = not wanted.
-  /// Nothing is written to them unless the status is kOk.
+  /// They are written only if the status is kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam,
                                    double* J_px_params) const {
     Projection result;
@@ -74,7 +74,7 @@ class Camera {
     return result;
   }
 
-  /// Unit ray in the camera frame that projects to `pixel`, or nothing where no ray of the domain does.
+  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
     // The cone's image is bounded by that of its rim. False for NaN too.
@@ -85,7 +85,7 @@ class Camera {
     return onRim(ray, pixel);
   }
 
-  /// The same with the row-major Jacobian J_ray_pixel (3x2); nothing is written to it without a ray.
+  /// The same with the row-major Jacobian J_ray_pixel (3x2); it is not written if there is no ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel) const {
     const auto ray = unproject(pixel);

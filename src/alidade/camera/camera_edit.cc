@@ -126,7 +126,7 @@ EditedCamera resizeCamera(const AnyCamera& camera, ImageSize size, ImageSize new
       std::int64_t{new_size.width} * new_size.height > kMaxPixels) {
     throw usageError({.where = "resize",
                       .found = sizeText(new_size) + " pixels",
-                      .expected = "1 to " + std::to_string(kMaxImageSide) + " pixels a side and at most " +
+                      .expected = "1 to " + std::to_string(kMaxImageSide) + " pixels per side and at most " +
                                   std::to_string(kMaxPixels) + " in all"});
   }
   return scale(camera, static_cast<double>(new_size.width) / size.width,

@@ -16,37 +16,37 @@ struct PixelRect {
   int height = 0;
 };
 
-/// The camera of an image that was cropped, resized, binned or rotated. It shows every point of the scene at
-/// the pixel to which the edit took it; the lens is the same one.
+/// The camera of an image that was cropped, resized, binned or rotated. It projects every scene point to the
+/// edited position of its pixel; the lens is unchanged.
 struct EditedCamera {
   AnyCamera camera;
   ImageSize size;
-  /// Axes of the new camera frame from those of the old: p_new = new_from_old * p_old. The identity unless
-  /// the image was rotated. A pose follows: new_camera_from_board = new_from_old * camera_from_board.
+  /// The old camera frame in the new one: p_new = new_from_old * p_old. The identity unless the image was
+  /// rotated. Poses change accordingly: new_camera_from_board = new_from_old * camera_from_board.
   Eigen::Matrix3d new_from_old = Eigen::Matrix3d::Identity();
   /// Derivative of the new parameters by the old, in storage order; the edits are affine in the parameters.
   DenseMatrix J_new_old;
 };
 
-/// Cuts a part out of the image: cx, cy less its origin.
+/// Crops the image: subtracts the origin of the part from cx, cy.
 /// @throws Error (kUsage) if the part is empty or leaves the image
 [[nodiscard]] EditedCamera cropCamera(const AnyCamera& camera, ImageSize size, const PixelRect& part);
 
 /// Resizes the image: on each axis, with s = new size / old size, a coordinate c becomes s (c + 0.5) - 0.5.
-/// @throws Error (kUsage) if a camera file could not state the new size: a side that is not 1 to
-/// kMaxImageSide pixels, or more than 2^30 pixels in all
+/// @throws Error (kUsage) if a camera file cannot state the new size: a side outside 1 to kMaxImageSide
+/// pixels, or more than 2^30 pixels in total
 [[nodiscard]] EditedCamera resizeCamera(const AnyCamera& camera, ImageSize size, ImageSize new_size);
 
-/// Takes `factor` x `factor` pixels together. Columns on the right and rows at the bottom that do not fill
-/// one are cropped first.
-/// @throws Error (kUsage) unless 1 <= factor and a pixel is left
+/// Combines `factor` x `factor` pixels into one. Incomplete blocks on the right and at the bottom are cropped
+/// first.
+/// @throws Error (kUsage) unless 1 <= factor and at least one pixel remains
 [[nodiscard]] EditedCamera binCamera(const AnyCamera& camera, ImageSize size, int factor);
 
 /// Rotates the image clockwise, as seen, by quarter turns (any integer; negative is counterclockwise). After
 /// one, old pixel (x, y) is at (height - 1 - y, x).
 ///
-/// The axes of the camera frame turn with the image, so that x points right and y down in the new one: after
-/// one quarter turn x_new = -y_old and y_new = x_old, and z stays. Lens terms that point somewhere turn too.
+/// The axes of the camera frame rotate with the image, so that x points right and y down in the new image:
+/// after one quarter turn x_new = -y_old, y_new = x_old, z_new = z_old. Directional lens terms rotate too.
 [[nodiscard]] EditedCamera rotateCamera(const AnyCamera& camera, ImageSize size, int quarter_turns);
 
 /// The longest side of an image that a camera file can state.

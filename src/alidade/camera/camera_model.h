@@ -26,27 +26,27 @@ struct ParamRange {
 ///   kNumLensParams   how many parameters follow fx fy cx cy
 ///   kLensParamNames  their names, in storage order
 ///   kLensRanges      the values that each may take; the lens has no value outside
-///   kStartLens       values from which a calibration may start: an undistorted perspective, or for wide
-///                    lenses a common one
-///   kMaxAngle        field angle from the optical axis up to which the formula makes sense at most, radians;
-///                    a model that stops at or before 90 degrees says of points behind it that they are
+///   kStartLens       initial values for a calibration: a perspective without distortion, or a typical wide
+///                    lens
+///   kMaxAngle        largest angle from the optical axis at which the formula makes sense, radians; models
+///                    that stop at or before 90 degrees report points behind the camera as kBehind
 ///   kIsOneToOneWithoutFold  true if a lens that folds nowhere in a cone about the axis is one-to-one there
-///                    for a reason that the model's comment gives; false: the cone's rim is looked at too
-///   maxAngle(k)      where these parameters' lens certainly ends, as far as a closed form says: its first
-///                    pole, or a fold of its own; kMaxAngle where there is none
+///                    for a reason in the comment of the model; false: the rim of the cone is checked too
+///   maxAngle(k)      the end of the lens with these parameters, as far as a closed form exists: the first
+///                    pole or fold; kMaxAngle if there is none
 ///   isAxiallySymmetric(k)  true if the lens treats all azimuths alike
-///   hasValue(k, ray)  false where the formula has no value; in the cone that certifyCone() finds it has
+///   hasValue(k, ray)  false where the formula has no value; always true in the cone of certifyCone()
 ///   formula(k, ray, m, J_m_ray, J_m_lens)  the map itself where it has a value, with row-major 2x3 and 2xN
 ///                    Jacobians (null = not wanted); for double, Lanes and automatic differentiation, so
 ///                    without a branch on the ray
 ///   unlens(k, m, max_angle, ray)  the inverse: the unit ray inside the cone of half-angle max_angle, in
 ///                    which the lens is one-to-one, or a nanoradian beyond; false without one. A closed form
-///                    may ignore max_angle: Camera::unproject lets nothing out of the cone
+///                    may ignore max_angle, because Camera::unproject checks it
 ///   quickUnlens(k, start, m, max_angle, ray)  the same for Lanes, without safeguards: NaN or a ray outside
-///                    of the cone where there is none, and also where it takes more trouble to find it
-///   Start, makeStart(k, max_angle)  what quickUnlens() needs to know of the parameters beforehand
+///                    the cone where there is none, and also where more iterations would be needed
+///   Start, makeStart(k, max_angle)  precomputed values for quickUnlens()
 ///
-/// LensFormula makes lens() and lensJacobian() of the first two.
+/// LensFormula makes lens() and lensJacobian() from hasValue() and formula().
 template <class M>
 concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kId } -> std::convertible_to<std::string_view>;
@@ -71,7 +71,7 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::unlens(in, in, angle, out) } -> std::same_as<bool>;
 };
 
-/// What all models make of their formula: the map of one ray, for double and for automatic differentiation.
+/// The map of one ray, derived from the formula of a model, for double and for automatic differentiation.
 template <class M>
 struct LensFormula {
   using Start = detail::NoStart;

@@ -18,18 +18,18 @@ inline constexpr double kFoldMargin = 1e-5;
 /// no value (beyond a pole).
 using LensJacobianFunction = std::function<bool(const Eigen::Vector3d& ray, double* m, double* J_m_ray)>;
 
-/// What a model knows of its own domain; see CameraModel.
+/// The known limits of the domain of a model; see CameraModel.
 struct ConeLimits {
   double model_rad = std::numbers::pi;        ///< the model's largest angle, whatever its parameters
   double closed_form_rad = std::numbers::pi;  ///< the same with these parameters
-  bool is_axially_symmetric = false;          ///< look at one azimuth only
-  bool is_one_to_one_without_fold = true;     ///< false: look at the rim as well
+  bool is_axially_symmetric = false;          ///< check only one azimuth
+  bool is_one_to_one_without_fold = true;     ///< false: check the rim too
 };
 
-/// Finds the smallest field angle, over all azimuths, at which the lens stops being one-to-one: where the
-/// determinant of the Jacobian restricted to the unit sphere turns negative (a fold), the lens has no value
-/// (a pole), or the determinant is so small that the inverse has lost its digits (a fold that all but
-/// happens).
+/// Finds the smallest field angle, over all azimuths, at which the lens stops being one-to-one: where
+/// the determinant of the Jacobian restricted to the unit sphere turns negative (a fold), the lens has
+/// no value (a pole), or the determinant is so small that the inverse has lost its digits (almost a
+/// fold).
 [[nodiscard]] CertifiedCone certifyCone(const LensJacobianFunction& lens, const ConeLimits& limits);
 
 /// Determinant of the lens' Jacobian by the unit sphere's tangent plane at `ray` (unit length), per

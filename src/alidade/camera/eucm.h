@@ -14,8 +14,8 @@
 
 namespace alidade {
 
-/// Extended unified camera model: central projection by way of an ellipsoid. With
-/// d = sqrt(beta (X^2 + Y^2) + Z^2):
+/// Extended unified camera model: central projection through an ellipsoid. With d = sqrt(beta (X^2 + Y^2) +
+/// Z^2):
 ///
 ///   mx = X / (alpha d + (1 - alpha) Z),  my = Y / (alpha d + (1 - alpha) Z)
 ///

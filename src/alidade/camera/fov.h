@@ -20,15 +20,15 @@ namespace alidade {
 ///   r  = atan2(a rho, Z) / w
 ///   mx = r X / rho,  my = r Y / rho
 ///
-/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), w (radians, 0 to 3.1; tan(w / 2) has its pole at pi).
-/// w = 0 is the perspective projection, which the formula approaches smoothly.
-/// Domain: in front of the camera this is the paper's r = atan(2 tan(theta) tan(w / 2)) / w; the arc tangent
-/// of two arguments continues it beyond 90 degrees, rising all the way to kWideMaxAngle. For w < 0.001 the
-/// lens is a perspective one and all that lies beyond kPerspectiveMaxAngle is left out: its radius, about
-/// pi / w, would have lost too many digits.
-/// Inverse: closed form.
-/// Source: Devernay and Faugeras 2001, Straight lines have to be straight, Machine Vision and Applications
-/// 13(1), the FOV model.
+/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), w (radians, 0 to 3.1; tan(w / 2)
+/// has its pole at pi). w = 0 is the perspective projection, which the formula
+/// approaches smoothly. Domain: in front of the camera this is the paper's r = atan(2
+/// tan(theta) tan(w / 2)) / w; the arc tangent of two arguments continues it beyond 90
+/// degrees, rising all the way to kWideMaxAngle. For w < 0.001 the lens is perspective,
+/// and the domain ends at kPerspectiveMaxAngle: beyond it, a radius of about pi / w
+/// would lose too many digits. Inverse: closed form. Source: Devernay and Faugeras 2001,
+/// Straight lines have to be straight, Machine Vision and Applications 13(1), the FOV
+/// model.
 struct Fov : LensFormula<Fov> {
   static constexpr std::string_view kId = "fov";
   static constexpr int kNumLensParams = 1;

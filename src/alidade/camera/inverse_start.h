@@ -18,8 +18,8 @@ struct RadialFactor {
   T da;  ///< da / d(rho^2)
 };
 
-/// Where to start looking for the radius rho that a lens takes to r: rho / r as a polynomial of r^2, from its
-/// values at Chebyshev's nodes. Good to 1e-5 or so for ordinary lenses, and only a start in any case.
+/// An initial guess for the radius rho that a lens maps to r: rho / r as a polynomial of r^2, from its values
+/// at Chebyshev nodes. Accurate to about 1e-5 for ordinary lenses, and only an initial guess in any case.
 class InverseStart {
  public:
   InverseStart() { c_[0] = 1; }
@@ -76,7 +76,7 @@ class InverseStart {
   double inverse_w_max_ = 0;
 };
 
-/// Of models whose inverse needs no search.
+/// For models whose inverse needs no search.
 struct NoStart {};
 
 }  // namespace alidade::detail

@@ -20,13 +20,13 @@ namespace alidade {
 ///   r  = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)
 ///   mx = r X / rho,  my = r Y / rho
 ///
-/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), k1, k2, k3, k4 (no unit; OpenCV's fisheye and its
-/// order). fx is pixels a radian on the axis. With all k zero the lens is equidistant.
+/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), k1, k2, k3, k4 (no unit; OpenCV's fisheye
+/// and its order). fx is pixels per radian on the axis. With all k zero the lens is equidistant.
 /// Domain: all directions up to the first angle at which r turns back, at most kWideMaxAngle.
-/// Inverse: Newton iteration for theta, kept inside a bracket.
-/// Source: Kannala and Brandt 2006, A generic camera model and calibration method for conventional,
-/// wide-angle, and fish-eye lenses, PAMI 28(8), the radially symmetric model, with the first coefficient
-/// taken into fx and fy.
+/// Inverse: Newton iteration for theta, kept inside a bracket. Source: Kannala and Brandt 2006,
+/// A generic camera model and calibration method for conventional, wide-angle, and fish-eye
+/// lenses, PAMI 28(8), the radially symmetric model, with the first coefficient absorbed in fx
+/// and fy.
 struct KannalaBrandt : LensFormula<KannalaBrandt> {
   static constexpr std::string_view kId = "kannala_brandt";
   static constexpr int kNumLensParams = 4;

@@ -164,9 +164,9 @@ ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view mode
         {.where = "camera of model " + std::string(source.modelId()),
          .found = "rays for " + std::to_string(samples.inside.size()) + " of " +
                   std::to_string(samples.num_without_ray + static_cast<int>(samples.inside.size())) +
-                  " pixels that were looked at",
+                  " sampled pixels",
          .expected = "a camera that sees its image",
-         .next_step = "alidade validate tells what is wrong with it"});
+         .next_step = "run alidade validate for details"});
   }
   const auto params = sameLensParameters(source, model_id);
   if (params && areZero(model_id, *params, absent)) {

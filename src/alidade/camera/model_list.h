@@ -25,14 +25,14 @@ struct ModelList {
 };
 
 /// THE list of camera models. The variant, the names in files and on the command line, the cost functions and
-/// the tests all come from it: adding a model is one header, its include above and its name here.
+/// the tests all come from it: a new model needs one header, its include above and its name here.
 using AllModels =
     ModelList<Pinhole, Radtan, Rational, ThinPrism, KannalaBrandt, Fov, Ucm, Omni, Eucm, DoubleSphere>;
 
-/// Models of which each is the one before it with more parameters: with those at zero they are the same lens.
+/// Models that extend the one before them by parameters; with these at zero the lenses are identical.
 using NestedModels = ModelList<Pinhole, Radtan, Rational, ThinPrism>;
 
-/// Stands for a model where only its type is wanted.
+/// Represents a model where only its type is needed.
 template <CameraModel M>
 struct ModelTag {
   using Model = M;

@@ -22,13 +22,13 @@ namespace alidade {
 ///   mx = x a + 2 p1 x y + p2 (r2 + 2 x^2)
 ///   my = y a + p1 (r2 + 2 y^2) + 2 p2 x y
 ///
-/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), xi (>= 0), k1, k2, p1, p2; no units. fx / (1 + xi) is
-/// pixels a radian on the axis. Without distortion it is `ucm` with alpha = xi / (1 + xi).
-/// Domain: Z > -w d with w = xi up to xi = 1 (a pole) and w = 1 / xi above (a fold), the plane of x and y no
-/// farther out than 1000, and field angle below the first fold of the distortion over all azimuths.
-/// Inverse: safeguarded Newton iteration for x, y, on which the distortion is the gradient of a potential
-/// (see `radtan`); then closed form.
-/// Source: Mei and Rives 2007, Single view point omnidirectional camera calibration from planar grids, ICRA,
+/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), xi (>= 0), k1, k2, p1, p2; no units. fx / (1
+/// + xi) is pixels per radian on the axis. Without distortion it is `ucm` with alpha = xi / (1 +
+/// xi). Domain: Z > -w d with w = xi up to xi = 1 (a pole) and w = 1 / xi above (a fold), the
+/// plane of x and y up to a distance of 1000, and field angle below the first fold of the
+/// distortion over all azimuths. Inverse: safeguarded Newton iteration for x, y, on which the
+/// distortion is the gradient of a potential (see `radtan`); then closed form. Source: Mei and
+/// Rives 2007, Single view point omnidirectional camera calibration from planar grids, ICRA,
 /// section II.
 struct Omni : LensFormula<Omni> {
   static constexpr std::string_view kId = "omni";

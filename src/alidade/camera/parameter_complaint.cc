@@ -24,10 +24,10 @@ std::optional<std::string> parameterComplaint(std::string_view model_id, std::si
   forEachModel(AllModels{}, [&](auto tag) {
     using M = typename decltype(tag)::Model;
     if (M::kId != model_id) return;
-    expect(i < static_cast<std::size_t>(kNumParams<M>), "a parameter that the model has");
+    expect(i < static_cast<std::size_t>(kNumParams<M>), "a parameter of the model");
     range = i < 4 ? ParamRange{} : M::kLensRanges[i - 4];
   });
-  expect(range.has_value(), "a model of the list");
+  expect(range.has_value(), "a known model");
   const bool is_focal = i < 2;
   const bool is_in_range = value >= range->min && value <= range->max;
   if (std::isfinite(value) && (is_focal ? value > 0 : is_in_range)) return std::nullopt;

@@ -159,9 +159,9 @@ ALIDADE_ALWAYS_INLINE T newtonStep(const Warp& warp, const T& mx, const T& my, T
   return rx * rx + ry * ry;
 }
 
-/// Newton's method without safeguards for warp(x, y) = (mx, my), on lanes: NaN where it does not come to rest
-/// on a root within a few steps. A root inside the disc on which the warp is one-to-one is the right one,
-/// however it was come by; what lies outside of the disc is nothing.
+/// Newton's method without safeguards for warp(x, y) = (mx, my), on lanes: NaN where it does not converge to
+/// a root within a few steps. A root inside the disc on which the warp is one-to-one is always the right one;
+/// results outside the disc are invalid.
 /// @param start  the inverse of the warp's radial part
 template <class T, class Warp>
 ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart& start, const T& mx,

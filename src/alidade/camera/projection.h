@@ -67,9 +67,9 @@ bool projectFormulaJacobian(const double* params, const double* p_cam, double* p
   return true;
 }
 
-/// Row-major 3x2 Jacobian of a pixel's unit ray by the pixel, at the ray. With the rows a, b of the lens'
-/// Jacobian, which are normal to the ray r as the lens does not care for its length, the inverse on the unit
-/// sphere's tangent plane has the columns b x r and r x a over (a x b) r.
+/// Row-major 3x2 Jacobian of a pixel's unit ray by the pixel, at the ray. The rows a, b of the lens Jacobian
+/// are normal to the ray r, because the lens does not depend on its length. The inverse on the tangent plane
+/// of the unit sphere has the columns b x r and r x a, divided by (a x b) r.
 template <CameraModel M, class T>
 ALIDADE_ALWAYS_INLINE void rayByPixel(const double* params, const T* ray, T* J_ray_pixel) {
   T m[2];

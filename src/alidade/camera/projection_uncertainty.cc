@@ -54,19 +54,19 @@ ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize 
   if (!(distance_m > 0)) {
     throw usageError({.where = "projection uncertainty",
                       .found = "a distance of " + exactText(distance_m) + " m",
-                      .expected = "a positive one, or infinity"});
+                      .expected = "a positive distance, or infinity"});
   }
   const Freed what = freed.value_or(std::isinf(distance_m) ? Freed::kRotation : Freed::kPose);
   if (what == Freed::kPose && std::isinf(distance_m)) {
     throw usageError({.where = "projection uncertainty",
-                      .found = "a pose to free at an infinite distance",
-                      .expected = "a finite distance, or a rotation: where the camera stands does not move "
-                                  "points that are infinitely far away"});
+                      .found = "alignment by a pose at an infinite distance",
+                      .expected = "a finite distance, or alignment by a rotation: the position of the camera "
+                                  "does not affect points at infinity"});
   }
   if (columns < 2) {
     throw usageError({.where = "projection uncertainty",
                       .found = std::to_string(columns) + " columns",
-                      .expected = "2 or more, from one border of the image to the other"});
+                      .expected = "2 or more"});
   }
   columns_ = std::min(columns, size.width);
   rows_ = rowsFor(columns_, size);

@@ -13,40 +13,40 @@
 
 namespace alidade {
 
-/// One standard deviation of the pixel at which a fixed point appears, all over an image.
+/// Standard deviation of the pixel of a fixed scene point, over the whole image.
 struct UncertaintyGrid {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;  ///< row by row
-  /// One a pixel, px: along the direction in which it is largest. NaN where the pixel has no ray.
+  /// One per pixel, px: along the direction in which it is largest. NaN where the pixel has no ray.
   std::vector<double> std_px;
   double center_px = 0;  ///< at the image's centre; NaN if it has no ray
   double worst_px = 0;   ///< the largest of the grid; NaN if no pixel has a ray, or the covariance has NaN
   Eigen::Vector2d worst_pixel{0, 0};  ///< where
 };
 
-/// Carries a covariance of a camera's parameters to the pixels: how far the pixel of a fixed point of the
-/// scene, a given distance away, may be off.
+/// Propagates a covariance of the camera parameters to pixels: how uncertain the pixel of a fixed scene point
+/// at a given distance is.
 ///
-/// A change of the parameters can look like a turn of the camera, and every use of a camera fits its
-/// orientation anyway. So what counts is what is left of the change after the rotation (or the pose) that
-/// best undoes it: A(q) = J_params(q) - J_rot(q) W, with J_rot W the least-squares fit, in pixels and to
-/// first order, of the rotation to J_params over all pixels of a grid over the image that have a ray; then
-/// cov(q) = A(q) cov(params) A(q)^T.
+/// A change of the parameters can look like a rotation of the camera, and users of a camera estimate its
+/// orientation anyway. So only the change that remains after alignment by the best rotation (or pose) counts:
+/// A(q) = J_params(q) - J_rot(q) W, with J_rot W the least-squares fit, in pixels and to first order, of the
+/// rotation to J_params over all pixels of a grid over the image that have a ray; then cov(q) = A(q)
+/// cov(params) A(q)^T.
 ///
 /// The idea is that of "projection uncertainty" in mrcal's documentation (Kogan, mrcal.secretsauce.net,
-/// "Projection uncertainty"), which takes the rotation and translation from how the calibration's own board
-/// poses move on average. Here they are those that fit best over the image, so that nothing but the camera
-/// and its covariance is needed, and a pixel far from all boards counts as much as one amid them.
+/// "Projection uncertainty"), which takes the rotation and translation from the average motion of the board
+/// poses of the calibration. Here they are the best fit over the image. So only the camera and its covariance
+/// are needed, and pixels far from all boards count as much as those among them.
 ///
-/// Points on a sphere about the camera look the same from a sphere of any size: with Freed::kPose the result
-/// is the same for every finite distance, and with Freed::kRotation it is that at infinity.
+/// Points on a sphere about the camera look the same whatever the radius of the sphere: with Freed::kPose the
+/// result is the same for every finite distance, and with Freed::kRotation it is that at infinity.
 class ProjectionUncertainty {
  public:
   static constexpr int kDefaultColumns = 40;
 
   /// @param distance_m  of the points from the camera, positive; may be infinite
-  /// @param freed       nothing: the rotation at infinity, the pose at a finite distance
+  /// @param freed       default: the rotation at infinity, the pose at a finite distance
   /// @param columns     pixels across the image, the outermost ones on its border; the rows follow so that
   ///                    cells are square. At most as many as the image has
   /// @throws Error (kUsage): a distance that is not positive, a pose to free at infinity, fewer than 2
@@ -74,7 +74,7 @@ class ProjectionUncertainty {
     double std_px = 0;  ///< as UncertaintyGrid::worst_px
     int index = -1;     ///< of the grid pixel; -1 if there is none
   };
-  /// The largest standard deviation of the grid without the rest of it; nothing is allocated.
+  /// Only the largest standard deviation of the grid; no memory is allocated.
   [[nodiscard]] Worst worst(const Eigen::MatrixXd& parameter_covariance) const;
 
  private:

@@ -21,14 +21,14 @@ namespace alidade {
 ///   mx = x a + 2 p1 x y + p2 (r2 + 2 x^2)
 ///   my = y a + p1 (r2 + 2 y^2) + 2 p2 x y
 ///
-/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), k1, k2, p1, p2, k3, k4, k5, k6 (no unit; this is
-/// OpenCV's order).
-/// Domain: Z > 0, the denominator positive, and field angle below the first fold over all azimuths: the first
-/// root of the denominator is a pole, at which rays leave the image for infinity, and what the formula says
-/// beyond it is no lens. The map is the gradient of a potential; see `radtan`.
-/// Inverse: safeguarded Newton iteration inside that disc.
-/// Source: Claus and Fitzgibbon 2005, A rational function lens distortion model for general cameras, CVPR,
-/// for the idea; the formula is that of OpenCV's CALIB_RATIONAL_MODEL.
+/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), k1, k2, p1, p2, k3, k4, k5, k6 (no
+/// unit; this is OpenCV's order). Domain: Z > 0, the denominator positive, and field angle
+/// below the first fold over all azimuths: the first root of the denominator is a pole, at
+/// which the projection goes to infinity; beyond it, the formula does not describe a lens.
+/// The map is the gradient of a potential; see `radtan`. Inverse: safeguarded Newton
+/// iteration inside that disc. Source: Claus and Fitzgibbon 2005, A rational function lens
+/// distortion model for general cameras, CVPR, for the idea; the formula is that of OpenCV's
+/// CALIB_RATIONAL_MODEL.
 struct Rational : LensFormula<Rational> {
   static constexpr std::string_view kId = "rational";
   static constexpr int kNumLensParams = 8;

@@ -12,8 +12,8 @@
 
 namespace alidade {
 
-/// A point of the camera frame (metres) and its pixel, kept in a camera file so that whoever reads the file
-/// can tell whether he understands it as its writer did.
+/// A point of the camera frame (metres) and its pixel, stored in a camera file so that a reader can check
+/// that it interprets the file as the writer did.
 struct SelfCheckPoint {
   Eigen::Vector3d point;
   Eigen::Vector2d pixel;
@@ -22,16 +22,16 @@ struct SelfCheckPoint {
 /// Numbers in a file are exact, so recomputing self-check points may only differ by rounding.
 inline constexpr double kSelfCheckPx = 1e-6;
 
-/// How far a camera puts self-check points from their pixels.
+/// Distances between the projections of the self-check points and their stated pixels.
 struct SelfCheckOutcome {
-  std::size_t worst = 0;                       ///< index of the point that is farthest off
+  std::size_t worst = 0;                       ///< index of the point with the largest distance
   double worst_px = 0;                         ///< its distance; infinity: it does not project
-  std::optional<std::size_t> outside_image{};  ///< the first point whose pixel is not of the image
+  std::optional<std::size_t> outside_image{};  ///< the first point whose pixel is outside the image
 
   [[nodiscard]] bool isPassed() const { return worst_px <= kSelfCheckPx && !outside_image; }
 };
 
-/// Projects the points again: microseconds. Passed where there are none.
+/// Projects the points again, in microseconds. Passes if there are no points.
 [[nodiscard]] SelfCheckOutcome runSelfCheck(const AnyCamera& camera, ImageSize size,
                                             std::span<const SelfCheckPoint> points);
 
@@ -41,8 +41,8 @@ struct DomainClaim {
   bool full_image = false;
 };
 
-/// Points that project all over the image (centre, corners, edges), at several depths. Pixels without a ray
-/// are left out.
+/// Points that project to the centre, corners and edges of the image, at several depths. Pixels without a ray
+/// are skipped.
 [[nodiscard]] std::vector<SelfCheckPoint> makeSelfCheck(const AnyCamera& camera, ImageSize size);
 
 }  // namespace alidade

@@ -20,11 +20,11 @@ namespace alidade {
 ///   my = ry + s3 r2 + s4 r2^2
 ///
 /// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 (no
-/// unit; this is OpenCV's order). Domain: as `rational`. The prism's terms are no gradient, so beside the
-/// determinant the image of the cone's rim is looked at: a map without folds that takes the rim to a curve
-/// without crossings is one-to-one. Inverse: safeguarded Newton iteration inside that disc. Source: Weng,
-/// Cohen and Herniou 1992, Camera calibration with distortion models and accuracy evaluation, PAMI 14(10),
-/// section II; the formula is that of OpenCV's CALIB_THIN_PRISM_MODEL.
+/// unit; this is OpenCV's order). Domain: as `rational`. The prism terms are not a gradient, so the image of
+/// the rim of the cone is checked in addition to the determinant: a map without folds that takes the rim to a
+/// curve without crossings is one-to-one. Inverse: safeguarded Newton iteration inside that disc. Source:
+/// Weng, Cohen and Herniou 1992, Camera calibration with distortion models and accuracy evaluation, PAMI
+/// 14(10), section II; the formula is that of OpenCV's CALIB_THIN_PRISM_MODEL.
 struct ThinPrism : LensFormula<ThinPrism> {
   static constexpr std::string_view kId = "thin_prism";
   static constexpr int kNumLensParams = 12;

@@ -10,18 +10,18 @@
 
 namespace alidade {
 
-/// Unified camera model: central projection by way of the unit sphere, in the form that keeps fx and fy
-/// apart from the shape. With d = sqrt(X^2 + Y^2 + Z^2):
+/// Unified camera model: central projection through the unit sphere, in the form that separates fx and fy
+/// from the shape. With d = sqrt(X^2 + Y^2 + Z^2):
 ///
 ///   mx = X / (alpha d + (1 - alpha) Z),  my = Y / (alpha d + (1 - alpha) Z)
 ///
-/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), alpha (0 to 1, no unit). alpha = 0 is the perspective
-/// projection, 1/2 the stereographic one. Mei's form has xi = alpha / (1 - alpha) and focal lengths that are
-/// 1 + xi times as long.
-/// Domain: Z > -w d with w = alpha / (1 - alpha) up to alpha = 1/2 (a pole) and w = (1 - alpha) / alpha above
-/// (a fold). Inverse: closed form. It is `eucm` with beta = 1 and computed as such.
-/// Source: Geyer and Daniilidis 2000, A unifying theory for central panoramic systems, ECCV; this form:
-/// Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section 2.2.
+/// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), alpha (0 to 1, no unit). alpha = 0 is the
+/// perspective projection, 1/2 the stereographic one. Mei's form has xi = alpha / (1 - alpha) and focal
+/// lengths that are 1 + xi times as large. Domain: Z > -w d with w = alpha / (1 - alpha) up to alpha = 1/2
+/// (a pole) and w = (1 - alpha) / alpha above (a fold). Inverse: closed form. It is `eucm` with beta = 1
+/// and computed as such. Source: Geyer and Daniilidis 2000, A unifying theory for central panoramic
+/// systems, ECCV; this form: Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section
+/// 2.2.
 struct Ucm : LensFormula<Ucm> {
   static constexpr std::string_view kId = "ucm";
   static constexpr int kNumLensParams = 1;

@@ -29,10 +29,10 @@ ALIDADE_ALWAYS_INLINE T shiftedDepth(const K& xi, const T& rho2, const T& z, con
   return lane::select(z > 0.0, T(xi * d + z), behind);
 }
 
-/// w of the condition z > -w d under which m = rho / (alpha d + (1 - alpha) z), the projection that `ucm`,
-/// `eucm` and `double_sphere` end with, is one-to-one on a sphere or ellipsoid of distance d = |(rho, z)|:
-/// its pole for alpha <= 1/2, where m goes to infinity, and its fold above, where m is largest (Usenko et al.
-/// 2018, section 2.2).
+/// w of the condition z > -w d for a one-to-one projection m = rho / (alpha d + (1 - alpha) z) of a sphere or
+/// ellipsoid with d = |(rho, z)|, the last step of `ucm`, `eucm` and `double_sphere`. For alpha <= 1/2 it is
+/// the pole, where m goes to infinity; above it is the fold, where m is largest (Usenko et al. 2018, section
+/// 2.2).
 template <class T>
 T sphereLimit(const T& alpha) {
   if (alpha > T(0.5)) return (T(1) - alpha) / alpha;

@@ -8,8 +8,8 @@
 
 namespace alidade {
 
-/// Models that see behind the camera's own plane stop here: straight back all azimuths meet in one ray, which
-/// has a circle for an image and not a pixel.
+/// Models that see behind the camera plane stop here: straight back, all azimuths are the same ray, whose
+/// image is a circle and not a pixel.
 inline constexpr double kWideMaxAngle = std::numbers::pi - 1e-4;
 
 namespace detail {

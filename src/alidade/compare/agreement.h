@@ -8,22 +8,22 @@
 
 namespace alidade {
 
-/// What a difference means to someone who puts up with some of it.
+/// The result of comparing a difference with a tolerance.
 enum class Agreement {
-  kWithin,         ///< 95 % of the image agrees to the tolerance
-  kBeyond,         ///< it does not, and the cameras' uncertainty is no excuse
-  kUncertain,      ///< it does not, but two estimates of one camera may differ as much
-  kNotComparable,  ///< too much of the image is seen by one of the cameras alone
+  kWithin,         ///< 95 % of the image agrees within the tolerance
+  kBeyond,         ///< it does not, and uncertainty does not explain the difference
+  kUncertain,      ///< it does not, but the uncertainty explains the difference
+  kNotComparable,  ///< too much of the image is seen by only one of the cameras
 };
 
-/// Judged by the length that 95 % of the pixels do not exceed: a tolerance is meant for the image and not for
-/// its worst pixel. Beyond the tolerance is a longer one if the difference is significant too. Without
-/// significance, the cameras count as exact.
+/// Compares the 95th percentile of the difference with the tolerance, because a tolerance applies to the
+/// image and not to its worst pixel. A larger difference is kBeyond only if it is significant. If the
+/// significance is unknown, the cameras are assumed to be exact.
 [[nodiscard]] Agreement agreementOf(const ProjectionDifference& difference,
                                     const std::optional<DifferenceSignificance>& significance,
                                     double tolerance_px);
 
-/// Whether enough of the image could be compared to speak of it as a whole.
+/// Whether enough of the image could be compared to judge it as a whole.
 [[nodiscard]] bool isComparable(const ProjectionDifference& difference);
 
 }  // namespace alidade

@@ -11,20 +11,20 @@
 
 namespace alidade {
 
-/// A part of the larger of two images that the smaller one may be.
+/// The part of the larger of two images that the smaller one may show.
 struct CropSuspicion {
   bool is_a_larger = false;
-  double focal_a_px = 0;  ///< by the image's middle: the root of the product of both axes' focal lengths
+  double focal_a_px = 0;  ///< at the image centre: geometric mean of both axes
   double focal_b_px = 0;
   ImageSize part;                         ///< in the larger image
-  std::optional<Eigen::Vector2i> corner;  ///< where the principal points put the part's; nothing: they do not
+  std::optional<Eigen::Vector2i> corner;  ///< from the principal points; nothing: unknown
 };
 
-/// Images of one shape and of different sizes are compared as one that was resized. Where the sides differ by
-/// more than a tenth, and focal lengths in pixels by at most 2 % all the same, it is likelier that one image
-/// is a part of the other: resizing changes both alike, and cropping the sides alone.
+/// Images of the same shape and of different sizes are assumed to be resized. If the sides differ by more
+/// than a tenth, but the focal lengths in pixels by at most 2 %, one image is probably a crop of the other:
+/// resizing changes both, but cropping changes only the sides.
 ///
-/// @returns nothing where there is no such suspicion
+/// @returns nothing if there is no such suspicion
 [[nodiscard]] std::optional<CropSuspicion> suspectCrop(const ComparedCamera& a, const ComparedCamera& b,
                                                        const ImageMatch& match);
 

@@ -70,7 +70,7 @@ ImageMatch matchImages(ImageSize a, ImageSize b, int quarter_turns) {
     match.offset = quarter * match.offset + Eigen::Vector2d(size.height - 1, 0);
     size = turned(size, 1);
   }
-  expect(haveOneShape(size, b), "images that are matched have one shape");
+  expect(haveOneShape(size, b), "matched images have the same shape");
   const Eigen::Vector2d scale(static_cast<double>(b.width) / size.width,
                               static_cast<double>(b.height) / size.height);
   match.b_from_a = scale.asDiagonal() * match.b_from_a;

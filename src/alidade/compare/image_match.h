@@ -10,14 +10,14 @@
 
 namespace alidade {
 
-/// Which pixel of image b shows what a pixel of image a shows, when b is a turned by quarters and resized:
-/// pixel_b = b_from_a * pixel_a + offset, sizes scaling as c -> s (c + 0.5) - 0.5 on each axis.
+/// Which pixel of image b corresponds to a pixel of image a, if b is image a rotated by quarter turns and
+/// resized: pixel_b = b_from_a * pixel_a + offset, sizes scaling as c -> s (c + 0.5) - 0.5 on each axis.
 struct ImageMatch {
   int quarter_turns = 0;  ///< clockwise, as seen, that take a to b: 0 to 3
   UnalignedMatrix2d b_from_a = UnalignedMatrix2d::Identity();
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
-  /// Lengths are stated in pixels of the finer of the two images, along a's axes, so that they are the same
-  /// whichever image comes first.
+  /// Lengths are in pixels of the finer of the two images, along a's axes, so they do not depend on the order
+  /// of the images.
   UnalignedMatrix2d unit_from_a = UnalignedMatrix2d::Identity();
   UnalignedMatrix2d unit_from_b = UnalignedMatrix2d::Identity();
   ImageSize unit_size{};  ///< of the finer image
@@ -25,26 +25,26 @@ struct ImageMatch {
   [[nodiscard]] Eigen::Vector2d inB(const Eigen::Vector2d& pixel_a) const {
     return b_from_a * pixel_a + offset;
   }
-  /// The turn of the camera frame that goes with that of the image: x right and y down in both.
+  /// The rotation of the camera frame that matches the rotation of the image: x right and y down in both.
   [[nodiscard]] Eigen::Matrix3d frameTurn() const;
 };
 
-/// The turns under which images of these sizes have one shape, of 0 to 3; empty where they have none. Sides
-/// that resizing rounded may be off by a pixel.
+/// The numbers of quarter turns (0 to 3) after which images of these sizes have the same shape; empty if
+/// there are none. Sides may differ by one pixel because resizing rounds them.
 [[nodiscard]] std::vector<int> possibleTurns(ImageSize a, ImageSize b);
 
 /// @pre `quarter_turns` is one of possibleTurns()
 [[nodiscard]] ImageMatch matchImages(ImageSize a, ImageSize b, int quarter_turns);
 
-/// Pixels of image a, row by row, from border to border of the coarser image: centres of its outermost
-/// pixels.
+/// Pixels of image a, row by row, from border to border of the coarser image (centres of its outermost
+/// pixels).
 struct MatchedGrid {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;
 };
 
-/// @param columns, rows  as many pixels; 0: 40 along the longer side, and square cells
+/// @param columns, rows  numbers of pixels; 0: 40 along the longer side, with square cells
 [[nodiscard]] MatchedGrid matchedGrid(ImageSize a, ImageSize b, const ImageMatch& match, int columns = 0,
                                       int rows = 0);
 

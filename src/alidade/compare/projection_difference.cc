@@ -23,7 +23,7 @@ void check(const DifferenceOptions& options) {
   if (options.freed == Freed::kPose && !(options.distance_m > 0 && std::isfinite(options.distance_m))) {
     throw usageError({.where = "projection difference",
                       .found = "a distance of " + exactText(options.distance_m) + " m",
-                      .expected = "a positive one; at infinity the rotation alone can be taken out"});
+                      .expected = "a positive distance; at infinity only the rotation can be aligned"});
   }
   constexpr int kMaxPixels = 1'000'000;
   const bool is_grid = options.columns >= 0 && options.rows >= 0 && options.columns <= kMaxPixels &&
@@ -41,8 +41,8 @@ void check(const DifferenceOptions& options) {
                       .found = "a grid of " + std::to_string(options.columns) + "x" +
                                std::to_string(options.rows) + " pixels",
                       .expected = "at least " + std::to_string(fewestPairs(*options.freed)) +
-                                  " pixels to find the " + what + " that suits best",
-                      .next_step = "ask for a finer grid, or for a difference that takes nothing out"});
+                                  " pixels to estimate the best " + what,
+                      .next_step = "use a finer grid, or compare without alignment"});
   }
 }
 
@@ -53,28 +53,29 @@ std::string cropAdvice(ImageSize a, ImageSize b) {
   };
   const std::string command = "alidade convert --crop X,Y,";
   if (!holds(a, b) && !holds(b, a))
-    return "crop the camera of the image that shows more first: " + command + "WIDTH,HEIGHT";
+    return "first crop the camera of the image that shows more: " + command + "WIDTH,HEIGHT";
   const ImageSize whole = holds(a, b) ? a : b;
   const ImageSize part = holds(a, b) ? b : a;
-  return "if the one of " + sizeText(part) + " is a part of the other, crop the camera of " +
-         sizeText(whole) + " first: " + command + std::to_string(part.width) + "," +
-         std::to_string(part.height);
+  return "if the image of " + sizeText(part) + " is a crop of the other, first crop the camera of " +
+         sizeText(whole) + ": " + command + std::to_string(part.width) + "," + std::to_string(part.height);
 }
 
 std::vector<int> turnsToTry(const ComparedCamera& a, const ComparedCamera& b,
                             const DifferenceOptions& options) {
   const std::vector<int> turns = possibleTurns(a.size, b.size);
   if (turns.empty()) {
-    throw inputError({.where = "projection difference",
-                      .found = "images of " + sizeText(a.size) + " and " + sizeText(b.size) + " px",
-                      .expected = "images of one shape, or one resized or turned by quarters",
-                      .next_step = cropAdvice(a.size, b.size)});
+    throw inputError(
+        {.where = "projection difference",
+         .found = "images of " + sizeText(a.size) + " and " + sizeText(b.size) + " px",
+         .expected =
+             "images of the same shape, where one may be resized or rotated by multiples of 90 degrees",
+         .next_step = cropAdvice(a.size, b.size)});
   }
   if (!options.quarter_turns) return turns.front() == 0 ? std::vector<int>{0} : turns;
   if (std::find(turns.begin(), turns.end(), *options.quarter_turns) == turns.end()) {
     throw usageError(
         {.where = "projection difference",
-         .found = "a turn by " + std::to_string(90 * *options.quarter_turns) + " degrees for images of " +
+         .found = "a rotation by " + std::to_string(90 * *options.quarter_turns) + " degrees for images of " +
                   sizeText(a.size) + " and " + sizeText(b.size) + " px",
          .expected = std::to_string(90 * turns.front()) + " or " + std::to_string(90 * turns.back())});
   }

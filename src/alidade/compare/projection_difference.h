@@ -23,36 +23,36 @@ struct ComparedCamera {
 };
 
 struct DifferenceOptions {
-  /// What is taken out first; nothing: the frames are one.
+  /// What is aligned first; nothing: both cameras have the same frame.
   std::optional<Freed> freed = Freed::kRotation;
-  /// Of the points from either camera, for Freed::kPose: positive and finite. Their sphere looks the same at
-  /// any distance, so it scales the translation and nothing else.
+  /// Distance of the points from either camera for Freed::kPose, positive and finite. Their sphere looks the
+  /// same at any distance, so it only scales the translation.
   double distance_m = 1;
-  /// Clockwise turn of image b against image a, 0 to 3. Nothing: none where the sizes allow that, otherwise
-  /// the one of 1 and 3 that leaves less.
+  /// Clockwise quarter turns of image b relative to image a, 0 to 3. Default: 0 if the sizes allow it,
+  /// otherwise 1 or 3, whichever gives the smaller difference.
   std::optional<int> quarter_turns = std::nullopt;
-  /// Of the grid over image a; 0: 40 along the longer side, in square cells. At least fewestPairs() in all
-  /// where something is taken out.
+  /// Of the grid over image a; 0: 40 along the longer side, in square cells. At least fewestPairs() in total
+  /// with alignment.
   int columns = 0;
   int rows = 0;
   /// Pixels of image a to compare at instead of the grid.
   std::vector<Eigen::Vector2d> pixels = {};
 };
 
-/// How far apart two cameras put what they see.
+/// The projection difference of two cameras.
 ///
 /// All lengths are in pixels of the finer of the two images, along a's axes.
 struct ProjectionDifference {
   ImageMatch match;
-  /// What was taken out: metres; without translation unless a pose was freed.
+  /// The alignment, in metres; without translation unless the pose was aligned.
   SE3 b_from_a;
-  bool is_converged = false;  ///< if not, nothing below says how far apart the cameras are
+  bool is_converged = false;  ///< if not, the values below are meaningless
   int columns = 0;            ///< of the grid; 0 for pixels that were given
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;  ///< of image a
-  /// One a pixel: where b puts a point less where a puts it. NaN where they cannot be compared.
+  /// One per pixel: the projection by b minus the projection by a. NaN where they cannot be compared.
   std::vector<Eigen::Vector2d> difference_px;
-  std::vector<double> weights;  ///< one a pixel: how much it counted for what was taken out
+  std::vector<double> weights;  ///< one per pixel: its weight in the alignment
   int num_compared = 0;
   /// Pixels for which one camera has a ray, and the other has none, no pixel, or one that is farther off than
   /// the finer image's diagonal.
@@ -69,26 +69,26 @@ struct ProjectionDifference {
 
 /// Compares two cameras of any models, of images of one shape.
 ///
-/// A point in the direction of pixel q through camera a is compared with where b puts it, once b has been
-/// turned (or moved) as suits best; and a point in the direction of the same place through camera b with
-/// where a puts it. The difference is half of the first less half of the second, which are opposite to first
-/// order, and the best turn is the one for which the sum of squares of both over all pixels is least: see
-/// alignRays(). So exchanging the cameras gives the inverse motion and the same lengths.
+/// A point in the direction of pixel q through camera a is compared with its projection by b after the best
+/// rotation (or pose) of b. A point in the direction of the same place through camera b is compared with its
+/// projection by a. The two are opposite to first order, so the difference is half of the first minus half of
+/// the second. The best alignment minimises the sum of squares of both over all pixels; see alignRays(). So
+/// swapping the cameras gives the inverse motion and the same lengths.
 ///
-/// What one of the cameras puts farther from there than the finer image's diagonal is an extrapolation of its
-/// formula far outside its image, and counts neither for the turn nor for the figures: such a pixel is seen
-/// by one camera only.
+/// A projection farther away than the diagonal of the finer image is an extrapolation far outside the
+/// image. Such a pixel counts as seen by only one camera and affects neither the alignment nor the
+/// statistics.
 ///
-/// Each pixel counts alike, as an error does to whoever looks at the whole image, unless covariances say that
-/// it is known badly: then by 1 / (variance of the difference + (0.1 px)^2). A corner of the image in which
-/// no board was ever seen would otherwise turn the rest.
+/// All pixels have equal weight, unless there are covariances; then the weight is 1 / (variance of the
+/// difference + (0.1 px)^2). Otherwise an image corner in which no board was ever seen would distort the
+/// alignment of the rest.
 ///
 /// The idea of comparing after the best transformation, weighted by the uncertainties, is that of mrcal's
 /// projection difference (Kogan, mrcal.secretsauce.net, "Projection differences").
 ///
-/// @throws Error (kInput) for images of different shape; (kUsage) for a turn that the sizes do not allow, a
-/// distance that is not positive and finite, a grid of negative numbers, or one of too few pixels to find
-/// what is taken out
+/// @throws Error (kInput) for images of different shape; (kUsage) for a rotation that the sizes do not allow,
+/// a distance that is not positive and finite, a grid of negative numbers, or one with too few pixels for the
+/// alignment
 [[nodiscard]] ProjectionDifference projectionDifference(const ComparedCamera& a, const ComparedCamera& b,
                                                         const DifferenceOptions& options = {});
 

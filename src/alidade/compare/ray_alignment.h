@@ -14,7 +14,7 @@
 
 namespace alidade {
 
-/// A place that two cameras see, each through its own pixel, with the rays of these.
+/// A point that two cameras see at different pixels, with the rays of these pixels.
 struct PixelPair {
   Eigen::Vector2d pixel_a;
   Eigen::Vector2d pixel_b;
@@ -22,16 +22,16 @@ struct PixelPair {
   Eigen::Vector3d ray_b;  ///< unit length, frame b
 };
 
-/// Two cameras, and how the pixels of one become lengths in the unit of both.
+/// Two cameras, and the conversion of their pixels to a common unit.
 struct CameraPair {
   const AnyCamera* a = nullptr;
   const AnyCamera* b = nullptr;
   ImageMatch match;
 };
 
-/// Where camera b puts what camera a shows at pixel_a less pixel_b, and where camera a puts what camera b
-/// shows at pixel_b less pixel_a; both along a's axes in pixels of the finer image. Nothing where one of them
-/// sees nothing there. Points lie on a sphere of radius 1 about either camera.
+/// The projection by b of the ray of pixel_a minus pixel_b, and the projection by a of the ray of pixel_b
+/// minus pixel_a; both along a's axes in pixels of the finer image. Nothing if one of them does not exist.
+/// Points are on a sphere of radius 1 about either camera.
 struct TwoDifferences {
   Eigen::Vector2d a_to_b;
   Eigen::Vector2d b_to_a;
@@ -39,31 +39,31 @@ struct TwoDifferences {
 [[nodiscard]] std::optional<TwoDifferences> differencesAt(const CameraPair& cameras, const PixelPair& pair,
                                                           const SE3& b_from_a);
 
-/// The rotation that takes the rays of a nearest to those of b, by the weighted sum of squares of what is
-/// between them; they may be in any two frames. Kabsch 1976, A solution for the best rotation to relate two
-/// sets of vectors, Acta Crystallographica A32.
+/// The rotation that aligns the rays of a with those of b with the smallest weighted sum of squared
+/// distances; the frames may be arbitrary. Kabsch 1976, A solution for the best rotation to relate two sets
+/// of vectors, Acta Crystallographica A32.
 [[nodiscard]] SE3 kabschRotation(std::span<const PixelPair> pairs, std::span<const double> weights);
 
-/// With fewer, alignRays() finds nothing: a pair gives two numbers, and unless there are twice as many of
-/// them as there are unknowns, most cameras could be made to agree.
+/// With fewer, alignRays() finds nothing: a pair gives two numbers, and unless there are twice as many
+/// numbers as unknowns, almost any two cameras could be aligned.
 [[nodiscard]] constexpr int fewestPairs(Freed freed) {
   return freed == Freed::kRotation ? 3 : 6;
 }
 
 struct RayAlignment {
   SE3 b_from_a;               ///< the translation in units of the points' distance
-  std::vector<bool> is_used;  ///< one a pair: both cameras see it from there
+  std::vector<bool> is_used;  ///< one per pair: both cameras see it
   bool is_converged = false;
 };
 
-/// The rotation or pose that leaves the least weighted sum, over all pairs that both cameras see, of the
-/// squares of both differences: exchanging the cameras gives the inverse.
+/// The rotation or pose that minimises the weighted sum of squares of both differences over all pairs that
+/// both cameras see. Swapping the cameras gives the inverse.
 ///
-/// From kabschRotation(), Gauss and Newton's steps, each halved until it lowers the sum, until there is
-/// nothing left to gain.
+/// Gauss-Newton steps from kabschRotation(), each halved until it reduces the sum, until
+/// convergence.
 ///
-/// @param weights  of the squares, positive, one a pair
-/// @param freed    nothing: the frames are one, but for the turn of the image
+/// @param weights  of the squares, positive, one per pair
+/// @param freed    nothing: the frames are the same, apart from the rotation of the image
 [[nodiscard]] RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pairs,
                                      std::span<const double> weights, std::optional<Freed> freed);
 

@@ -6,12 +6,12 @@
 
 namespace alidade {
 
-/// Raised by a signal handler or another thread; long work looks at it between units. Lock-free, so a
-/// signal handler may set it.
+/// Set by a signal handler or another thread. Long work checks it between units. It is lock-free, so a signal
+/// handler may set it.
 using CancelFlag = std::atomic<bool>;
 static_assert(CancelFlag::is_always_lock_free);
 
-/// Thrown by long work that found its CancelFlag raised. Not an Error: nothing was wrong with the input.
+/// Thrown by long work when its CancelFlag is set. It is not an Error, because the input is not at fault.
 class Cancelled : public std::exception {
  public:
   [[nodiscard]] const char* what() const noexcept override { return "cancelled"; }

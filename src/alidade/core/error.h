@@ -6,22 +6,22 @@
 
 namespace alidade {
 
-/// What kind of complaint an Error is; the value is the exit code of the command line program.
+/// The kind of an Error. Its value is the exit code of the command line program.
 enum class ErrorCode {
   kInput = 1,    ///< a file, image or value from outside is unusable, or output cannot be written
   kUsage = 2,    ///< the caller asked for something that does not exist
-  kVerdict = 3,  ///< the work was done and the answer is no
+  kVerdict = 3,  ///< the work was done, and the result was rejected
 };
 
-/// The four things a user needs to act on an error. Empty parts are left out of the message.
+/// What a user needs to know to act on an error. Empty parts do not appear in the message.
 struct ErrorDetail {
   std::string where{};      ///< file and place in it: "cam.yaml:4: parameters.fx"
-  std::string found{};      ///< what was there
-  std::string expected{};   ///< what should have been there
-  std::string next_step{};  ///< what to do about it
+  std::string found{};      ///< what is wrong
+  std::string expected{};   ///< what was expected instead
+  std::string next_step{};  ///< what to do next
 };
 
-/// The one exception for bad input from outside. Numerical outcomes are fields of results instead.
+/// The only exception for bad input. Numerical outcomes are fields of results instead.
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const ErrorDetail& detail);
@@ -39,8 +39,8 @@ class Error : public std::runtime_error {
   return {ErrorCode::kUsage, detail};
 }
 
-/// Checks a precondition that only a bug of ours can break. Stays on in release builds.
-/// @throws std::logic_error with `message`, which says what should have been true, when `condition` is false.
+/// Checks a precondition that only a bug in Alidade can break. Active in release builds too.
+/// @throws std::logic_error with `message`, which states what must hold, unless it does.
 void expect(bool condition, const char* message);
 
 }  // namespace alidade

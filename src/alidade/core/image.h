@@ -14,7 +14,7 @@ struct ImageSize {
   friend bool operator==(const ImageSize&, const ImageSize&) = default;
 };
 
-/// An 8-bit grey image, rows one after another without padding; pixel (x, y) is at y * width + x.
+/// An 8-bit grey image, stored row by row without padding; pixel (x, y) is at y * width + x.
 struct GrayImage {
   ImageSize size;
   std::vector<std::uint8_t> pixels;
@@ -26,19 +26,19 @@ struct GrayImage {
   }
 };
 
-/// An 8-bit colour image: red, green and blue of a pixel one after another, rows without padding.
+/// An 8-bit colour image with interleaved red, green and blue, stored row by row without padding.
 struct ColorImage {
   ImageSize size;
   std::vector<std::uint8_t> rgb;
 };
 
-/// An image as files hold it, whatever its samples: one channel is grey, three are red, green, blue, and two
-/// or four have alpha as the last.
+/// An image with its samples as stored in a file. One channel is grey, three are red, green and blue; with
+/// two or four channels, the last one is alpha.
 struct RasterImage {
   ImageSize size;
-  int num_channels = 1;             ///< samples a pixel, 1 to 4
+  int num_channels = 1;             ///< samples per pixel, 1 to 4
   int bits_per_sample = 8;          ///< 8 or 16
-  std::vector<std::uint8_t> bytes;  ///< pixel after pixel without padding; 16 bits in the machine's order
+  std::vector<std::uint8_t> bytes;  ///< pixels without padding; 16-bit samples in native byte order
 
   [[nodiscard]] std::size_t bytesPerPixel() const {
     return static_cast<std::size_t>(num_channels) * static_cast<std::size_t>(bits_per_sample / 8);

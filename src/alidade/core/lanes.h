@@ -12,9 +12,9 @@
 namespace alidade {
 
 #if defined(ALIDADE_HAS_VECTORS)
-/// Several doubles that go through a formula side by side. GCC and Clang turn the operators into whatever
-/// instructions the surrounding function may use; other compilers get one lane. Formulas that take a type T
-/// work for double, Lanes and automatic differentiation alike when they branch by lane::select only.
+/// Several doubles that are computed in parallel. GCC and Clang compile the operators to the instructions
+/// that the surrounding function may use; other compilers get one lane. Formulas that take a type T work for
+/// double, Lanes and automatic differentiation alike when they branch by lane::select only.
 using Lanes = double __attribute__((vector_size(32)));
 inline constexpr std::size_t kNumLanes = 4;
 #else
@@ -22,14 +22,14 @@ using Lanes = double;
 inline constexpr std::size_t kNumLanes = 1;
 #endif
 
-/// What a comparison of lanes gives.
+/// The result of a comparison of lanes.
 using LaneMask = decltype(Lanes{} < Lanes{});
 
 /// Functions of one scalar type or of lanes. All are inlined, so that they use the instructions of the
 /// function that they end up in.
 namespace lane {
 
-/// a where the condition holds, b elsewhere; both are computed.
+/// a where the condition is true, b elsewhere; both are computed.
 template <class T>
 ALIDADE_ALWAYS_INLINE T select(bool condition, const T& a, const T& b) {
   return condition ? a : b;

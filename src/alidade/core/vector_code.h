@@ -6,7 +6,7 @@
 
 #if defined(__GNUC__) || defined(__clang__)
 #define ALIDADE_HAS_VECTORS 1
-/// Of what such loops call, as only code that is inlined uses the instructions of the loop.
+/// For functions called by such loops: only inlined code uses the instructions of the loop.
 #define ALIDADE_ALWAYS_INLINE __attribute__((always_inline)) inline
 #define ALIDADE_INLINE_LAMBDA __attribute__((always_inline))
 #else
@@ -21,7 +21,7 @@
 
 namespace alidade {
 
-/// Whether the processor has what ALIDADE_TARGET_AVX2 asks for.
+/// Whether the processor supports ALIDADE_TARGET_AVX2.
 [[nodiscard]] inline bool hasAvx2() {
 #if defined(ALIDADE_HAS_AVX2_VARIANT)
   static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;

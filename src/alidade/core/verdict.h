@@ -8,9 +8,9 @@ namespace alidade {
 
 /// Whether a calibration may be used.
 enum class Verdict {
-  kTrustworthy,   ///< nothing speaks against it
-  kReservations,  ///< usable, if what was found to be wrong does not matter to the user
-  kNo,            ///< not to be used
+  kTrustworthy,   ///< no problem was found
+  kReservations,  ///< usable if the reported problems do not matter to the user
+  kNo,            ///< must not be used
 };
 
 /// Stable name for files and JSON.
@@ -26,7 +26,7 @@ enum class Verdict {
   return "unknown";
 }
 
-/// The verdict of this name, if there is one.
+/// The verdict with this name; nothing if the name is unknown.
 [[nodiscard]] constexpr std::optional<Verdict> verdictOf(std::string_view name) {
   for (const Verdict verdict : {Verdict::kTrustworthy, Verdict::kReservations, Verdict::kNo}) {
     if (verdictName(verdict) == name) return verdict;

@@ -216,11 +216,12 @@ Detection describeUnplaced(Detection detection, const Candidate& candidate, cons
   const int shorter = std::min(board.columns, board.rows);
   if (candidate.mesh.size() < kMinSeen) {
     detection.seen.reset();
-    return refused(std::move(detection), DetectionReason::kNoBoard, "no checkerboard pattern seen");
+    return refused(std::move(detection), DetectionReason::kNoBoard, "no checkerboard pattern found");
   }
   if (seen.columns > longer || seen.rows > shorter) {
-    return refused(std::move(detection), DetectionReason::kLargerBoard,
-                   "shows " + seen_counts + " inner corners, more one way than the " + asked + " asked for");
+    return refused(
+        std::move(detection), DetectionReason::kLargerBoard,
+        "shows " + seen_counts + " inner corners, more in one direction than the expected " + asked);
   }
   if (seen.is_closed) {
     return refused(std::move(detection), DetectionReason::kOtherBoard,
@@ -228,7 +229,7 @@ Detection describeUnplaced(Detection detection, const Candidate& candidate, cons
   }
   if (candidate.placements.empty() && seen.columns == longer && seen.rows == shorter) {
     return refused(std::move(detection), DetectionReason::kLargerBoard,
-                   "the squares go on beyond " + asked + " inner corners");
+                   "the squares continue beyond " + asked + " inner corners");
   }
   if (candidate.placements.empty()) {
     return refused(std::move(detection), DetectionReason::kOtherBoard,
@@ -236,7 +237,7 @@ Detection describeUnplaced(Detection detection, const Candidate& candidate, cons
   }
   return refused(std::move(detection), DetectionReason::kUnplaced,
                  "shows a part of " + seen_counts +
-                     " inner corners; too little of the board's border is seen to tell which part");
+                     " inner corners; too little of the board's border is visible to tell which part");
 }
 
 // Names what hides the corners that were not found.
@@ -269,9 +270,9 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
   const bool is_cut = num_outside > num_inside;
   detection.reason = is_cut ? DetectionReason::kCut : DetectionReason::kPartial;
   detection.detail = std::to_string(num_found) + " of " + std::to_string(total) + " corners; " +
-                     (num_outside == 0  ? "the others are covered or unclear"
+                     (num_outside == 0  ? "the others are covered or not clear enough"
                       : num_inside == 0 ? "the others are outside the image"
-                                        : "the others are outside the image, covered or unclear");
+                                        : "the others are outside the image, covered or not clear enough");
 }
 
 Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, const Checkerboard& board) {
@@ -288,13 +289,13 @@ Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, con
       static_cast<double>(refined.fits.size()) >= kMostShare * static_cast<double>(mesh.size());
   if (!most_refined || refined.fits.size() < kMinPlaced) {
     return refused(std::move(detection), DetectionReason::kBlurred,
-                   "the board is seen, but " + std::to_string(mesh.size() - refined.fits.size()) +
+                   "the board is visible, but " + std::to_string(mesh.size() - refined.fits.size()) +
                        " of its " + std::to_string(mesh.size()) +
                        " corners are not clear enough to be located");
   }
   if (detection.measures.spacing_px < kMinSpacingPx) {
     return refused(std::move(detection), DetectionReason::kTooSmall,
-                   "the board is seen, but its squares are less than 5 pixels wide");
+                   "the board is visible, but its squares are less than 5 pixels wide");
   }
   if (!isRegular(refined.mesh)) {
     return refused(std::move(detection), DetectionReason::kIrregular,
@@ -327,11 +328,11 @@ Detection findBoard(const GrayImage& image, const Checkerboard& board) {
     });
     if (!candidates.empty() && choose(candidates).isWhole(board)) break;
   }
-  if (candidates.empty()) return refused({}, DetectionReason::kNoBoard, "no checkerboard pattern seen");
+  if (candidates.empty()) return refused({}, DetectionReason::kNoBoard, "no checkerboard pattern found");
   const Candidate& chosen = choose(candidates);
   if (chosen.is_placed && isOneOfSeveral(candidates, chosen)) {
     return refused({}, DetectionReason::kSeveralBoards,
-                   "shows two boards or more that could be the one asked for; cover all but one");
+                   "shows two boards or more that could be the one ; cover all but one");
   }
   return placeAndRefine(image, chosen, board);
 }

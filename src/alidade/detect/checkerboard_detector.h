@@ -13,22 +13,22 @@
 
 namespace alidade {
 
-/// What came of looking for a board in an image. The first three give corners; the others do not.
+/// The outcome of the search for a board in an image. Only the first three give corners.
 enum class DetectionReason {
   kFound,          ///< every corner of the board
-  kPartial,        ///< some corners are covered or unclear; those seen have their certain ids
-  kCut,            ///< some corners lie outside the image; those seen have their certain ids
+  kPartial,        ///< some corners are covered or unclear; the ids of the others are certain
+  kCut,            ///< some corners lie outside the image; the ids of the others are certain
   kNoBoard,        ///< no checkerboard pattern in the image
-  kUnplaced,       ///< a part of a board, but which part cannot be told
-  kLargerBoard,    ///< the pattern has more corners than the board that was asked for
-  kOtherBoard,     ///< a whole board of other counts
-  kSeveralBoards,  ///< two or more boards that fit: which one is meant cannot be told
+  kUnplaced,       ///< a part of a board, but it is not possible to tell which part
+  kLargerBoard,    ///< the pattern has more corners than the expected board
+  kOtherBoard,     ///< a whole board with other counts of corners
+  kSeveralBoards,  ///< two or more boards match
   kIrregular,      ///< corners were found, but they do not form a grid after refinement
-  kBlurred,        ///< the board is seen, but too blurred to locate its corners
-  kTooSmall,       ///< the board is seen, but its squares are too few pixels wide
+  kBlurred,        ///< the board is visible, but too blurred to locate its corners
+  kTooSmall,       ///< the board is visible, but its squares are too few pixels wide
   kDuplicate,      ///< shows the same as another image
   kUnreadable,     ///< the image could not be read
-  kOtherSize,      ///< the image has another size than most
+  kOtherSize,      ///< the image size differs from that of most images
 };
 
 /// Stable name of a reason for files and JSON, such as "no_board".
@@ -37,28 +37,28 @@ enum class DetectionReason {
 /// True for the reasons that come with corners.
 [[nodiscard]] bool givesCorners(DetectionReason reason);
 
-/// The pattern of squares that an image shows, whatever was asked for.
+/// The pattern of squares in an image, which may differ from the expected board.
 struct SeenGrid {
   int columns = 0;  ///< inner corners along the longer side
   int rows = 0;
   int num_corners = 0;
-  bool is_closed = false;  ///< the board's border was seen on all four sides: these are its counts
+  bool is_closed = false;  ///< the border of the board is visible on all sides, so the counts are exact
 };
 
-/// How well a board is shown. NaN where nothing was measured.
+/// How well a board is visible. NaN if not measured.
 struct ViewMeasures {
   double blur_px =
-      std::numeric_limits<double>::quiet_NaN();  ///< median over corners of the edges' one-sigma blur
+      std::numeric_limits<double>::quiet_NaN();  ///< median over corners of the edge blur (one sigma)
   double spacing_px = std::numeric_limits<double>::quiet_NaN();  ///< median distance between neighbours
   double area_share = 0;  ///< of the image's area, covered by squares between corners
-  /// Median over corners of the angle at which a square would look like that from far: arccos of the ratio of
-  /// the singular values of [step_u step_v]. Without intrinsics, so it is a few degrees off for wide lenses.
+  /// Median over corners of the apparent tilt of a square seen from afar: arccos of the ratio of the singular
+  /// values of [step_u step_v]. It uses no intrinsics, so it has an error of a few degrees for wide lenses.
   double tilt_deg = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct Detection {
   DetectionReason reason = DetectionReason::kNoBoard;
-  std::string detail;           ///< one sentence for people; empty when all was found
+  std::string detail;           ///< one sentence for people; empty if all corners were found
   std::vector<Corner> corners;  ///< in order of id, each with its sigma; empty unless givesCorners(reason)
   ViewMeasures measures;
   std::optional<SeenGrid> seen;
@@ -68,10 +68,10 @@ struct Detection {
 };
 
 /// Finds a checkerboard in a grey image, whole or in part, and refines its corners (fitCorner). The search
-/// runs on halved copies of the image; the full one is only used to refine. The order of corners is the same
-/// physical one in every view of a board that is not ambiguous: the columns run clockwise of the rows'
-/// opposite, as seen, and corner 0 is the one whose inner square is dark. For an ambiguous board, the columns
-/// run to the right in the image, or downwards if they do so more.
+/// runs on halved copies of the image; the full one is only used to refine. For an unambiguous board, the ids
+/// refer to the same physical corners in every view: seen in the image, the rows (y) run a quarter turn
+/// clockwise from the columns (x), and the inner square of corner 0 is dark. For an ambiguous board, the
+/// columns run to the right in the image, or downwards if they are steeper than 45 degrees.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const Checkerboard& board);
 
 }  // namespace alidade

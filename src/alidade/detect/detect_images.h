@@ -12,13 +12,13 @@
 
 namespace alidade {
 
-/// An image as a reader hands it over, with what the reader noticed about it.
+/// An image from a reader, with its orientation tag.
 struct SourceImage {
   GrayImage image;
-  int exif_orientation = 1;  ///< 1 = upright; anything else was ignored, pixels are as stored
+  int exif_orientation = 1;  ///< 1 = upright; other values are ignored, pixels are as stored
 };
 
-/// What came of one image.
+/// The outcome for one image.
 struct ImageOutcome {
   std::string image;
   ImageSize size;
@@ -30,20 +30,20 @@ struct ImageOutcome {
 
 struct DetectImagesOptions {
   int num_jobs = 0;                                        ///< threads; 0 = one per processor
-  std::function<void(std::size_t, std::size_t)> progress;  ///< (done, total), from any thread, one at a time
-  /// Called with each image that could be read, once it has been searched; from any thread, several at a
+  std::function<void(std::size_t, std::size_t)> progress;  ///< (done, total); any thread, one call at a time
+  /// Called with each readable image after it was searched; from any thread, several calls at a
   /// time.
   std::function<void(const GrayImage&, const ImageOutcome&)> inspect;
   const CancelFlag* cancel = nullptr;
 };
 
-/// Tells OpenCV to use the calling thread alone. For programs that share images out over threads by
-/// detectInImages(): more threads within each image would only get in each other's way. Process-wide.
+/// Makes OpenCV use only the calling thread. For programs that distribute images over threads by
+/// detectInImages(), where more threads per image would only compete. It applies to the whole process.
 void useOneThreadPerImage();
 
 /// Loads and searches images in parallel; a thread holds one image at a time. The result is in the order of
 /// `images`, whatever the number of threads. An image that `load` cannot read (Error) becomes an outcome with
-/// reason kUnreadable; the others go on.
+/// reason kUnreadable; the others are still processed.
 /// @throws Cancelled
 [[nodiscard]] std::vector<ImageOutcome> detectInImages(
     std::span<const std::string> images, const std::function<SourceImage(const std::string&)>& load,

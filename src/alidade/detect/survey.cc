@@ -18,10 +18,11 @@ namespace {
 
 SourceImage loadImage(const std::string& path) {
   if (path.find_first_of("\r\n") != std::string::npos) {
-    throw inputError({.where = path,
-                      .found = "a line break in the name",
-                      .expected = "a name of one line, as corners files have a line a corner",
-                      .next_step = "rename it"});
+    throw inputError(
+        {.where = path,
+         .found = "a line break in the name",
+         .expected = "a name without line breaks, because corners files have one line per corner",
+         .next_step = "rename it"});
   }
   LoadedImage loaded = readGrayImage(path);
   return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
@@ -40,8 +41,9 @@ void noteOrientations(BoardSurvey& survey) {
 }
 
 std::string sizesText(const SurveyNote& note) {
-  return "images of " + std::string(note.images.size() == 1 ? "two" : "several") + " sizes were given; the " +
-         std::to_string(note.num_used) + " of " + sizeText(note.size) + " are used";
+  return "images of " + std::string(note.images.size() == 1 ? "two" : "several") +
+         " different sizes were given; only the " + std::to_string(note.num_used) + " of " +
+         sizeText(note.size) + " are used";
 }
 
 std::string blurText(const SurveyNote& note, const BoardSurvey& survey) {
@@ -56,18 +58,17 @@ std::string blurText(const SurveyNote& note, const BoardSurvey& survey) {
 
 std::string orientationText(const SurveyNote& note) {
   const bool is_one = note.images.size() == 1;
-  return std::to_string(note.images.size()) + (is_one ? " image says" : " images say") +
-         " in Exif to be shown " + describeExifOrientation(note.exif_orientation) +
-         "; the pixels are used as stored, without turning, and the camera file holds for them as stored";
+  return std::to_string(note.images.size()) + (is_one ? " image has" : " images have") +
+         " an Exif orientation ( " + describeExifOrientation(note.exif_orientation) +
+         "); it is ignored, and the camera file applies to the pixels as stored";
 }
 
 std::string ambiguityText(const Checkerboard& board) {
   const std::string turned = board.symmetryStep() == 1 ? "90, 180 or 270" : "180";
   return "a board of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) +
-         " inner corners looks the same turned by " + turned +
-         " degrees: which corner counts as the first is settled anew in each image, which one camera does "
-         "not "
-         "mind, but several cameras would; a board with one even and one odd count has no such doubt";
+         " inner corners looks the same after a rotation by " + turned +
+         " degrees, so the first corner may differ between images. This does not affect one camera, but it "
+         "would affect several cameras. A board with one even and one odd count avoids this";
 }
 
 }  // namespace
@@ -107,18 +108,30 @@ BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboa
   return survey;
 }
 
-std::string noteText(const SurveyNote& note, const BoardSurvey& survey) {
+std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome) {
+  const Detection& detection = outcome.detection;
+  if (detection.found()) return std::nullopt;
+  return Diagnosis{.severity = detection.hasCorners() ? Severity::kNote : Severity::kWarning,
+                   .id = std::string(reasonCode(detection.reason)),
+                   .cause = outcome.image,
+                   .evidence = detection.detail};
+}
+
+Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
+  const auto told = [](std::string id, std::string cause) {
+    return Diagnosis{.severity = Severity::kNote, .id = std::move(id), .cause = std::move(cause)};
+  };
   switch (note.kind) {
     case SurveyNote::Kind::kSeveralSizes:
-      return sizesText(note);
+      return told("several_sizes", sizesText(note));
     case SurveyNote::Kind::kBlurred:
-      return blurText(note, survey);
+      return told("blurred_images", blurText(note, survey));
     case SurveyNote::Kind::kExifOrientation:
-      return orientationText(note);
+      return told("exif_orientation", orientationText(note));
     case SurveyNote::Kind::kAmbiguousBoard:
-      return ambiguityText(survey.board);
+      return told("ambiguous_board", ambiguityText(survey.board));
     case SurveyNote::Kind::kOtherBoard:
-      return hintText(note.hint.value(), survey.board);
+      return told("other_board", hintText(note.hint.value(), survey.board));
   }
   return {};
 }
@@ -134,10 +147,10 @@ std::string hintText(const BoardHint& hint, const Checkerboard& asked) {
                      std::to_string(rows) + " inner corners";
   if (columns + 1 == asked.columns && rows + 1 == asked.rows) text += "; did you count squares?";
   if (columns - 1 == asked.columns && rows - 1 == asked.rows)
-    text += "; did you leave out a line of corners each way?";
+    text += "; did you leave out one line of corners in each direction?";
   text += (text.back() == '?' ? " Use " : "; use ") +
           specText({.columns = columns, .rows = rows, .square_m = asked.square_m}) +
-          (hint.is_closed ? " if that is the board" : " if that is all of the board");
+          (hint.is_closed ? " if that is your board" : " if that is the whole board");
   return text;
 }
 

@@ -7,28 +7,29 @@
 #include <string>
 #include <vector>
 
+#include "alidade/core/diagnosis.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
 
-/// A board that images show while another was asked for.
+/// A board in the images that differs from the expected one.
 struct BoardHint {
   int columns = 0;  ///< inner corners along the longer side
   int rows = 0;
   int num_images = 0;      ///< images that show it
-  bool is_closed = false;  ///< its border was seen: no more corners hide outside the images
+  bool is_closed = false;  ///< its whole border is visible, so the counts are exact
 };
 
-/// Something noticed about the images that is no failure of one of them.
+/// A note about the set of images that is not a failure of a single image.
 struct SurveyNote {
   enum class Kind {
-    kSeveralSizes,     ///< `images` have another size than most, which have `size` and are `num_used`
+    kSeveralSizes,     ///< `images` differ in size from the other `num_used`, which have `size`
     kBlurred,          ///< `images` are much more blurred than the others; their corners are used
-    kExifOrientation,  ///< `images` ask to be shown turned; their pixels are used as stored
-    kAmbiguousBoard,   ///< the board looks the same when it is turned
-    kOtherBoard,       ///< images show the board of `hint` whole
+    kExifOrientation,  ///< `images` have an Exif orientation, which is ignored
+    kAmbiguousBoard,   ///< the board looks the same after a rotation
+    kOtherBoard,       ///< images show the whole board of `hint`
   };
   Kind kind = Kind::kSeveralSizes;
   std::vector<std::size_t> images = {};  ///< indices of outcomes
@@ -38,7 +39,7 @@ struct SurveyNote {
   std::optional<BoardHint> hint = std::nullopt;
 };
 
-/// What a set of images of one camera shows: the seam between images and everything after.
+/// The boards in a set of images of one camera: the interface between images and calibration.
 struct BoardSurvey {
   Checkerboard board;
   std::vector<std::string> paths;      ///< of the images, as given
@@ -52,28 +53,29 @@ struct BoardSurvey {
   [[nodiscard]] std::vector<View> views() const;
 };
 
-/// Finds the board in all images, in parallel, and withdraws the corners of those that must not be used:
-/// - images of another size than most of those with corners (kOtherSize);
-/// - images that may show a part of another board (kOtherBoard): not all of the board's border is seen, and
-///   either more images show another board whole than show all of this one, or at least three give corners,
-///   none of them shows all lines of this board, and most show the same fewer ones;
-/// - images whose corners are those of an earlier image to within a quarter of a pixel (RMS; kDuplicate):
-///   copies and frames of a resting camera would feign more certainty than there is.
-/// An image that cannot be read has the outcome kUnreadable; the others go on.
+/// Finds the board in all images, in parallel, and discards the corners of images that must not be used:
+/// - images whose size differs from that of most images with corners (kOtherSize);
+/// - images that may show a part of another board (kOtherBoard). Their board is not completely visible, and
+///   either most complete boards in the images are another one, or none of at least three images shows all
+///   rows and columns and most of them show the same smaller numbers;
+/// - images whose corners agree with those of an earlier image to a quarter of a pixel (RMS; kDuplicate),
+///   because copies and frames of a static scene would make the uncertainty look too small.
+/// An image that cannot be read has the outcome kUnreadable; the others are still processed.
 /// @param paths  of image files in natural order, as listImages() gives them; at least one
 /// @throws Cancelled
 [[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,
                                        const DetectImagesOptions& options = {});
 
-/// A note in a sentence for people.
-[[nodiscard]] std::string noteText(const SurveyNote& note, const BoardSurvey& survey);
+/// Why an image does not give every corner, by the stable name of its reason; nothing where it does.
+[[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
+[[nodiscard]] Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey);
 
-/// The commonest grid other than the board asked for, among images without corners; of those that were seen
-/// whole, if there are any. Nothing if they show none.
+/// The most common grid other than the expected board among images without corners, preferably one that is
+/// completely visible. Nothing if there is none.
 [[nodiscard]] std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes,
                                                      const Checkerboard& asked);
 
-/// The hint in a sentence, with the SPEC to use and the likely slip.
+/// The hint as a sentence, with the SPEC to use and the likely mistake.
 [[nodiscard]] std::string hintText(const BoardHint& hint, const Checkerboard& asked);
 
 }  // namespace alidade

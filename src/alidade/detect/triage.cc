@@ -112,7 +112,8 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& 
   const auto hint = diagnoseBoard(outcomes, board);
   if (hint && hint->is_closed && hint->num_images > num_all_lines) {
     refuseUnclosed(outcomes, "may be a part of the board of " + std::to_string(hint->columns) + "x" +
-                                 std::to_string(hint->rows) + " inner corners that other images show whole");
+                                 std::to_string(hint->rows) +
+                                 " inner corners that is completely visible in other images");
     return;
   }
   constexpr int kEnoughImages = 3;
@@ -120,9 +121,9 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& 
   const auto commonest = std::max_element(counts.begin(), counts.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
   if (2 * commonest->second <= num_with_corners) return;
-  refuseUnclosed(outcomes, "no image shows all lines of a board of " + std::to_string(board.columns) + "x" +
-                               std::to_string(board.rows) + " inner corners, most show " +
-                               std::to_string(commonest->first.first) + "x" +
+  refuseUnclosed(outcomes, "no image shows all rows and columns of a board with " +
+                               std::to_string(board.columns) + "x" + std::to_string(board.rows) +
+                               " inner corners; most show " + std::to_string(commonest->first.first) + "x" +
                                std::to_string(commonest->first.second));
 }
 

@@ -204,12 +204,13 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
 
 CameraRecord detail::readCameraRoot(const YamlNode& root) {
   if (!root.isMap() || !root.has("alidade_camera")) {
-    throw root.error("a file without the key 'alidade_camera'", "a camera file of this program",
-                     "start it with: alidade_camera: 1");
+    throw root.error("a file without the key 'alidade_camera'", "an Alidade camera file",
+                     "add the line: alidade_camera: 1");
   }
   const YamlNode version = root.at("alidade_camera");
   if (version.integer() != 1) {
-    throw version.error("format version " + version.text(), "1", "this file may come from a newer release");
+    throw version.error("format version " + version.text(), "1",
+                        "the file may come from a newer release of Alidade; update this one");
   }
   root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "conventions", "domain",
                   "self_check", "calibration", "created_by"});
@@ -236,20 +237,20 @@ void requireSelfCheck(const CameraRecord& file, const std::string& where) {
   const std::string pixel = fmt::format("({:.6g}, {:.6g})", point.pixel.x(), point.pixel.y());
   std::string found;
   if (outcome.outside_image) {
-    found = fmt::format("found the pixel {} outside of the image of {}x{} px", pixel, file.image_size.width,
+    found = fmt::format("the stated pixel {} is outside the image of {}x{} px", pixel, file.image_size.width,
                         file.image_size.height);
   } else if (std::isfinite(outcome.worst_px)) {
-    found = fmt::format("found that the parameters put this point {:.3g} px from its pixel {}",
+    found = fmt::format("the parameters project this point {:.3g} px away from its stated pixel {}",
                         outcome.worst_px, pixel);
   } else {
-    found = "found that the parameters do not project this point at all; its pixel is " + pixel;
+    found = "the parameters cannot project this point; its stated pixel is " + pixel;
   }
-  throw inputError({.where = fmt::format("{}: self_check[{}]", where, idx),
-                    .found = found + ": a number in the file was changed",
-                    .expected = fmt::format("at most {} px, in the image", kSelfCheckPx),
-                    .next_step = "alidade validate " + where +
-                                 "; restore the file, or delete self_check if the numbers were changed on "
-                                 "purpose"});
+  throw inputError(
+      {.where = fmt::format("{}: self_check[{}]", where, idx),
+       .found = found + ": a number in the file was changed",
+       .expected = fmt::format("a difference of at most {} px, inside the image", kSelfCheckPx),
+       .next_step = "alidade validate " + where +
+                    "; then restore the file, or delete self_check if you changed the numbers on purpose"});
 }
 
 CameraRecord readCameraFile(const std::string& path) {

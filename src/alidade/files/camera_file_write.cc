@@ -77,7 +77,7 @@ void writeProjectionStd(YAML::Emitter& out, const ProjectionStdRecord& record) {
       << YAML::Key << "center" << YAML::Value;
   writeNumberOrNull(out, record.center_px);
   out << YAML::Key << "worst" << YAML::Value << number(record.worst_px) << YAML::EndMap
-      << YAML::Comment("one sigma, at infinity, best rotation taken out");
+      << YAML::Comment("one standard deviation, for points at infinity, aligned by the best rotation");
   out << YAML::Key << "projection_std_grid" << YAML::Value << YAML::BeginMap;
   out << YAML::Key << "worst_pixel" << YAML::Value;
   writeNumbers(out, record.worst_pixel);
@@ -113,7 +113,7 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
       << YAML::Comment("sqrt(mean over corners of dx^2 + dy^2)");
   if (std::isfinite(record.holdout_rms_px)) {
     out << YAML::Key << "holdout_rms_px" << YAML::Value << number(record.holdout_rms_px)
-        << YAML::Comment("of corners that had no part in camera and pose");
+        << YAML::Comment("cross-validation error: corners not used to estimate the camera or the pose");
   }
   out << YAML::Key << "verdict" << YAML::Value << std::string(verdictName(record.verdict));
   out << YAML::Key << "num_views" << YAML::Value << record.num_views;

@@ -63,11 +63,11 @@ void listFolder(const std::string& folder, CameraList& list) {
   if (num_found == 0) {
     throw inputError({.where = folder,
                       .found = names.empty()
-                                   ? "no file with an extension of camera files"
+                                   ? "no file with the extension of a camera file"
                                    : std::to_string(names.size()) + " files, none of a known format",
                       .expected = "camera files (yaml, yml, json, xml, txt, cameramodel)",
                       .next_step = folders.empty() ? ""
-                                                   : "sub-folders are not looked into; name them: " +
+                                                   : "sub-folders are not searched; list them explicitly: " +
                                                          (fs::path(folder) / folders.front()).string()});
   }
 }

@@ -50,9 +50,9 @@ void allowParameters(const YamlNode& map, std::span<const std::string_view> name
     throw map.error(
         "the keys of the model " + other + ": " +
             join(std::vector<std::string>(keys.begin(), keys.end()), ", "),
-        "those of " + own + ": " + join(std::vector<std::string>(names.begin(), names.end()), ", "),
-        "if only the model's name was changed, write " + other +
-            " again; another model is made by: alidade convert --model " + own);
+        "the keys of " + own + ": " + join(std::vector<std::string>(names.begin(), names.end()), ", "),
+        "if only the model name was changed, change it back to " + other +
+            "; to fit another model, run: alidade convert --model " + own);
   }
   map.allowKeys({names.begin(), names.end()});
 }

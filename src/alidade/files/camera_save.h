@@ -8,13 +8,13 @@
 
 namespace alidade {
 
-/// Writes a camera file, so that a reader sees the old file or the whole new one. Formats of other tools hold
-/// the camera and the size of its images alone, exactly: the file is read back before it is written.
+/// Writes a camera file atomically. Formats of other tools contain only the camera and the image size. The
+/// camera must be representable exactly; the text is read back before the file is written.
 /// @param format  id as `alidade convert --to` takes it: "alidade", "opencv", "ros", "kalibr", ...; the
 /// extension of
 ///                `path` decides where a format has several notations
-/// @throws Error (kUsage) for an unknown format, naming the known ones; Error (kInput) for a camera that the
-/// format cannot hold exactly, or a file that cannot be written
+/// @throws Error (kUsage) for an unknown format, naming the known ones; Error (kInput) for a camera that is
+/// not exactly representable by the format, or a file that cannot be written
 void saveCamera(const std::string& path, const CameraRecord& record, std::string_view format = "alidade");
 
 }  // namespace alidade

@@ -80,17 +80,18 @@ StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
   throw inputError({.where = source.path,
                     .found = "no camera '" + name + "'",
                     .expected = "one of " + readableText(source),
-                    .next_step = "write FILE#NAME"});
+                    .next_step = "select a camera with FILE#NAME"});
 }
 
 void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const std::string& where) {
   if (!size) return;
   if (camera.image_size && *camera.image_size != *size) {
     const auto text = [](ImageSize s) { return std::to_string(s.width) + "x" + std::to_string(s.height); };
-    throw inputError({.where = where,
-                      .found = "an image of " + text(*camera.image_size) + " pixels",
-                      .expected = text(*size) + " as --image-size says",
-                      .next_step = "leave --image-size away; to change the size: alidade convert --resize"});
+    throw inputError(
+        {.where = where,
+         .found = "an image size of " + text(*camera.image_size) + " pixels",
+         .expected = text(*size) + " from --image-size",
+         .next_step = "remove --image-size; to change the image size, run: alidade convert --resize"});
   }
   camera.image_size = size;
 }
@@ -100,8 +101,8 @@ void refuseOtherModel(const StatedCamera& camera, const std::string& model, cons
   if (model.empty() || camera.camera.modelId() == model) return;
   throw inputError({.where = where,
                     .found = "found a file that states a " + std::string(camera.camera.modelId()) + " camera",
-                    .expected = "a " + model + " camera, as --read-as says",
-                    .next_step = "leave --read-as away; to fit another model: alidade convert --model"});
+                    .expected = "a " + model + " camera, from --read-as",
+                    .next_step = "remove --read-as; to fit another model, run: alidade convert --model"});
 }
 
 const CameraFormat* formatOf(const detail::CameraDocument& document) {
@@ -123,8 +124,8 @@ void refuseSameNames(const CameraSource& source, const std::vector<std::string>&
     if (name.empty() || names.insert(name).second) return;
     throw inputError({.where = source.path,
                       .found = "found two cameras '" + name + "'",
-                      .expected = "a name of its own for each",
-                      .next_step = "rename or remove one"});
+                      .expected = "a different name for each camera",
+                      .next_step = "rename or remove one of them"});
   };
   for (const StatedCamera& camera : source.cameras) take(camera.name);
   for (const RefusedCamera& camera : source.refused) take(camera.name);
@@ -156,8 +157,8 @@ CameraSource parsedAsStated(const std::string& text, const std::string& name, co
     return source;
   }
   const detail::YamlNode& root = document.root();  // says why, where the text is no tree
-  throw root.error("nothing that tells the format", "a camera file: " + titles(),
-                   "a file of this program starts with: alidade_camera: 1");
+  throw root.error("a file of no known format", "a camera file in one of these formats: " + titles(),
+                   "check that this is a camera file; Alidade's own files start with: alidade_camera: 1");
 }
 
 CameraSource readAsStated(const std::string& path, const ReadOptions& options) {
@@ -202,9 +203,9 @@ void requireAll(const CameraSource& source) {
                     .found = std::to_string(source.refused.size()) + " of " +
                              std::to_string(source.cameras.size() + source.refused.size()) +
                              " cameras are not supported: " + namesOf(source.refused),
-                    .expected = "a file of cameras that all are",
-                    .next_step = "alidade validate says why; name one of the others: " + source.path + "#" +
-                                 cameraLabel(source.cameras.front())});
+                    .expected = "only supported cameras",
+                    .next_step = "run alidade validate to see why, or select another camera: " + source.path +
+                                 "#" + cameraLabel(source.cameras.front())});
 }
 
 std::string cameraFilePath(const std::string& path) {
@@ -235,13 +236,11 @@ CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& opti
 CameraRecord recordOf(const StatedCamera& camera, const std::string& where) {
   if (camera.own) return *camera.own;
   if (!camera.image_size) {
-    throw inputError(
-        {.where = where,
-         .found = "no size of the image",
-         .expected = "a file that states it, or --image-size",
-         .next_step =
-             "add --image-size WIDTHxHEIGHT, the size of the images in pixels (to alidade convert, where a "
-             "command has no such flag)"});
+    throw inputError({.where = where,
+                      .found = "no image size",
+                      .expected = "a file that states it, or --image-size",
+                      .next_step = "add --image-size WIDTHxHEIGHT in pixels; if a command has no such flag, "
+                                   "use alidade convert first"});
   }
   return {.camera = camera.camera,
           .image_size = *camera.image_size,
@@ -257,7 +256,7 @@ CameraRecord onlyCamera(const CameraSource& source) {
     throw inputError({.where = source.path,
                       .found = std::to_string(num_all) + " cameras: " + readableText(source),
                       .expected = "one camera",
-                      .next_step = "name one: " + source.path + "#" + cameraLabel(source.cameras.front())});
+                      .next_step = "select one: " + source.path + "#" + cameraLabel(source.cameras.front())});
   }
   return recordOf(source.cameras.front(), source.path);
 }

@@ -11,58 +11,58 @@
 
 namespace alidade {
 
-/// All cameras that a file of some format states.
+/// All cameras of a file.
 struct CameraSource {
   std::string path;                   ///< without "#NAME"
   std::string_view format;            ///< id: "ros"
   std::string_view format_name;       ///< for people: "ROS camera_info (YAML)"
-  std::vector<StatedCamera> cameras;  ///< at least one, but with ReadOptions::only
-  /// Beside them in the file; none where one camera was named.
+  std::vector<StatedCamera> cameras;  ///< at least one, unless ReadOptions::only is set
+  /// Unsupported cameras of the same file; empty if one camera was selected.
   std::vector<RefusedCamera> refused = {};
 };
 
 /// `path` without "#NAME".
 [[nodiscard]] std::string cameraFilePath(const std::string& path);
 
-/// Reads a camera file of any format (cameraFormats), which its content tells. `path` may end in "#NAME" to
-/// mean one camera of several, by its name or its number from 0.
-/// @throws Error (kInput) for a file that cannot be read, of no known format, with contents that are no
-/// camera, or without the camera that is asked for, naming what there is; for a file of this program that
-/// fails its own self-check, see requireSelfCheck()
+/// Reads a camera file of any format (cameraFormats); the format is detected from the content. `path` may end
+/// in "#NAME" to select one camera of several, by its name or its number from 0.
+/// @throws Error (kInput) for a file that cannot be read, is of no known format, contains no camera, or lacks
+/// the selected camera (the message lists the available ones); for an Alidade camera file that fails its
+/// self-check, see requireSelfCheck()
 [[nodiscard]] CameraSource loadCameras(const std::string& path, const ReadOptions& options = {});
 
-/// The same without the self-check: for who reports on files as they are, and for nobody who computes with
-/// their cameras.
+/// The same without the self-check, only for reports about the files. Do not compute with these
+/// cameras.
 [[nodiscard]] CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options = {});
 
-/// What the content of a file says that it is.
+/// The kind of a file, detected from its content.
 enum class FileKind {
-  kCamera,   ///< of a known format; whether it is right is for loadCameras to tell
+  kCamera,   ///< of a known format; loadCameras() checks whether it is valid
   kOther,    ///< text of no known format
-  kDamaged,  ///< cannot be read, or is not what its extension says
+  kDamaged,  ///< cannot be read, or does not match its extension
 };
 [[nodiscard]] FileKind kindOfFile(const std::string& path);
 
-/// The same from text; `name` stands for the file in messages.
+/// The same from text; messages use `name` as the file name.
 [[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,
                                         const ReadOptions& options = {});
 
-/// How FILE#... calls a camera of a file: its name, or its number.
+/// The name after FILE# that selects a camera: its name, or its number.
 [[nodiscard]] std::string cameraLabel(const StatedCamera& camera);
 [[nodiscard]] std::string cameraLabel(const RefusedCamera& camera);
 
-/// Passes if all cameras of the source are supported.
-/// @throws Error (kInput) with the names of those that are not
+/// Checks that all cameras of the source are supported.
+/// @throws Error (kInput) with the names of the unsupported ones
 void requireAll(const CameraSource& source);
 
-/// The one camera of a file, in this program's own terms. Errors of loadCameras; Error (kInput) too if there
-/// are several, supported or not, or if neither the file nor `options` says how large the image is.
+/// The only camera of a file, as a record. Throws as loadCameras(), and Error (kInput) if there are several
+/// cameras, supported or not, or if neither the file nor `options` states the image size.
 [[nodiscard]] CameraRecord loadCamera(const std::string& path, const ReadOptions& options = {});
 
-/// The only camera of a source, in this program's own terms; errors as of loadCamera.
+/// The only camera of a source, as a record; throws as loadCamera().
 [[nodiscard]] CameraRecord onlyCamera(const CameraSource& source);
 
-/// A stated camera as a camera file; `where` is for messages. @throws Error (kInput) without an image size
+/// A stated camera as a record; `where` is for messages. @throws Error (kInput) without an image size
 [[nodiscard]] CameraRecord recordOf(const StatedCamera& camera, const std::string& where);
 
 }  // namespace alidade

@@ -38,10 +38,11 @@ class Parser {
   CornersFile finish() {
     if (!has_header_) throw error("no header", std::string(kHeader));
     if (views_.empty()) {
-      throw inputError({.where = name_,
-                        .found = "no corners",
-                        .expected = "a row a corner",
-                        .next_step = "no board was found when this file was made; its '#' lines say why"});
+      throw inputError(
+          {.where = name_,
+           .found = "no corners",
+           .expected = "one row per corner",
+           .next_step = "no board was found when this file was written; its '#' lines give the reasons"});
     }
     for (auto& [image, view] : views_) {
       auto& corners = view.corners;
@@ -52,7 +53,7 @@ class Parser {
         throw inputError({.where = name_ + ": image " + image,
                           .found = "corner " + std::to_string(twin->id) + " twice",
                           .expected = "each corner once",
-                          .next_step = "was the same piece concatenated twice?"});
+                          .next_step = "check whether the same file was concatenated twice"});
       }
       file_.views.push_back(std::move(view));
     }
@@ -89,7 +90,7 @@ class Parser {
       throw inputError({.where = name_ + ":" + std::to_string(line_), .found = e.what()});
     }
     if (!board_text_.empty() && !(board == file_.board)) {
-      throw error("board " + spec, "the board of the rows before, " + board_text_);
+      throw error("board " + spec, "the board of the previous rows, " + board_text_);
     }
     file_.board = board;
     board_text_ = spec;
@@ -98,12 +99,12 @@ class Parser {
   void row(std::string_view text) {
     const auto fields = detail::splitCsv(text);
     if (!fields || fields->size() != kNumColumns) {
-      throw error(fields ? std::to_string(fields->size()) + " fields" : "an open quote",
+      throw error(fields ? std::to_string(fields->size()) + " fields" : "a quote that is not closed",
                   std::to_string(kNumColumns) + " fields: " + std::string(kHeader));
     }
     const auto& f = *fields;
     if (has_camera_ && f[0] != file_.camera)
-      throw error("camera '" + f[0] + "'", "'" + file_.camera + "' as in the rows before");
+      throw error("camera '" + f[0] + "'", "'" + file_.camera + "' as in the previous rows");
     file_.camera = f[0];
     has_camera_ = true;
     readBoard(f[4]);
@@ -117,7 +118,7 @@ class Parser {
       view.image = f[1];
       view.size = size;
     } else if (view.size != size) {
-      throw error("image '" + f[1] + "' with another size", "the size of its rows before");
+      throw error("image '" + f[1] + "' with a different size", "the size in its previous rows");
     }
     Corner corner;
     corner.id = integer(f[5], "corner_id", 0, file_.board.numCorners() - 1);
@@ -129,7 +130,8 @@ class Parser {
     corner.pixel = {number(f[8], "u"), number(f[9], "v")};
     if (!f[10].empty()) {
       corner.sigma_px = number(f[10], "sigma_px");
-      if (!(corner.sigma_px > 0)) throw error("'" + f[10] + "' as sigma_px", "a positive number or nothing");
+      if (!(corner.sigma_px > 0))
+        throw error("'" + f[10] + "' as sigma_px", "a positive number, or an empty field");
     }
     view.corners.push_back(corner);
   }
@@ -160,7 +162,7 @@ std::string nameField(const std::string& name, const char* what) {
   if (name.find_first_of("\r\n") != std::string::npos) {
     throw inputError({.where = std::string(what) + " '" + name + "'",
                       .found = "a line break in the name",
-                      .expected = "a name of one line",
+                      .expected = "a name without line breaks",
                       .next_step = "rename it"});
   }
   return detail::csvField(name);

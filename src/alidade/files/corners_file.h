@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// The corners of a board in many images: the seam between detection and calibration.
+/// The corners of a board in many images: the interface between detection and calibration.
 struct CornersFile {
   std::string camera = "camera";
   Checkerboard board;
@@ -18,7 +18,7 @@ struct CornersFile {
 };
 
 /// Text of a corners file: '#' lines (a comment of several lines becomes several), then CSV with the header
-/// camera,image,width,height,board,corner_id,col,row,u,v,sigma_px and a row a corner (sigma_px empty =
+/// camera,image,width,height,board,corner_id,col,row,u,v,sigma_px and one row per corner (sigma_px empty =
 /// unknown).
 /// @throws Error (kInput) for the name of an image or the camera with a line break in it
 [[nodiscard]] std::string cornersFileText(const CornersFile& file);
@@ -26,12 +26,12 @@ struct CornersFile {
 /// Writes atomically. @throws Error (kInput)
 void writeCornersFile(const std::string& path, const CornersFile& file);
 
-/// Reads one; pieces written apart and concatenated (with their headers) read as one file.
-/// @throws Error (kInput) naming the line: unknown or missing columns, numbers that are not, several boards
-/// or cameras, a corner given twice.
+/// Reads a corners file. Concatenated files (with their headers) are read as one file.
+/// @throws Error (kInput) naming the line: unknown or missing columns, invalid numbers, several boards or
+/// cameras, or a repeated corner.
 [[nodiscard]] CornersFile readCornersFile(const std::string& path);
 
-/// The same from text; `name` stands for the file in messages.
+/// The same from text; messages use `name` as the file name.
 [[nodiscard]] CornersFile parseCornersFile(const std::string& text, const std::string& name);
 
 }  // namespace alidade

@@ -65,7 +65,8 @@ SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
       const bool is_of_pose =
           key == "translation_m" || std::count(kRotationKeys.begin(), kRotationKeys.end(), key);
       if (is_of_pose)
-        throw node.error("'matrix' beside '" + key + "'", "'matrix' alone: it holds the whole pose");
+        throw node.error("'matrix' and '" + key + "'",
+                         "only 'matrix', which already contains the whole pose");
     }
     const YamlNode matrix = node.at("matrix");
     const Eigen::Matrix4d values = matrixOf<4>(matrix);
@@ -78,7 +79,7 @@ SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
   std::string rotation_key;
   for (const std::string& key : kRotationKeys) {
     if (!node.has(key)) continue;
-    if (!rotation_key.empty()) throw node.error("both " + rotation_key + " and " + key, "one rotation");
+    if (!rotation_key.empty()) throw node.error("both " + rotation_key + " and " + key, "only one rotation");
     rotation_key = key;
   }
   if (rotation_key.empty())
@@ -129,7 +130,7 @@ SE3 readPoseSource(const std::string& source) {
   if (!is_text && !root.isMap()) {
     throw root.error(root.isSequence() ? "a list" : "no pose",
                      "one pose: a map with a rotation and translation_m",
-                     "a list or a table of poses goes to --poses");
+                     "for a list or table of poses, use --poses");
   }
   return detail::readFramedPose(root).camera_from_x;
 }

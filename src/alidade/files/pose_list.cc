@@ -27,7 +27,8 @@ const std::vector<TableColumn> kPlainTranslation = {{"x", "m"}, {"y", "m"}, {"z"
 const std::vector<TableColumn> kQuaternion = {{"qx"}, {"qy"}, {"qz"}, {"qw"}};
 const std::vector<TableColumn> kRotationVector = {{"rx", "rad"}, {"ry", "rad"}, {"rz", "rad"}};
 const std::string kHowToSay =
-    "add --poses-are camera_from_world (points to the camera) or world_from_camera (where the camera is)";
+    "add --poses-are camera_from_world (transforms points to the camera) or world_from_camera (position of "
+    "the camera)";
 
 SE3 cameraFromWorld(const SE3& pose, PoseDirection direction) {
   return direction == PoseDirection::kCameraFromWorld ? pose : pose.inverse();
@@ -75,7 +76,8 @@ class PoseTable {
     const detail::ColumnSearch vector = detail::findColumn(names, {"rx", "rad"});
     const bool has_vector = vector.index || (!has_quaternion && !vector.complaint.empty());
     if (has_quaternion && has_vector)
-      throw lines_.error("both a quaternion and a rotation vector", "one rotation, qx,qy,qz,qw or rx,ry,rz");
+      throw lines_.error("both a quaternion and a rotation vector",
+                         "only one rotation, qx,qy,qz,qw or rx,ry,rz");
     const bool is_plain =
         !detail::findColumn(names, {"tx", "m"}).index && detail::findColumn(names, {"x", "m"}).index;
     const std::vector<TableColumn>& translation = is_plain ? kPlainTranslation : kTranslation;
@@ -91,7 +93,7 @@ class PoseTable {
     }
     names_ = names;
     if (!direction_) {
-      throw lines_.error("poses that may go either way", "to be told which", kHowToSay);
+      throw lines_.error("poses without a direction", "a direction", kHowToSay);
     }
   }
 
@@ -121,7 +123,7 @@ class PoseTable {
     constexpr double kMaxLengthError = 0.01;
     if (!(std::abs(q.norm() - 1) <= kMaxLengthError)) {
       throw lines_.error("a quaternion of length " + exactText(q.norm()), "qx,qy,qz,qw of length 1",
-                         "see whether the columns are what the header says");
+                         "check that the columns match the header");
     }
     return SO3::fromQuaternion(q);
   }
@@ -164,8 +166,8 @@ PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) 
     const detail::FramedPose pose = detail::readFramedPose(item, {"id"});
     const auto id = item.find("id");
     if (pose.is_framed && direction) {
-      throw item.error("a key that names the frames, beside --poses-are", "one of the two",
-                       "leave --poses-are out: the key already says which way the pose goes");
+      throw item.error("a key that names the frames, together with --poses-are", "only one of them",
+                       "remove --poses-are: the key already states the direction of the pose");
     }
     list.poses.push_back(
         {.id = id ? id->text() : std::to_string(list.poses.size()),
@@ -174,7 +176,7 @@ PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) 
                  ? pose.camera_from_x
                  : cameraFromWorld(pose.camera_from_x, direction.value_or(PoseDirection::kCameraFromWorld))});
     if (!ids.insert(list.poses.back().id).second)
-      throw item.error("the pose '" + list.poses.back().id + "' twice", "each id once");
+      throw item.error("the pose '" + list.poses.back().id + "' twice", "each id only once");
   }
   return list;
 }
@@ -206,7 +208,7 @@ PoseList parsePoseList(const std::string& text, const std::string& name,
   if (list.poses.empty()) {
     throw inputError({.where = name,
                       .found = "no pose",
-                      .expected = "a YAML list of poses, or a table with a row a pose",
+                      .expected = "a YAML list of poses, or a table with one row per pose",
                       .next_step = "see alidade project --help"});
   }
   return list;

@@ -117,7 +117,7 @@ Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
 void readViews(const YamlNode& node, Scene& scene) {
   node.allowKeys({"random", "poses"});
   if (node.has("random") == node.has("poses"))
-    throw node.error("both or neither of random and poses", "one of them");
+    throw node.error("both or neither of random and poses", "exactly one of them");
   if (node.has("random")) {
     const YamlNode count = node.at("random");
     scene.num_random_views = count.integer();
@@ -170,7 +170,7 @@ Scene parseSceneFile(const std::string& text, const std::string& name) {
 }
 
 std::string posesText(const std::vector<std::string>& images, const std::vector<SE3>& camera_from_board) {
-  expect(images.size() == camera_from_board.size(), "one pose an image");
+  expect(images.size() == camera_from_board.size(), "one pose per image");
   YAML::Emitter out;
   out << YAML::BeginSeq;
   for (std::size_t i = 0; i < images.size(); ++i) {

@@ -7,7 +7,8 @@ namespace alidade {
 namespace {
 
 std::vector<SettingEntry> readRoot(const detail::YamlNode& root) {
-  if (!root.isMap()) throw root.error("no map", "flags as keys, for example\n  board: checkerboard:9x6:25mm");
+  if (!root.isMap())
+    throw root.error("no map", "a map with flags as keys, for example\n  board: checkerboard:9x6:25mm");
   root.allowKeys(root.keys());  // a doubled key
   std::vector<SettingEntry> entries;
   for (const std::string& key : root.keys()) {

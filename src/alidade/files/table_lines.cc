@@ -122,7 +122,7 @@ TableLines::Kind TableLines::take(std::string_view line) {
   }
   if (fields_.size() != num_fields_)
     throw error(std::to_string(fields_.size()) + " fields",
-                std::to_string(num_fields_) + " as in the rows before");
+                std::to_string(num_fields_) + " as in the previous rows");
   return Kind::kRow;
 }
 
@@ -141,10 +141,11 @@ void TableLines::split(std::string_view line) {
       has_semicolon = has_semicolon || c == ';';
     }
   }
-  if (is_quoted) throw error("an open quote", "a quote at the field's end too");
+  if (is_quoted) throw error("a quote that is not closed", "a closing quote at the end of the field");
   if (has_comma && has_semicolon)
-    throw error("commas beside semicolons", "one of them between fields, and a point in numbers",
-                "if the numbers have decimal commas, write points instead");
+    throw error("both commas and semicolons",
+                "only one of them, between fields, and a decimal point in numbers",
+                "if the numbers have decimal commas, replace them by points");
   if (has_comma || has_semicolon) return splitAt(line, has_comma ? ',' : ';');
   splitAtBlanks(line);
 }
@@ -191,7 +192,7 @@ double TableLines::number(std::size_t index, const std::string& column) const {
   if (!value) {
     const bool is_decimal_comma = field.find(',') != std::string_view::npos;
     throw error("'" + std::string(field.substr(0, 40)) + "' as " + column, "a number",
-                is_decimal_comma ? "write a decimal point instead of the comma" : "");
+                is_decimal_comma ? "replace the decimal comma by a point" : "");
   }
   return *value;
 }

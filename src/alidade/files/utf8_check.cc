@@ -65,7 +65,7 @@ void checkUtf8(const std::string& text, const std::string& file) {
       throw inputError({.where = file + ":" + std::to_string(line),
                         .found = "found bytes that are not UTF-8: \"" + shown(text, at) + "\"",
                         .expected = "text in UTF-8",
-                        .next_step = "save the file as UTF-8, or write that word in plain letters"});
+                        .next_step = "save the file as UTF-8, or replace these characters by ASCII"});
     }
     at += length;
   }

@@ -52,31 +52,31 @@ int countDocuments(const std::string& text, YAML::EventHandler* inspector) {
 YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML::EventHandler* inspector) {
   if (text.starts_with("%YAML:1.0")) {
     throw inputError({.where = file + ":1",
-                      .found = "found %YAML:1.0, which starts files of OpenCV's own format",
+                      .found = "found %YAML:1.0, which marks OpenCV's own format",
                       .expected = "YAML 1.2",
-                      .next_step = "OpenCV's files are read as camera files only"});
+                      .next_step = "OpenCV files are accepted only as camera files"});
   }
   try {
     const int num_documents = countDocuments(text, inspector);
     if (num_documents == 0) {
       throw inputError(
           {.where = file,
-           .found = text.empty() ? "an empty file" : "a file of nothing but blanks and comments",
+           .found = text.empty() ? "an empty file" : "a file with only blanks and comments",
            .expected = "YAML or JSON",
-           .next_step = "check the path, and whether the program that wrote the file came to its end"});
+           .next_step = "check the path, and whether the program that wrote the file was interrupted"});
     }
     if (num_documents > 1) {
       throw inputError({.where = file,
                         .found = "at least 2 YAML documents",
                         .expected = "one",
-                        .next_step = "keep one of those that lines --- separate"});
+                        .next_step = "keep only one; they are separated by lines with ---"});
     }
     return {YAML::Load(text), file, ""};
   } catch (const YAML::DeepRecursion& e) {
     throw inputError({.where = placeInFile(file, e.mark),
-                      .found = "lists or maps nested more than " + std::to_string(e.depth()) + " deep",
+                      .found = "lists or maps nested more than " + std::to_string(e.depth()) + " levels deep",
                       .expected = "a few levels",
-                      .next_step = "look for brackets or dashes that were repeated by mistake"});
+                      .next_step = "check for brackets or dashes that were repeated by mistake"});
   } catch (const YAML::Exception& e) {
     throw inputError({.where = placeInFile(file, e.mark),
                       .found = "not valid YAML: " + e.msg,
@@ -95,11 +95,11 @@ void YamlNode::allowKeys(const std::vector<std::string>& allowed) const {
   for (const auto& entry : node_) {
     const YamlNode key(entry.first, file_, path_);
     const std::string name = key.text();
-    if (!seen.insert(name).second) throw key.error("the key '" + name + "' twice", "each key once");
+    if (!seen.insert(name).second) throw key.error("the key '" + name + "' twice", "each key only once");
     if (name.starts_with("x_") || std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
     const auto nearest = nearestName(name, allowed);
     throw key.error("unknown key '" + name + "'", "one of " + join(allowed, ", "),
-                    nearest ? "did you mean '" + *nearest + "'?" : "keys of your own start with x_");
+                    nearest ? "did you mean '" + *nearest + "'?" : "your own keys must start with x_");
   }
 }
 
@@ -112,8 +112,8 @@ YamlNode YamlNode::at(const std::string& key) const {
   if (!node_.IsMap()) throw error(describe(), "a map with the key '" + key + "'");
   if (!has(key)) {
     std::string present = join(keys(), ", ");
-    throw error("no key '" + key + "'", "'" + key + "' beside " + (present.empty() ? "nothing" : present),
-                "add it");
+    throw error("no key '" + key + "'",
+                "'" + key + "' in addition to " + (present.empty() ? "nothing" : present), "add it");
   }
   const YAML::Node& node = node_;
   return {node[key], file_, path_.empty() ? key : path_ + "." + key};

@@ -16,7 +16,7 @@ Eigen::Vector3d veeOfSkew(const Eigen::Matrix3d& rate, double tolerance) {
         {"derivative of a rotation matrix",
          "the symmetric part of dR/dt R^T has norm " + exactText(symmetric_norm) + " of " + exactText(norm),
          "a skew-symmetric matrix within " + exactText(tolerance) + " of its norm",
-         "check that the rotation and the derivative are of the same instant, and that neither is "
+         "check that the rotation and its derivative belong to the same time, and that neither is "
          "transposed"});
   }
   return vee(rate);

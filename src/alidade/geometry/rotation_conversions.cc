@@ -26,7 +26,7 @@ void checkRotationMatrix(const Eigen::Matrix3d& R, double tolerance) {
   for (int i = 0; i < 3; ++i) {
     if (!(std::abs(R.col(i).squaredNorm() - 1.0) <= tolerance)) {
       throw rotationMatrixError("column " + std::to_string(i) + " has length " + exactText(R.col(i).norm()),
-                                "write it with more digits, or take the scale out");
+                                "write it with more digits, or remove the scale");
     }
     for (int j = 0; j < i; ++j) {
       if (!(std::abs(R.col(i).dot(R.col(j))) <= tolerance)) {

@@ -42,10 +42,10 @@ template <class Derived>
 /// A rotation of 3-space: `a_from_b` takes the coordinates of a vector in frame b to those in frame a,
 /// p_a = a_from_b * p_b.
 ///
-/// Held as a unit quaternion (to rounding; q and -q are the same rotation). The tangent is the rotation
+/// Stored as a unit quaternion, up to rounding; q and -q are the same rotation. The tangent is the rotation
 /// vector, axis times angle in radians, as a right perturbation R * exp(d). T is double or an automatic
-/// differentiation type; every operation has its right derivative at the identity too. A NaN that goes in
-/// comes out as NaN. Formulas: Sola, Deray and Atchuthan 2018 (arXiv 1812.01537), appendix B.
+/// differentiation type; every operation has its right derivative at the identity too. NaN inputs give NaN
+/// results. Formulas: Sola, Deray and Atchuthan 2018 (arXiv 1812.01537), appendix B.
 template <class T>
 class BasicSO3 {
  public:

@@ -103,10 +103,10 @@ std::string tiltText(const BoardTilt& tilt) {
   if (!is_across && !is_along) return "not tilted";
   const char* side = tilt.right_rad > 0 ? "right" : "left";
   const char* end = tilt.lower_rad > 0 ? "lower" : "upper";
-  if (!is_along) return fmt::format("its {} side nearer to you by {:.0f} degrees", side, across);
-  if (!is_across) return fmt::format("its {} side nearer to you by {:.0f} degrees", end, along);
-  return fmt::format("its {} side nearer to you by {:.0f} degrees and its {} side by {:.0f}", side, across,
-                     end, along);
+  if (!is_along) return fmt::format("its {} side turned {:.0f} degrees towards the camera", side, across);
+  if (!is_across) return fmt::format("its {} side turned {:.0f} degrees towards the camera", end, along);
+  return fmt::format("its {} side turned {:.0f} degrees and its {} side {:.0f} degrees towards the camera",
+                     side, across, end, along);
 }
 
 }  // namespace alidade

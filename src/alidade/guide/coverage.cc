@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <set>
 #include <utility>
 
@@ -120,41 +119,42 @@ std::string sidesWithoutTilt(const TiltCounts& tilts) {
 
 }  // namespace
 
-std::vector<std::vector<Eigen::Vector2d>> usedCorners(const CalibrationResult& result,
+std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibration,
                                                       std::span<const View> views) {
-  std::map<std::string, const View*> by_image;
-  for (const View& view : views) by_image[view.image] = &view;
-  std::set<std::pair<std::string, int>> left_out;
-  for (const Outlier& outlier : result.outliers) left_out.emplace(outlier.image, outlier.corner_id);
+  std::set<std::pair<std::size_t, int>> left_out;
+  for (const Outlier& outlier : calibration.dropped.outliers)
+    left_out.emplace(outlier.source, outlier.corner_id);
   std::vector<std::vector<Eigen::Vector2d>> used;
-  for (const ViewResult& view : result.views) {
-    const auto given = by_image.find(view.image);
-    expect(given != by_image.end(), "the views are those of the calibration");
+  for (const FitView& view : calibration.fit.views) {
+    expect(view.source < views.size() && views[view.source].image == view.image,
+           "the views are those of the calibration");
     used.emplace_back();
-    for (const Corner& corner : given->second->corners) {
-      if (!left_out.contains({view.image, corner.id})) used.back().push_back(corner.pixel);
+    for (const Corner& corner : views[view.source].corners) {
+      if (!left_out.contains({view.source, corner.id})) used.back().push_back(corner.pixel);
     }
   }
   return used;
 }
 
-CoverageReport coverageOf(const CalibrationResult& result, const Checkerboard& board,
+CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& board,
                           std::span<const View> views) {
-  const CellGrid grid(result.camera, result.image_size);
+  const AnyCamera camera = calibration.camera();
+  const Fit& fit = calibration.fit;
+  const CellGrid grid(camera, calibration.imageSize());
   CoverageReport report;
   report.columns = grid.columns;
   report.rows = grid.rows;
   report.num_corners.assign(grid.has_ray.size(), 0);
-  const auto corners = usedCorners(result, views);
-  for (std::size_t v = 0; v < result.views.size(); ++v) {
+  const auto corners = usedCorners(calibration, views);
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector2d& pixel : corners[v]) {
       ++report.num_corners[grid.cellOf(pixel)];
       box.extend(pixel);
     }
     const Eigen::Vector2d span = box.isEmpty() ? Eigen::Vector2d(0, 0) : Eigen::Vector2d(box.sizes());
-    report.views.push_back({.image = result.views[v].image,
-                            .sighting = sightBoard(result.camera, board, result.views[v].camera_from_board),
+    report.views.push_back({.image = fit.views[v].image,
+                            .sighting = sightBoard(camera, board, cameraFromBoard(fit, fit.views[v])),
                             .fill = std::max(span.x() / grid.size.width, span.y() / grid.size.height)});
     countTilt(report.views.back().sighting.tilt, report);
   }
@@ -177,15 +177,15 @@ CoverageReport coverageOf(const CalibrationResult& result, const Checkerboard& b
 
 std::string coverageText(const CoverageReport& report) {
   std::string text = fmt::format(
-      "corners in {:.0f} % of the image, {} of its 4 corners; {} of {} views tilted by more than 15 degrees, "
-      "{} by more than 30; {:.3g} to {:.3g} m away\n",
+      "board corners in {:.0f} % of the image and in {} of the 4 image corners; {} of {} views tilted by "
+      "more than 15 degrees, {} by more than 30; distances {:.3g} to {:.3g} m\n",
       100 * report.share, report.num_image_corners, report.num_tilted, report.views.size(), report.num_steep,
       report.nearest_m, report.farthest_m);
   if (!report.empty_regions.empty())
-    text += "hardly any corners in " + regionNames(report.empty_regions) + " of the image\n";
+    text += "almost no board corners in " + regionNames(report.empty_regions) + " of the image\n";
   if (const std::string sides = sidesWithoutTilt(report.tilts); !sides.empty())
-    text +=
-        "no view has this side of the board nearer to the camera by more than 15 degrees: " + sides + "\n";
+    text += "no view has this side of the board turned towards the camera by more than 15 degrees: " + sides +
+            "\n";
   return text;
 }
 

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/guide/board_sighting.h"
 #include "alidade/guide/image_region.h"
 #include "alidade/target/checkerboard.h"
@@ -58,11 +58,11 @@ struct CoverageReport {
 
 /// Where the corners that a result used were seen, a list for each of its views.
 /// @param views  those that were given to the calibration
-[[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> usedCorners(const CalibrationResult& result,
+[[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibration,
                                                                     std::span<const View> views);
 
 /// @param views  those that were given to the calibration; of them count what the result used
-[[nodiscard]] CoverageReport coverageOf(const CalibrationResult& result, const Checkerboard& board,
+[[nodiscard]] CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& board,
                                         std::span<const View> views);
 
 /// For people: one line where nothing is missing, otherwise a line more for each thing that is; without an

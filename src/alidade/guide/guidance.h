@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/guide/next_view.h"
 #include "alidade/target/checkerboard.h"
@@ -39,7 +39,7 @@ struct Guidance {
 };
 
 /// @param target_px  positive
-[[nodiscard]] Guidance guide(const CalibrationResult& result, const Checkerboard& board,
+[[nodiscard]] Guidance guide(const Calibration& calibration, const Checkerboard& board,
                              const CoverageReport& coverage, std::optional<double> target_px = std::nullopt);
 
 /// For people: where to put the board, and what that brings. Lines without an indent, with a line end each.

@@ -39,8 +39,9 @@ Error imageError(const std::string& path, std::string found, std::string next_st
 }
 
 Error damagedError(const std::string& path, std::string found) {
-  return imageError(path, std::move(found),
-                    "copy or record the image again, convert it to an 8-bit PNG, or leave it out");
+  return imageError(
+      path, std::move(found),
+      "copy or record the image again, convert it to an 8-bit PNG, or remove it from the inputs");
 }
 
 /// Says what a file that no decoder took begins with: text is worth quoting, since it often says what
@@ -56,7 +57,7 @@ std::string describeStart(std::string_view bytes) {
   if (start.size() >= kLeastText || (!start.empty() && whole_line)) {
     return "the file starts with '" + start + "', not an image";
   }
-  return "not an image, or one of an unknown kind";
+  return "not an image, or an image of an unknown kind";
 }
 
 /// The first bytes of the formats that parseImageContainer does not know: BMP, WebP and the PNM family.
@@ -81,17 +82,17 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
   const ContainerInfo info =
       parseImageContainer({reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
   if (!info.complete) {
-    throw damagedError(path, "the image is cut short: its end is missing after " +
-                                 std::to_string(content.size()) + " bytes");
+    throw damagedError(path, "the image is truncated after " + std::to_string(content.size()) + " bytes");
   }
   if (!info.intact) throw damagedError(path, "the image is damaged: a checksum is wrong");
   if (info.size) checkSize(path, *info.size);
   if (info.format == ContainerInfo::Format::kTiff && info.exif_orientation != 1) {
     // OpenCV (4.6) turns TIFF images even when told not to.
     throw imageError(path,
-                     "a TIFF image to be shown " + describeExifOrientation(info.exif_orientation) +
-                         " (orientation tag " + std::to_string(info.exif_orientation) + ")",
-                     "save the pixels as the sensor gave them, without an orientation tag, or as PNG");
+                     "a TIFF image that is to be displayed " +
+                         describeExifOrientation(info.exif_orientation) + " (orientation tag " +
+                         std::to_string(info.exif_orientation) + ")",
+                     "save the pixels without an orientation tag, as the sensor delivered them, or as PNG");
   }
   return info;
 }
@@ -108,7 +109,7 @@ cv::Mat decode(const std::string& path, std::string& content, int flags) {
   } catch (const cv::Exception& exception) {
     throw damagedError(path, "the image cannot be decoded (" + exception.err + ")");
   } catch (const std::bad_alloc&) {
-    throw damagedError(path, "the image needs more memory than there is");
+    throw damagedError(path, "there is not enough memory for the image");
   }
   return image;
 }
@@ -183,7 +184,7 @@ GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
       scaleTo8Bits<double>(image, out);
       break;
     default:
-      throw imageError(path, "samples that cannot be turned into grey", "convert the image to an 8-bit PNG");
+      throw imageError(path, "samples that cannot be converted to grey", "convert the image to an 8-bit PNG");
   }
   return gray;
 }
@@ -207,7 +208,7 @@ DecodedFile decodeFile(const std::string& path, int flags) {
   if (image.empty()) {
     if (info.format == ContainerInfo::Format::kOther && !hasImageSignature(content)) {
       throw imageError(path, describeStart(content),
-                       "open it in an image viewer; get it again, or leave it out");
+                       "open it in an image viewer; copy it again, or remove it from the inputs");
     }
     throw damagedError(path, "the image cannot be decoded: it is damaged, or of an unusual kind");
   }
@@ -225,7 +226,7 @@ cv::Mat withRedAndBlueSwapped(const cv::Mat& image) {
 
 RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
   if (image.depth() != CV_8U && image.depth() != CV_16U) {
-    throw imageError(path, "samples that are not whole numbers of 8 or 16 bits without sign",
+    throw imageError(path, "samples that are not unsigned integers of 8 or 16 bits",
                      "convert the image to PNG");
   }
   const cv::Mat pixels = withRedAndBlueSwapped(image);
@@ -249,11 +250,11 @@ void writeEncoded(const std::string& path, const std::string& extension, const c
   try {
     cv::imencode(extension, image, encoded, options);
   } catch (const cv::Exception& exception) {
-    throw inputError({.where = path,
-                      .found = "the image cannot be encoded (" + exception.err + ")",
-                      .expected = "an image that fits into a " +
-                                  std::string(extension == ".png" ? "PNG" : "JPEG") + " file",
-                      .next_step = "use a smaller image"});
+    throw inputError(
+        {.where = path,
+         .found = "the image cannot be encoded (" + exception.err + ")",
+         .expected = "an image that fits in a " + std::string(extension == ".png" ? "PNG" : "JPEG") + " file",
+         .next_step = "use a smaller image"});
   }
   writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
@@ -293,9 +294,9 @@ void writeImage(const std::string& path, const RasterImage& image) {
   if (!hasJpegName(path)) return writeEncoded(path, ".png", pixels, {});
   if (depth != CV_8U || image.num_channels == 4) {
     throw inputError({.where = path,
-                      .found = depth != CV_8U ? "samples of 16 bits" : "an image with alpha",
-                      .expected = "8 bits and no alpha in a JPEG file",
-                      .next_step = "give the image a name that ends with .png"});
+                      .found = depth != CV_8U ? "samples of 16 bits" : "an image with an alpha channel",
+                      .expected = "8 bits and no alpha channel in a JPEG file",
+                      .next_step = "choose a file name that ends with .png"});
   }
   constexpr int kQuality = 95;
   writeEncoded(path, ".jpg", pixels, {cv::IMWRITE_JPEG_QUALITY, kQuality});
@@ -329,7 +330,8 @@ std::string describeExifOrientation(int orientation) {
       "mirrored about the diagonal from top right to bottom left",
       "rotated 90 degrees counter-clockwise",
   };
-  if (orientation < 1 || orientation > static_cast<int>(kDescriptions.size())) return "in an unknown way";
+  if (orientation < 1 || orientation > static_cast<int>(kDescriptions.size()))
+    return "with an unknown orientation";
   return std::string(kDescriptions[static_cast<std::size_t>(orientation - 1)]);
 }
 

@@ -77,7 +77,7 @@ Error noImagesError(const fs::path& folder, const std::vector<fs::path>& entries
   std::string found = "a folder without images";
   if (entries.empty()) found += "; it is empty";
   if (!files.empty()) {
-    found += "; it holds " + std::to_string(files.size()) +
+    found += "; it contains " + std::to_string(files.size()) +
              (files.size() == 1 ? " file, " : " files, e.g. ") + files.front().filename().string();
   }
   std::string expected = "files that end in";
@@ -87,14 +87,14 @@ Error noImagesError(const fs::path& folder, const std::vector<fs::path>& entries
                      .expected = expected,
                      .next_step = folder_with_images ? "there are images one level below: give '" +
                                                            folder_with_images->string() + "'"
-                                                     : "give the folder that holds the images"});
+                                                     : "give the folder that contains the images"});
 }
 
 Error videoError(const fs::path& path) {
   return inputError({.where = path.string(),
-                     .found = "a video, which is not read",
+                     .found = "a video, which is not supported",
                      .expected = "images",
-                     .next_step = "take frames out of it: mkdir frames && ffmpeg -i '" + path.string() +
+                     .next_step = "extract frames first: mkdir frames && ffmpeg -i '" + path.string() +
                                   "' -vf fps=2 frames/%05d.png"});
 }
 
@@ -125,7 +125,7 @@ std::vector<std::string> expandPattern(const std::string& pattern) {
     throw inputError({.where = pattern,
                       .found = "no file matches this pattern",
                       .expected = "a pattern that matches images",
-                      .next_step = "check the pattern and the folder; quote it if the shell changes it"});
+                      .next_step = "check the pattern and the folder, and put quotes around the pattern"});
   }
   return paths;
 }
@@ -149,7 +149,7 @@ std::vector<std::string> listImages(std::span<const std::string> inputs) {
     throw usageError({.where = "images",
                       .found = "no input",
                       .expected = "at least one folder, file or pattern",
-                      .next_step = "name the folder that holds the images"});
+                      .next_step = "name the folder that contains the images"});
   }
   std::vector<std::string> paths;
   for (const std::string& input : inputs) addInput(input, paths);

@@ -47,8 +47,8 @@ void checkRays(const YamlNode& node, const OutputView& view) {
     const auto computed = view.rayFromPixel({pixel[0], pixel[1]});
     if (computed && (computed->normalized() - Eigen::Vector3d(ray[0], ray[1], ray[2])).norm() <= kRounding)
       continue;
-    throw item.error("a ray that does not belong to its pixel", "the ray that the numbers above give",
-                     "a number of the file was changed or lost; make it again");
+    throw item.error("a ray that does not match its pixel", "the ray computed from the numbers above",
+                     "a number in the file was changed or lost; create the file again");
   }
 }
 
@@ -92,7 +92,7 @@ std::string projectionFileText(const ProjectionFile& file) {
   out << YAML::Key << "axis_pixel" << YAML::Value << YAML::Flow << YAML::BeginMap  //
       << YAML::Key << "u" << YAML::Value << exactText(view.axis_px.x())            //
       << YAML::Key << "v" << YAML::Value << exactText(view.axis_px.y()) << YAML::EndMap
-      << YAML::Comment("of the optical axis; (0, 0) is the centre of the top left pixel");
+      << YAML::Comment("of the optical axis; (0, 0) is the centre of the top-left pixel");
   out << YAML::Key << "self_check" << YAML::Value;
   writeSelfCheck(out, written);
   if (!file.created_by.empty()) out << YAML::Key << "created_by" << YAML::Value << file.created_by;

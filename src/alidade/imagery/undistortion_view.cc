@@ -32,9 +32,9 @@ AxisView viewOfAxis(const AnyCamera& camera) {
   const Projection axis = camera.project(Vector3d::UnitZ(), J.data(), nullptr);
   if (axis.ok() && J[0] > 0 && J[4] > 0) return {axis.pixel, {J[0], J[4]}};
   throw inputError({.where = "camera",
-                    .found = "no projection of its optical axis",
+                    .found = "a camera that cannot project its optical axis",
                     .expected = "a camera that sees along its axis",
-                    .next_step = "alidade validate says more"});
+                    .next_step = "run alidade validate for details"});
 }
 
 // Whether a place on the plane is one to lay out an image on.
@@ -81,11 +81,13 @@ OutputView fieldOfView(ViewProjection projection, ImageSize size, double field_r
   constexpr double kRounding = 1e-12;  // of degrees turned into radians
   if (!(field_rad > 0 && field_rad <= largest * (1 + kRounding))) {
     constexpr double kDegrees = 180 / std::numbers::pi;
-    throw usageError({.where = "field of view",
-                      .found = std::to_string(field_rad * kDegrees) + " degrees",
-                      .expected = is_flat ? "more than 0 and at most 150 degrees in a rectilinear view"
-                                          : "more than 0 and at most 360 degrees",
-                      .next_step = is_flat ? "a cylindrical or equirectangular projection shows more" : ""});
+    throw usageError(
+        {.where = "field of view",
+         .found = std::to_string(field_rad * kDegrees) + " degrees",
+         .expected = is_flat ? "more than 0 and at most 150 degrees in a rectilinear view"
+                             : "more than 0 and at most 360 degrees",
+         .next_step =
+             is_flat ? "use a cylindrical or equirectangular projection for a larger field of view" : ""});
   }
   const double half_width = is_flat ? std::tan(field_rad / 2) : field_rad / 2;
   return centredView(projection, size, 0.5 * size.width / half_width);
@@ -117,9 +119,9 @@ ViewChoice validView(const AnyCamera& camera, ImageSize source_size, ViewProject
   };
   if (!has_source(Vector2d::Zero())) {
     throw inputError({.where = "camera",
-                      .found = "an optical axis outside of the image",
-                      .expected = "an axis in the image, to lay a window around it",
-                      .next_step = "show all of the image instead, or a given field"});
+                      .found = "an optical axis outside the image",
+                      .expected = "an optical axis inside the image",
+                      .next_step = "use --keep all, or set the field of view with --fov"});
   }
   const std::vector<Vector2d> offsets = borderOffsets(size);
   // The largest units of the plane per pixel at which the whole window is within the limits.
@@ -244,9 +246,9 @@ ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProject
   const Vector2d extent = box.high - box.low;
   if (!(extent.minCoeff() > 0)) {
     throw inputError({.where = "camera",
-                      .found = "hardly a pixel with a ray that this projection can show",
-                      .expected = "a camera that sees forward",
-                      .next_step = "alidade validate says more"});
+                      .found = "almost no pixel with a ray that this projection can show",
+                      .expected = "a camera that looks forward",
+                      .next_step = "run alidade validate for details"});
   }
   constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
   const double scale =

@@ -28,11 +28,11 @@ struct ViewRecord {
 /// The bend of the board that was estimated with the camera.
 struct WarpRecord {
   BoardShape shape;
-  Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< one sigma of bend_x and bend_y
+  Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< standard deviation of bend_x and bend_y
 };
 
-/// One standard deviation of the pixel of a point infinitely far away, the best rotation taken out, in px
-/// (see ProjectionUncertainty).
+/// Standard deviation in px of the pixel of a point at infinity, after alignment by the best rotation (see
+/// ProjectionUncertainty).
 struct ProjectionStdRecord {
   double center_px = 0;  ///< NaN if the image's centre has no ray
   double worst_px = 0;
@@ -42,13 +42,13 @@ struct ProjectionStdRecord {
   std::vector<double> std_px;  ///< row by row; NaN where the pixel has no ray
 };
 
-/// A camera model that was considered when one was chosen. What is not known is NaN.
+/// A camera model that was considered in the automatic choice. Unknown values are NaN.
 struct ModelRecord {
   std::string model;
   int num_parameters = 0;
   double rms_px = std::numeric_limits<double>::quiet_NaN();
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
-  double excess = std::numeric_limits<double>::quiet_NaN();  ///< of the held-out RMS over the best model's
+  double excess = std::numeric_limits<double>::quiet_NaN();  ///< of cross-validation RMS over the best one
   double excess_std = std::numeric_limits<double>::quiet_NaN();
   std::string verdict;  ///< "chosen", or why not
 };
@@ -56,33 +56,33 @@ struct ModelRecord {
 /// A flag's name and its values, as the program used them.
 using Setting = std::pair<std::string, std::vector<std::string>>;
 
-/// How the parameters came about. Everything in it is for people and for later checks; projection needs none
-/// of it.
+/// How the parameters were estimated. All of it is for people and for later checks; projection does not need
+/// it.
 struct CalibrationRecord {
   double rms_px = 0;
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< NaN = unknown
   int num_views = 0;
   int num_corners = 0;
   int num_outliers = 0;
-  std::vector<double> parameter_std;  ///< one sigma, in parameter order; empty = unknown
+  std::vector<double> parameter_std;  ///< standard deviations, in parameter order; empty = unknown
   std::vector<double> covariance;     ///< lower triangle row by row, in parameter order; empty = unknown
-  /// One sigma by how the views agree, to use like a normal one; empty = unknown.
+  /// Standard deviations estimated from the differences between views; empty = unknown.
   std::vector<double> parameter_std_by_view;
-  /// Lower triangle of the covariance to go by, where the one above is too small; empty = that one.
+  /// Lower triangle of the covariance to use if the one above is too small; empty = use the one above.
   std::vector<double> stated_covariance;
   std::optional<ProjectionStdRecord> projection_std;
   std::string termination;                  ///< why the solver stopped
-  Verdict verdict = Verdict::kTrustworthy;  ///< kNo where it was written all the same
+  Verdict verdict = Verdict::kTrustworthy;  ///< kNo if the file was written anyway
   std::string board;                        ///< SPEC
-  std::optional<WarpRecord> warp;           ///< none: the board was taken as flat
-  std::vector<ModelRecord> model_choice;    ///< empty: the model was named
-  std::vector<std::string> findings;        ///< ids of what the verdict rests on
+  std::optional<WarpRecord> warp;           ///< none: the board was assumed flat
+  std::vector<ModelRecord> model_choice;    ///< empty: the user named the model
+  std::vector<std::string> findings;        ///< ids of the findings behind the verdict
   std::vector<ViewRecord> views;
   std::vector<Setting> settings;  ///< effective settings
 };
 
-/// A camera and all that is known of it, as the camera file holds it. Only the camera and the size of its
-/// images are needed.
+/// The content of a camera file: a camera and what is known about it. Only the camera and the image size are
+/// required.
 struct CameraRecord {
   AnyCamera camera;
   ImageSize image_size;
@@ -92,14 +92,14 @@ struct CameraRecord {
   std::string created_by;
 };
 
-/// The record of a camera of which nothing else is known: with its domain and points to check itself by.
+/// A record of a camera without calibration data, with its domain and self-check points.
 [[nodiscard]] CameraRecord bareRecord(const AnyCamera& camera, ImageSize size, std::string created_by);
 
-/// A symmetric matrix as CalibrationRecord holds it: the lower triangle, row by row.
+/// The lower triangle of a symmetric matrix, row by row, as in CalibrationRecord.
 [[nodiscard]] std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix);
 [[nodiscard]] DenseMatrix fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n);
 
-/// The covariance of the parameters to use, N x N in parameter order; nothing where the record states none.
+/// The covariance of the parameters to use, N x N in parameter order; nothing if the record states none.
 [[nodiscard]] std::optional<DenseMatrix> statedCovariance(const CameraRecord& record);
 
 /// Whether that covariance assumes independent views only, and not independent corners.

@@ -221,7 +221,7 @@ void addLegend(SvgCanvas& drawing, const CellGrid& grid, const ProjectionDiffere
   const double arrow_top = drawing.takeRow(3) - 2 * unit;
   addArrow(drawing, {8 * unit - longest_arrow, arrow_top + unit}, {longest_arrow, 0});
   drawing.addLabel({9 * unit, arrow_top + 1.7 * unit}, "#111",
-                   fmt::format("{:g} px{}, from where A puts a point to where B does", scale_end,
+                   fmt::format("{:g} px{}, from the projection by A to the projection by B", scale_end,
                                goes_beyond ? " or more" : ""),
                    "start");
   const auto addBox = [&](const char* fill, const char* text) {
@@ -229,11 +229,11 @@ void addLegend(SvgCanvas& drawing, const CellGrid& grid, const ProjectionDiffere
     drawing.addRect({4 * unit, box_top}, {8 * unit, box_top + 2 * unit}, fill);
     drawing.addLabel({9 * unit, box_top + 1.7 * unit}, "#111", text, "start");
   };
-  if (grid.has(Sight::kOne)) addBox("url(#one)", "seen by one of the cameras only");
+  if (grid.has(Sight::kOne)) addBox("url(#one)", "seen by only one of the cameras");
   if (grid.has(Sight::kNeither)) addBox("url(#neither)", "seen by neither camera");
   if (grid.pixels_a_side > 1)
     drawing.addCaption(
-        fmt::format("Each cell stands for {0}x{0} pixels of the grid and shows the largest difference.",
+        fmt::format("Each cell covers {0}x{0} pixels of the grid and shows their largest difference.",
                     grid.pixels_a_side));
 }
 

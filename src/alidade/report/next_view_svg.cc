@@ -43,8 +43,10 @@ void addMap(const UncertaintyGrid& grid, double inflation, SvgCanvas& drawing) {
   const double end = drawing.addRamp(top);
   const double base = top + 1.7 * unit;
   drawing.addLabel({7 * unit, base}, "#111", fmt::format("{:.2g} px", inflation * least), "end");
-  drawing.addLabel({end + unit, base}, "#111",
-                   fmt::format("{:.2g} px uncertain (one sigma)", inflation * grid.worst_px), "start");
+  drawing.addLabel(
+      {end + unit, base}, "#111",
+      fmt::format("{:.2g} px projection uncertainty (one standard deviation)", inflation * grid.worst_px),
+      "start");
 }
 
 struct BoardSide {
@@ -79,13 +81,13 @@ std::vector<BoardSide> boardSides(const AnyCamera& camera, const Checkerboard& b
   return sides;
 }
 
-void addNextView(const CalibrationResult& result, const Checkerboard& board, const NextView& next,
+void addNextView(const AnyCamera& camera, const Checkerboard& board, const NextView& next,
                  SvgCanvas& drawing) {
-  const std::vector<BoardSide> sides = boardSides(result.camera, board, next.camera_from_board);
+  const std::vector<BoardSide> sides = boardSides(camera, board, next.camera_from_board);
   for (const BoardSide& side : sides) drawing.addLine(side.pixels, "#0b5d1e", 0.4);
   std::vector<Eigen::Vector2d> corners;
   for (const Eigen::Vector3d& point : cornerPositions(board)) {
-    const Projection projection = result.camera.project(next.camera_from_board * point);
+    const Projection projection = camera.project(next.camera_from_board * point);
     if (projection.ok()) corners.push_back(projection.pixel);
   }
   drawing.addDots(corners, "#0b5d1e", 0.4);
@@ -104,19 +106,20 @@ void addNextView(const CalibrationResult& result, const Checkerboard& board, con
 
 }  // namespace
 
-std::string nextViewSvg(const CalibrationResult& result, const Checkerboard& board,
+std::string nextViewSvg(const Calibration& calibration, const Checkerboard& board,
                         std::span<const View> views, const Guidance& guidance) {
   constexpr double kMargin = 10;  // for a board that sticks out of the image
-  SvgCanvas drawing(result.image_size, kMargin);
-  if (guidance.is_determined && result.covariance) {
-    const ProjectionUncertainty uncertainty(result.camera, result.image_size,
-                                            std::numeric_limits<double>::infinity());
-    addMap(uncertainty.grid(*result.covariance), guidance.inflation, drawing);
+  const AnyCamera camera = calibration.camera();
+  const ImageSize size = calibration.imageSize();
+  SvgCanvas drawing(size, kMargin);
+  if (guidance.is_determined && calibration.uncertainty.covariance) {
+    const ProjectionUncertainty uncertainty(camera, size, std::numeric_limits<double>::infinity());
+    addMap(uncertainty.grid(*calibration.uncertainty.covariance), guidance.inflation, drawing);
   }
   drawing.addFrame();
-  for (const auto& corners : usedCorners(result, views)) drawing.addDots(corners, "#34568b", 0.25);
-  if (guidance.next) addNextView(result, board, *guidance.next, drawing);
-  drawing.addCaption("Next: " + nextViewText(guidance, result.image_size));
+  for (const auto& corners : usedCorners(calibration, views)) drawing.addDots(corners, "#34568b", 0.25);
+  if (guidance.next) addNextView(camera, board, *guidance.next, drawing);
+  drawing.addCaption("Next: " + nextViewText(guidance, size));
   return drawing.text();
 }
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/guide/guidance.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
@@ -15,7 +15,7 @@ namespace alidade {
 /// coarse map of colours (left out where it is not determined), and where the board goes next, with the sides
 /// marked that are nearer to the camera.
 /// @param views  those that were given to the calibration
-[[nodiscard]] std::string nextViewSvg(const CalibrationResult& result, const Checkerboard& board,
+[[nodiscard]] std::string nextViewSvg(const Calibration& calibration, const Checkerboard& board,
                                       std::span<const View> views, const Guidance& guidance);
 
 }  // namespace alidade

@@ -7,17 +7,17 @@
 
 namespace alidade {
 
-/// How a board that is meant to be flat is bent: z = bend_x (1 - X^2) + bend_y (1 - Y^2) in the board frame,
-/// with X and Y from -1 to 1 between the outermost corners. Boards of paper on glass, foam or wood bend like
-/// this, as the sheet of a plate under its own weight or moisture does.
+/// How a nominally flat board is bent: z = bend_x (1 - X^2) + bend_y (1 - Y^2) in the board frame, with X and
+/// Y from -1 to 1 between the outermost corners. Boards of paper on glass, foam or wood bend like this under
+/// their own weight or through moisture.
 struct BoardShape {
-  double bend_x_m = 0;  ///< how far the middle lies behind the left and right ends, metres
-  double bend_y_m = 0;  ///< how far the middle lies behind the upper and lower ends, metres
+  double bend_x_m = 0;  ///< how far the centre is behind the left and right edges, metres
+  double bend_y_m = 0;  ///< how far the centre is behind the top and bottom edges, metres
 
   friend bool operator==(const BoardShape&, const BoardShape&) = default;
 };
 
-/// The derivatives of z by bend_x and bend_y at a place of the board plane, metres a metre.
+/// The derivatives of z by bend_x and bend_y at a point of the board plane, metres per metre.
 [[nodiscard]] inline Eigen::Vector2d bendProfile(const Checkerboard& board, double x, double y) {
   const double half_width = 0.5 * board.square_m * (board.columns - 1);
   const double half_height = 0.5 * board.square_m * (board.rows - 1);
@@ -26,7 +26,7 @@ struct BoardShape {
   return {1 - X * X, 1 - Y * Y};
 }
 
-/// Where a place of the board plane lies on the bent board.
+/// The position of a point of the board plane on the bent board.
 [[nodiscard]] inline Eigen::Vector3d onBentBoard(const Checkerboard& board, const BoardShape& shape,
                                                  const Eigen::Vector3d& p_flat) {
   const Eigen::Vector2d profile = bendProfile(board, p_flat.x(), p_flat.y());

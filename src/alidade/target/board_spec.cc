@@ -17,7 +17,7 @@ constexpr int kMaxCount = 200;
 constexpr double kMinSquare = 1e-4;
 constexpr double kMaxSquare = 2.0;
 constexpr const char* kExample =
-    "write for example checkerboard:9x6:25mm (inner corners: columns x rows, then the side of a square)";
+    "for example checkerboard:9x6:25mm (columns x rows of inner corners, then the side of a square)";
 
 Error wrongSpec(std::string_view spec, const std::string& found, const std::string& expected,
                 const std::string& next_step = kExample) {
@@ -73,8 +73,8 @@ void checkBoard(const Checkerboard& board, const std::string& where) {
     throw usageError(
         {.where = where,
          .found = std::to_string(board.columns) + "x" + std::to_string(board.rows) + " inner corners",
-         .expected =
-             "between " + std::to_string(kMinCount) + " and " + std::to_string(kMaxCount) + " each way",
+         .expected = "between " + std::to_string(kMinCount) + " and " + std::to_string(kMaxCount) +
+                     " in each direction",
          .next_step = kExample});
   }
   if (board.square_m >= kMinSquare && board.square_m <= kMaxSquare) return;

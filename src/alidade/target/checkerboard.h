@@ -18,30 +18,30 @@ struct Checkerboard {
 
   [[nodiscard]] int numCorners() const { return columns * rows; }
 
-  /// Where corner `id` lies on the board, metres.
+  /// The position of corner `id` on the board, metres.
   [[nodiscard]] Eigen::Vector3d corner(int id) const {
     const int column = id % columns;
     const int row = id / columns;
     return {square_m * column, square_m * row, 0.0};
   }
 
-  /// The middle of the corners on the board, metres.
+  /// The centre of the corners on the board, metres.
   [[nodiscard]] Eigen::Vector3d middle() const { return 0.5 * corner(numCorners() - 1); }
 
-  /// True if turning the board gives the same pattern of black and white: both counts even or both odd. No
-  /// detector can then tell which end is which.
+  /// True if a rotated board shows the same pattern of black and white: both counts even or both odd. No
+  /// detector can then identify the orientation.
   [[nodiscard]] bool isAmbiguous() const { return (columns - rows) % 2 == 0; }
 
-  /// The least number of quarter turns after which the pattern looks the same: 4 for boards that tell their
-  /// ends apart, 2 for the ambiguous, 1 for square ones of even counts. A quarter turn of a square board of
-  /// odd counts exchanges the colours.
+  /// The least number of quarter turns after which the pattern looks the same: 4 for unambiguous boards, 2
+  /// for ambiguous ones, 1 for square ones with even counts. A quarter turn of a square board with odd counts
+  /// swaps the colours.
   [[nodiscard]] int symmetryStep() const {
     if (!isAmbiguous()) return 4;
     return columns == rows && columns % 2 == 0 ? 1 : 2;
   }
 
-  /// True if corner 0 can be told, up to the board's symmetry, as one whose inner square (between corners
-  /// (0, 0) and (1, 1)) is dark. Other boards may be printed with either colour there.
+  /// True if the colours identify corner 0, up to the symmetry of the board: its inner square (between
+  /// corners (0, 0) and (1, 1)) is dark. On other boards this square may have either colour.
   [[nodiscard]] bool coloursTellCorner0() const {
     return !isAmbiguous() || (columns == rows && columns % 2 == 1);
   }
@@ -52,7 +52,7 @@ struct Checkerboard {
 /// All corners by id, metres.
 [[nodiscard]] std::vector<Eigen::Vector3d> cornerPositions(const Checkerboard& board);
 
-/// The board's SPEC as the command line takes it: "checkerboard:9x6:25mm".
+/// The SPEC of the board as on the command line: "checkerboard:9x6:25mm".
 [[nodiscard]] std::string specText(const Checkerboard& board);
 
 }  // namespace alidade

@@ -16,7 +16,7 @@ struct Corner {
   int id = 0;                   ///< which point of the board
   Eigen::Vector2d pixel{0, 0};  ///< where it was seen
   double sigma_px =
-      std::numeric_limits<double>::quiet_NaN();  ///< one standard deviation an axis; NaN = unknown
+      std::numeric_limits<double>::quiet_NaN();  ///< standard deviation of each coordinate; NaN = unknown
 };
 
 /// One image of a board by one camera. Corners are in rising order of id.

@@ -32,128 +32,127 @@ double degrees(double rad) {
   return rad * 180 / std::numbers::pi;
 }
 
-Check checkFocal(const CameraRecord& record) {
+Diagnosis checkFocal(const CameraRecord& record) {
   const auto params = record.camera.parameters();
   const double side = std::max(record.image_size.width, record.image_size.height);
   const bool is_usual = std::min(params[0], params[1]) >= kMinFocalShare * side &&
                         std::max(params[0], params[1]) <= kMaxFocalShare * side;
-  return {.id = "focal_length",
-          .status = is_usual ? CheckStatus::kPass : CheckStatus::kWarn,
-          .value = fmt::format("fx {:.6g}, fy {:.6g} px", params[0], params[1]),
-          .limit = fmt::format("{:.4g} to {:.4g} px", kMinFocalShare * side, kMaxFocalShare * side),
-          .message = is_usual ? "the focal lengths suit the image's size"
-                              : "the focal lengths do not suit the image's size; was the image resized?"};
+  return {.severity = is_usual ? Severity::kPass : Severity::kWarning,
+          .id = "focal_length",
+          .cause = is_usual ? "the focal lengths suit the image's size"
+                            : "the focal lengths do not suit the image's size; was the image resized?",
+          .evidence = fmt::format("fx {:.6g}, fy {:.6g} px", params[0], params[1]),
+          .limit = fmt::format("{:.4g} to {:.4g} px", kMinFocalShare * side, kMaxFocalShare * side)};
 }
 
-Check checkAspect(const CameraRecord& record) {
+Diagnosis checkAspect(const CameraRecord& record) {
   const auto params = record.camera.parameters();
   const double aspect = std::max(params[0] / params[1], params[1] / params[0]);
-  const CheckStatus status = aspect <= kAspectWarn   ? CheckStatus::kPass
-                             : aspect <= kAspectFail ? CheckStatus::kWarn
-                                                     : CheckStatus::kFail;
-  return {.id = "aspect",
-          .status = status,
-          .value = fmt::format("{:.6g}", params[0] / params[1]),
-          .limit = fmt::format("1 / {0} to {0}", kAspectWarn),
-          .message = status == CheckStatus::kPass
-                         ? "pixels are square"
-                         : "fx and fy differ; pixels of almost all sensors are square"};
+  const Severity status = aspect <= kAspectWarn   ? Severity::kPass
+                          : aspect <= kAspectFail ? Severity::kWarning
+                                                  : Severity::kFailure;
+  return {.severity = status,
+          .id = "aspect",
+          .cause = status == Severity::kPass ? "pixels are square"
+                                             : "fx and fy differ; pixels of almost all sensors are square",
+          .evidence = fmt::format("{:.6g}", params[0] / params[1]),
+          .limit = fmt::format("1 / {0} to {0}", kAspectWarn)};
 }
 
-Check checkPrincipalPoint(const CameraRecord& record) {
+Diagnosis checkPrincipalPoint(const CameraRecord& record) {
   const auto params = record.camera.parameters();
   const double x = (params[2] + 0.5) / record.image_size.width;
   const double y = (params[3] + 0.5) / record.image_size.height;
   const double off = std::max(std::abs(x - 0.5), std::abs(y - 0.5));
-  const CheckStatus status = off <= kCentreWarn ? CheckStatus::kPass
-                             : off < 0.5        ? CheckStatus::kWarn
-                                                : CheckStatus::kFail;
+  const Severity status = off <= kCentreWarn ? Severity::kPass
+                          : off < 0.5        ? Severity::kWarning
+                                             : Severity::kFailure;
   // A principal point that suits the image lying on its side.
   const bool looks_swapped =
       off > kCentreWarn &&
       std::max(std::abs((params[2] + 0.5) / record.image_size.height - 0.5),
                std::abs((params[3] + 0.5) / record.image_size.width - 0.5)) <= kSwappedShare;
   std::string message = "the principal point is near the image's middle";
-  if (status == CheckStatus::kWarn)
+  if (status == Severity::kWarning)
     message = "the principal point is far from the image's middle; was the image cropped?";
-  if (status == CheckStatus::kFail)
+  if (status == Severity::kFailure)
     message = "the principal point is outside the image; are width and height swapped?";
   if (looks_swapped)
     message = "cx and cy suit the image lying on its side: are they, or width and height, swapped?";
-  return {.id = "principal_point",
-          .status = status,
-          .value = fmt::format("({:.6g}, {:.6g}) px", params[2], params[3]),
+  return {.severity = status,
+          .id = "principal_point",
+          .cause = message,
+          .evidence = fmt::format("({:.6g}, {:.6g}) px", params[2], params[3]),
           .limit = fmt::format("within {:.0f} % of the middle of {}x{}", 100 * kCentreWarn,
-                               record.image_size.width, record.image_size.height),
-          .message = message};
+                               record.image_size.width, record.image_size.height)};
 }
 
-Check checkOneToOne(const DomainCertificate& domain) {
+Diagnosis checkOneToOne(const DomainCertificate& domain) {
   std::string value = fmt::format("up to {:.2f} degrees from the axis", degrees(domain.cone.max_angle_rad));
   if (domain.pixel_without_ray) {
     value += fmt::format("; pixel ({:.1f}, {:.1f}) has no ray", domain.pixel_without_ray->x(),
                          domain.pixel_without_ray->y());
   }
-  Check check{.id = "one_to_one",
-              .status = CheckStatus::kPass,
-              .value = value,
-              .limit = "a ray for every pixel",
-              .message = "the projection is one-to-one over the whole image"};
+  Diagnosis check{.severity = Severity::kPass,
+                  .id = "one_to_one",
+                  .cause = "the projection is one-to-one over the whole image",
+                  .evidence = value,
+                  .limit = "a ray for every pixel"};
   if (foldsInsideImage(domain)) {
-    check.status = CheckStatus::kFail;
-    check.message = "the projection folds over inside the image";
+    check.severity = Severity::kFailure;
+    check.cause = "the projection folds over inside the image";
   } else if (!domain.full_image) {
     // As in calibration: a wide lens leaves the image's corners dark.
-    check.status = CheckStatus::kWarn;
-    check.message = "the model ends inside the image; does the lens leave these pixels dark?";
+    check.severity = Severity::kWarning;
+    check.cause = "the model ends inside the image; does the lens leave these pixels dark?";
   }
   return check;
 }
 
-Check checkDomainClaim(const CameraRecord& record, const DomainCertificate& domain) {
-  Check check{.id = "domain",
-              .status = CheckStatus::kWarn,
-              .value = "not stated",
-              .limit = "as recomputed",
-              .message = {}};
+Diagnosis checkDomainClaim(const CameraRecord& record, const DomainCertificate& domain) {
+  Diagnosis check{.severity = Severity::kWarning,
+                  .id = "domain",
+                  .cause = {},
+                  .evidence = "not stated",
+                  .limit = "as recomputed"};
   if (!record.domain) {
-    check.message = "the file does not say up to which angle it holds";
+    check.cause = "the file does not say up to which angle it holds";
     return check;
   }
   const double difference = std::abs(record.domain->max_angle_rad - domain.cone.max_angle_rad);
   const bool is_same = difference <= kDomainRad && record.domain->full_image == domain.full_image;
-  check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = fmt::format("{:.7g} rad, {}", record.domain->max_angle_rad,
-                            record.domain->full_image ? "full image" : "part of the image");
+  check.severity = is_same ? Severity::kPass : Severity::kFailure;
+  check.evidence = fmt::format("{:.7g} rad, {}", record.domain->max_angle_rad,
+                               record.domain->full_image ? "full image" : "part of the image");
   check.limit = fmt::format("{:.7g} rad, {}", domain.cone.max_angle_rad,
                             domain.full_image ? "full image" : "part of the image");
-  check.message = is_same ? "the stated domain is right"
-                          : "the stated domain is not that of the parameters; were they edited?";
+  check.cause = is_same ? "the stated domain is right"
+                        : "the stated domain is not that of the parameters; were they edited?";
   return check;
 }
 
-Check checkSelfCheck(const CameraRecord& record) {
-  Check check{.id = "self_check",
-              .status = CheckStatus::kWarn,
-              .value = "no points",
-              .limit = fmt::format("{} px", kSelfCheckPx),
-              .message = {}};
+Diagnosis checkSelfCheck(const CameraRecord& record) {
+  Diagnosis check{.severity = Severity::kWarning,
+                  .id = "self_check",
+                  .cause = {},
+                  .evidence = "no points",
+                  .limit = fmt::format("{} px", kSelfCheckPx)};
   if (record.self_check.empty()) {
-    check.message = "the file has no self-check points, so a slip in its numbers cannot be seen";
+    check.cause = "the file has no self-check points, so a slip in its numbers cannot be seen";
     return check;
   }
   const SelfCheckOutcome outcome = runSelfCheck(record.camera, record.image_size, record.self_check);
   const bool is_same = outcome.worst_px <= kSelfCheckPx;
-  check.status = is_same ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = fmt::format("{:.3g} px at worst of {} points", outcome.worst_px, record.self_check.size());
+  check.severity = is_same ? Severity::kPass : Severity::kFailure;
+  check.evidence = fmt::format("{:.3g} px at worst of {} points", outcome.worst_px, record.self_check.size());
   if (outcome.outside_image) {
-    check.status = CheckStatus::kFail;
-    check.value += ", some outside the image";
-    check.message =
+    check.severity = Severity::kFailure;
+    check.evidence += ", some outside the image";
+    check.cause =
         "self-check points lie outside the image: its size was changed, or width and height swapped";
     return check;
   }
-  check.message =
+  check.cause =
       is_same ? "the parameters project the self-check points to their pixels"
               : "the parameters do not project the self-check points to their pixels; a number was changed";
   return check;
@@ -189,15 +188,15 @@ struct Correlations {
   }
 };
 
-Check checkCovariance(const CameraRecord& record) {
+Diagnosis checkCovariance(const CameraRecord& record) {
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
-  Check check{.id = "covariance",
-              .status = CheckStatus::kWarn,
-              .value = "not stated",
-              .limit = "no negative variance in any direction",
-              .message = {}};
+  Diagnosis check{.severity = Severity::kWarning,
+                  .id = "covariance",
+                  .cause = {},
+                  .evidence = "not stated",
+                  .limit = "no negative variance in any direction"};
   if (!record.calibration || record.calibration->covariance.empty()) {
-    check.message = "the file does not say how well the parameters are known";
+    check.cause = "the file does not say how well the parameters are known";
     return check;
   }
   const CalibrationRecord& stated = *record.calibration;
@@ -210,67 +209,68 @@ Check checkCovariance(const CameraRecord& record) {
     const double expected = correlations.std(static_cast<Eigen::Index>(i));
     is_consistent = is_consistent && std::abs(stated.parameter_std[i] - expected) <= kStdShare * expected;
   }
-  check.status = is_semidefinite && is_consistent ? CheckStatus::kPass : CheckStatus::kFail;
-  check.value = !is_semidefinite ? "a negative variance"
-                : is_consistent  ? "no negative variance"
-                                 : "does not agree with parameter_std";
-  check.message = check.status == CheckStatus::kPass ? "the covariance is one"
-                                                     : "the covariance cannot be right; were numbers edited?";
+  check.severity = is_semidefinite && is_consistent ? Severity::kPass : Severity::kFailure;
+  check.evidence = !is_semidefinite ? "a negative variance"
+                   : is_consistent  ? "no negative variance"
+                                    : "does not agree with parameter_std";
+  check.cause = check.severity == Severity::kPass ? "the covariance is one"
+                                                  : "the covariance cannot be right; were numbers edited?";
   return check;
 }
 
-Check checkCalibration(const CameraRecord& record) {
-  Check check{.id = "calibration",
-              .status = CheckStatus::kWarn,
-              .value = "not stated",
-              .limit = "trustworthy",
-              .message = "the file does not say how its numbers came about"};
+Diagnosis checkCalibration(const CameraRecord& record) {
+  Diagnosis check{.severity = Severity::kWarning,
+                  .id = "calibration",
+                  .cause = "the file does not say how its numbers came about",
+                  .evidence = "not stated",
+                  .limit = "trustworthy"};
   if (!record.calibration) return check;
-  check.value = verdictName(record.calibration->verdict);
+  check.evidence = verdictName(record.calibration->verdict);
   switch (record.calibration->verdict) {
     case Verdict::kTrustworthy:
-      check.status = CheckStatus::kPass;
-      check.message = "the calibration found no reason to doubt itself";
+      check.severity = Severity::kPass;
+      check.cause = "the calibration found no reason to doubt itself";
       break;
     case Verdict::kReservations:
-      check.message = "the calibration has reservations, which its findings name";
+      check.cause = "the calibration has reservations, which its findings name";
       break;
     case Verdict::kNo:
-      check.status = CheckStatus::kFail;
-      check.message = "the calibration itself said that it is not to be trusted";
+      check.severity = Severity::kFailure;
+      check.cause = "the calibration itself said that it is not to be trusted";
       break;
   }
   return check;
 }
 
 // Nobody can be blamed for what a guess of ours leads to.
-void soften(std::vector<Check>& checks) {
-  for (Check& check : checks) {
+void soften(std::vector<Diagnosis>& checks) {
+  for (Diagnosis& check : checks) {
     const bool needs_size = check.id == "principal_point" || check.id == "one_to_one";
-    if (!needs_size || check.status != CheckStatus::kFail) continue;
-    check.status = CheckStatus::kWarn;
-    check.message += "; the size of the image was guessed, --image-size tells it";
+    if (!needs_size || check.severity != Severity::kFailure) continue;
+    check.severity = Severity::kWarning;
+    check.cause += "; the size of the image was guessed, --image-size tells it";
   }
 }
 
 }  // namespace
 
-std::string_view checkStatusName(CheckStatus status) {
-  switch (status) {
-    case CheckStatus::kPass:
+std::string_view checkStatusName(Severity severity) {
+  switch (severity) {
+    case Severity::kPass:
+    case Severity::kNote:
       return "PASS";
-    case CheckStatus::kWarn:
+    case Severity::kWarning:
       return "WARN";
-    case CheckStatus::kFail:
+    case Severity::kFailure:
       return "FAIL";
   }
   return "UNKNOWN";
 }
 
-std::vector<Check> checkCamera(const CameraRecord& record, const RecordContext& context) {
+std::vector<Diagnosis> checkCamera(const CameraRecord& record, const RecordContext& context) {
   const DomainCertificate domain = certifyDomain(record.camera, record.image_size);
-  std::vector<Check> checks = {checkFocal(record), checkAspect(record), checkPrincipalPoint(record),
-                               checkOneToOne(domain)};
+  std::vector<Diagnosis> checks = {checkFocal(record), checkAspect(record), checkPrincipalPoint(record),
+                                   checkOneToOne(domain)};
   if (context.is_size_guessed) soften(checks);
   if (!context.can_say_more) return checks;
   checks.push_back(checkDomainClaim(record, domain));

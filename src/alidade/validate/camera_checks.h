@@ -5,24 +5,13 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/core/diagnosis.h"
 #include "alidade/record/camera_record.h"
 
 namespace alidade {
 
-enum class CheckStatus { kPass, kWarn, kFail };
-
 /// "PASS", "WARN" or "FAIL".
-[[nodiscard]] std::string_view checkStatusName(CheckStatus status);
-
-/// One question asked of a camera, with its answer.
-struct Check {
-  std::string id;  ///< stable, for scripts
-  CheckStatus status = CheckStatus::kPass;
-  std::string value;          ///< what was found
-  std::string limit;          ///< what is accepted
-  std::string message;        ///< one sentence
-  bool is_undecided = false;  ///< a warning, as what there is to judge by cannot tell
-};
+[[nodiscard]] std::string_view checkStatusName(Severity severity);
 
 /// What to bear in mind about the file that a record comes from.
 struct RecordContext {
@@ -33,8 +22,10 @@ struct RecordContext {
   bool is_size_guessed = false;
 };
 
-/// Focal lengths, aspect, principal point, one-to-one over the image, the stated domain, self-check points,
+/// A diagnosis for each question asked of a camera, with what was found and what is accepted. Focal lengths,
+/// aspect, principal point, one-to-one over the image, the stated domain, self-check points,
 /// covariance, the uncertainty of pixels, and what the calibration said of itself.
-[[nodiscard]] std::vector<Check> checkCamera(const CameraRecord& record, const RecordContext& context = {});
+[[nodiscard]] std::vector<Diagnosis> checkCamera(const CameraRecord& record,
+                                                 const RecordContext& context = {});
 
 }  // namespace alidade

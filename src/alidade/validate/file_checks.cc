@@ -24,46 +24,46 @@ constexpr double kRoundingPx = 0.01;
 // are sold: of the real sets in docs/real_data.md none exceeds 0.4 %.
 constexpr double kDecentringShare = 0.02;
 
-Check checkUnknownKeys(const FileClaims& claims) {
+Diagnosis checkUnknownKeys(const FileClaims& claims) {
   const bool is_clean = claims.unknown_keys.empty();
-  return {.id = "unknown_keys",
-          .status = is_clean ? CheckStatus::kPass : CheckStatus::kWarn,
-          .value = is_clean ? "none" : "some",
-          .limit = "none",
-          .message =
-              is_clean ? "every key has a meaning" : fmt::format("{}", fmt::join(claims.unknown_keys, "\n"))};
+  return {
+      .severity = is_clean ? Severity::kPass : Severity::kWarning,
+      .id = "unknown_keys",
+      .cause = is_clean ? "every key has a meaning" : fmt::format("{}", fmt::join(claims.unknown_keys, "\n")),
+      .evidence = is_clean ? "none" : "some",
+      .limit = "none"};
 }
 
-Check checkConventions(const FileClaims& claims) {
+Diagnosis checkConventions(const FileClaims& claims) {
   constexpr const char* kStated = "stated, or fixed by the format";
-  Check check{.id = "conventions",
-              .status = CheckStatus::kPass,
-              .value = kStated,
-              .limit = kStated,
-              .message = "nothing had to be guessed"};
+  Diagnosis check{.severity = Severity::kPass,
+                  .id = "conventions",
+                  .cause = "nothing had to be guessed",
+                  .evidence = kStated,
+                  .limit = kStated};
   std::vector<std::string> remarks = claims.assumed;
   remarks.insert(remarks.end(), claims.not_carried.begin(), claims.not_carried.end());
   if (remarks.empty()) return check;
-  check.status = CheckStatus::kWarn;
-  check.value = claims.assumed.empty()       ? "not all is of the camera alone"
-                : claims.not_carried.empty() ? "assumed"
-                                             : "assumed, and not all is of the camera alone";
-  check.message = fmt::format("{}", fmt::join(remarks, "\n"));
+  check.severity = Severity::kWarning;
+  check.evidence = claims.assumed.empty()       ? "not all is of the camera alone"
+                   : claims.not_carried.empty() ? "assumed"
+                                                : "assumed, and not all is of the camera alone";
+  check.cause = fmt::format("{}", fmt::join(remarks, "\n"));
   return check;
 }
 
-Check checkSize(const FileClaims& claims) {
+Diagnosis checkSize(const FileClaims& claims) {
   const ImageSize size = claims.image_size.value_or(sizeAround(*claims.camera));
   return {
+      .severity = claims.image_size ? Severity::kPass : Severity::kWarning,
       .id = "image_size",
-      .status = claims.image_size ? CheckStatus::kPass : CheckStatus::kWarn,
-      .value = claims.image_size ? fmt::format("{}x{} px", size.width, size.height) : "not stated",
-      .limit = "stated",
-      .message = claims.image_size
-                     ? "the file says how large the image is"
-                     : fmt::format("the file does not say how large the image is; {}x{} was taken, with the "
-                                   "principal point in the middle; --image-size tells",
-                                   size.width, size.height)};
+      .cause = claims.image_size
+                   ? "the file says how large the image is"
+                   : fmt::format("the file does not say how large the image is; {}x{} was taken, with the "
+                                 "principal point in the middle; --image-size tells",
+                                 size.width, size.height),
+      .evidence = claims.image_size ? fmt::format("{}x{} px", size.width, size.height) : "not stated",
+      .limit = "stated"};
 }
 
 // By how much each parameter may have been rounded. Zeros at the end are mostly not written, so a short
@@ -129,15 +129,15 @@ double roundingEffect(const FileClaims& claims) {
   });
 }
 
-Check checkDigits(const FileClaims& claims) {
+Diagnosis checkDigits(const FileClaims& claims) {
   const double effect = roundingEffect(claims);
   const bool is_fine = effect <= kRoundingPx;
-  return {.id = "digits",
-          .status = is_fine ? CheckStatus::kPass : CheckStatus::kWarn,
-          .value = fmt::format("{:.2g} px at most", effect),
-          .limit = fmt::format("{} px", kRoundingPx),
-          .message = is_fine ? "the numbers have as many digits as projection needs"
-                             : "if digits were cut off, rounding alone may move pixels by that much"};
+  return {.severity = is_fine ? Severity::kPass : Severity::kWarning,
+          .id = "digits",
+          .cause = is_fine ? "the numbers have as many digits as projection needs"
+                           : "if digits were cut off, rounding alone may move pixels by that much",
+          .evidence = fmt::format("{:.2g} px at most", effect),
+          .limit = fmt::format("{} px", kRoundingPx)};
 }
 
 // By what share of its distance from the middle p1 and p2 shift a corner of the image, at most.
@@ -151,7 +151,7 @@ double decentringShare(std::span<const double> parameters, double p1, double p2,
 }
 
 // Only the models with p1 and p2 have an order that others write differently.
-std::optional<Check> checkOrder(const FileClaims& claims) {
+std::optional<Diagnosis> checkOrder(const FileClaims& claims) {
   const std::string_view model = claims.camera->modelId();
   if (model != "radtan" && model != "rational" && model != "thin_prism") return std::nullopt;
   const std::span<const double> p = claims.camera->parameters();
@@ -167,11 +167,11 @@ std::optional<Check> checkOrder(const FileClaims& claims) {
                    ? "; read as k1 k2 k3 p1 p2 they would be usual: is that the order?"
                    : "; were coefficients permuted or taken from another model?";
   }
-  return Check{.id = "coefficient_order",
-               .status = is_usual ? CheckStatus::kPass : CheckStatus::kWarn,
-               .value = fmt::format("p1, p2 shift the corner by {:.3g} %", 100 * share),
-               .limit = fmt::format("{:.3g} %", 100 * kDecentringShare),
-               .message = std::move(message)};
+  return Diagnosis{.severity = is_usual ? Severity::kPass : Severity::kWarning,
+                   .id = "coefficient_order",
+                   .cause = std::move(message),
+                   .evidence = fmt::format("p1, p2 shift the corner by {:.3g} %", 100 * share),
+                   .limit = fmt::format("{:.3g} %", 100 * kDecentringShare)};
 }
 
 }  // namespace
@@ -184,9 +184,9 @@ ImageSize sizeAround(const AnyCamera& camera) {
   return {.width = side(camera.parameters()[2]), .height = side(camera.parameters()[3])};
 }
 
-std::vector<Check> checkStatement(const FileClaims& claims) {
+std::vector<Diagnosis> checkStatement(const FileClaims& claims) {
   expect(claims.camera != nullptr, "a camera to check");
-  std::vector<Check> checks = {checkUnknownKeys(claims), checkConventions(claims), checkSize(claims)};
+  std::vector<Diagnosis> checks = {checkUnknownKeys(claims), checkConventions(claims), checkSize(claims)};
   if (!claims.half_units.empty()) checks.push_back(checkDigits(claims));
   if (auto check = checkOrder(claims)) checks.push_back(*std::move(check));
   return checks;

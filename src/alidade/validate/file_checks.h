@@ -28,6 +28,6 @@ struct FileClaims {
 
 /// Unknown keys, things left open, the image's size, digits that were cut off, and coefficients that look as
 /// if they stood in another order.
-[[nodiscard]] std::vector<Check> checkStatement(const FileClaims& claims);
+[[nodiscard]] std::vector<Diagnosis> checkStatement(const FileClaims& claims);
 
 }  // namespace alidade

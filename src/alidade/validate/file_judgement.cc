@@ -24,9 +24,9 @@ CameraRecord recordToCheck(const StatedCamera& stated) {
 
 }  // namespace
 
-std::size_t FileJudgement::count(CheckStatus status) const {
-  return static_cast<std::size_t>(
-      std::count_if(checks.begin(), checks.end(), [status](const Check& c) { return c.status == status; }));
+std::size_t FileJudgement::count(Severity status) const {
+  return static_cast<std::size_t>(std::count_if(
+      checks.begin(), checks.end(), [status](const Diagnosis& c) { return c.severity == status; }));
 }
 
 FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
@@ -56,11 +56,11 @@ FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
           stated.image_size ? fmt::format("{}x{}", stated.image_size->width, stated.image_size->height) : "",
       .checks = {},
       .can_show_slips = can_show_slips};
-  judgement.checks.push_back({.id = "schema",
-                              .status = CheckStatus::kPass,
-                              .value = fmt::format("{}, {}", source.format_name, stated.camera.modelId()),
-                              .limit = "a known format",
-                              .message = "all required keys are present and all numbers are finite"});
+  judgement.checks.push_back({.severity = Severity::kPass,
+                              .id = "schema",
+                              .cause = "all required keys are present and all numbers are finite",
+                              .evidence = fmt::format("{}, {}", source.format_name, stated.camera.modelId()),
+                              .limit = "a known format"});
   for (auto& checks :
        {checkStatement(file), checkCamera(recordToCheck(stated), {.can_say_more = stated.own.has_value(),
                                                                  .is_size_guessed = !stated.image_size})})
@@ -73,11 +73,11 @@ FileJudgement judgeRefused(const CameraSource& source, const RefusedCamera& came
           .format = std::string(source.format),
           .model = {},
           .size = {},
-          .checks = {{.id = "schema",
-                      .status = CheckStatus::kFail,
-                      .value = std::string(source.format_name) + ", a camera that is not supported",
-                      .limit = "a camera of a known model",
-                      .message = camera.reason.what()}},
+          .checks = {{.severity = Severity::kFailure,
+                      .id = "schema",
+                      .cause = camera.reason.what(),
+                      .evidence = std::string(source.format_name) + ", a camera that is not supported",
+                      .limit = "a camera of a known model"}},
           .can_show_slips = false};
 }
 
@@ -86,11 +86,11 @@ FileJudgement judgeUnreadable(const std::string& path, const std::string& reason
           .format = {},
           .model = {},
           .size = {},
-          .checks = {{.id = "schema",
-                      .status = CheckStatus::kFail,
-                      .value = "cannot be read",
-                      .limit = "a known format",
-                      .message = reason}},
+          .checks = {{.severity = Severity::kFailure,
+                      .id = "schema",
+                      .cause = reason,
+                      .evidence = "cannot be read",
+                      .limit = "a known format"}},
           .can_show_slips = false};
 }
 

@@ -15,12 +15,12 @@ struct FileJudgement {
   std::string format;  ///< id; empty = cannot be read
   std::string model;
   std::string size;  ///< "640x480"; empty = not stated
-  std::vector<Check> checks;
+  std::vector<Diagnosis> checks;
   bool can_show_slips = false;  ///< the file itself, or what it was compared with, can show a wrong number
 
-  [[nodiscard]] std::size_t count(CheckStatus status) const;
+  [[nodiscard]] std::size_t count(Severity status) const;
   [[nodiscard]] bool isReadable() const { return !format.empty(); }
-  [[nodiscard]] bool isValid() const { return count(CheckStatus::kFail) == 0; }
+  [[nodiscard]] bool isValid() const { return count(Severity::kFailure) == 0; }
 };
 
 /// Every check of a camera of `source` by itself.

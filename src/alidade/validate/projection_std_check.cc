@@ -112,43 +112,43 @@ std::string stdText(double value) {
 
 }  // namespace
 
-std::optional<Check> checkProjectionStd(const CameraRecord& record) {
+std::optional<Diagnosis> checkProjectionStd(const CameraRecord& record) {
   if (!record.calibration) return std::nullopt;
   const CalibrationRecord& calibration = *record.calibration;
   const auto& claim = calibration.projection_std;
   const auto& covariance =
       calibration.stated_covariance.empty() ? calibration.covariance : calibration.stated_covariance;
   if (!claim && covariance.empty()) return std::nullopt;
-  Check check{.id = "projection_std",
-              .status = CheckStatus::kWarn,
-              .value = "not stated",
-              .limit = "what the covariance leads to, in four digits",
-              .message = "the file does not say how well pixels are known, though its covariance tells"};
+  Diagnosis check{.severity = Severity::kWarning,
+                  .id = "projection_std",
+                  .cause = "the file does not say how well pixels are known, though its covariance tells",
+                  .evidence = "not stated",
+                  .limit = "what the covariance leads to, in four digits"};
   if (!claim) return check;
-  check.value =
+  check.evidence =
       fmt::format("{} at the centre, {} at worst", stdText(claim->center_px), stdText(claim->worst_px));
   if (covariance.empty()) {
-    check.message = "it cannot be recomputed: the file states no covariance";
+    check.cause = "it cannot be recomputed: the file states no covariance";
     return check;
   }
-  check.status = CheckStatus::kFail;
+  check.severity = Severity::kFailure;
   if (!hasSquareCells(*claim, record.image_size)) {
-    check.value = fmt::format("a grid of {}x{}", claim->columns, claim->rows);
+    check.evidence = fmt::format("a grid of {}x{}", claim->columns, claim->rows);
     check.limit = fmt::format("square cells from border to border of {}x{} px", record.image_size.width,
                               record.image_size.height);
-    check.message = "the grid does not suit the image; was its size changed?";
+    check.cause = "the grid does not suit the image; was its size changed?";
     return check;
   }
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
   if (const auto differing = firstDifference(
           *claim, Recomputed(record.camera, record.image_size, fullMatrix(covariance, n), claim->columns))) {
-    check.value = fmt::format("{} at {}", stdText(differing->stated), differing->where);
+    check.evidence = fmt::format("{} at {}", stdText(differing->stated), differing->where);
     check.limit = fmt::format("{}, what the covariance leads to", stdText(differing->recomputed));
-    check.message = "the stated uncertainty of pixels is not that of the covariance; were numbers edited?";
+    check.cause = "the stated uncertainty of pixels is not that of the covariance; were numbers edited?";
     return check;
   }
-  check.status = CheckStatus::kPass;
-  check.message = "the uncertainty of pixels is that of the covariance, all over the image";
+  check.severity = Severity::kPass;
+  check.cause = "the uncertainty of pixels is that of the covariance, all over the image";
   return check;
 }
 

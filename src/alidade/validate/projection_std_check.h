@@ -15,6 +15,6 @@ namespace alidade {
 /// Without a covariance there is nothing to recompute from, so that what is stated is a warning, as is a
 /// covariance without it.
 /// @returns nothing where neither is stated
-[[nodiscard]] std::optional<Check> checkProjectionStd(const CameraRecord& record);
+[[nodiscard]] std::optional<Diagnosis> checkProjectionStd(const CameraRecord& record);
 
 }  // namespace alidade

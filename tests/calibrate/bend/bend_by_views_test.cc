@@ -17,7 +17,7 @@ constexpr Checkerboard kBoard{.columns = 11, .rows = 8, .square_m = 0.05};  // h
 constexpr int kNumSets = 30;
 
 // A board that bends by itself in each view, as cardboard in a hand does, about a shape of its own.
-CalibrationResult calibrated(double common_m, double scatter_m, int num_views, std::uint64_t seed) {
+Calibration calibrated(double common_m, double scatter_m, int num_views, std::uint64_t seed) {
   const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
   SimulatedSet set = simulateSet(camera, kSize, num_views, 0, seed, {}, kBoard);
@@ -32,7 +32,7 @@ CalibrationResult calibrated(double common_m, double scatter_m, int num_views, s
       corner.pixel = projection.pixel + 0.1 * Eigen::Vector2d(random.normal(), random.normal());
     }
   }
-  return calibrate(kBoard, set.views);
+  return calibrate(kBoard, set.views, {.model = "radtan"});
 }
 
 struct Counts {
@@ -43,19 +43,20 @@ struct Counts {
 };
 
 Counts countBends(double common_m, double scatter_m, int num_views) {
-  std::vector<CalibrationResult> results(
-      kNumSets, CalibrationResult(AnyCamera::make("pinhole", std::vector<double>{1, 1, 0, 0})));
+  std::vector<Calibration> results(kNumSets);
   parallelFor(results.size(), 0, [&](std::size_t i) {
     results[i] = calibrated(common_m, scatter_m, num_views, streamSeed(5, i));
   });
   Counts counts;
-  for (const CalibrationResult& result : results) {
-    const EstimatedShape& shape = result.shape;
+  for (const Calibration& result : results) {
+    const ShapeReport& shape = result.choice.shape;
+    const bool is_estimated = isShapeEstimated(result.fit);
     EXPECT_TRUE(shape.by_views);
     counts.num_by_noise += shape.f > kBendF ? 1 : 0;
     counts.num_by_views += shape.by_views && shape.by_views->chance < 0.05 ? 1 : 0;
-    counts.num_estimated += shape.is_estimated ? 1 : 0;
-    if (shape.is_estimated && std::abs(shape.shape.bend_x_m - common_m) < 2 * shape.std_m.x())
+    counts.num_estimated += is_estimated ? 1 : 0;
+    if (is_estimated &&
+        std::abs(onlyBoard(result.fit).shape.bend_x_m - common_m) < 2 * result.uncertainty.bend_std_m.x())
       ++counts.num_within_2_sigma;
   }
   return counts;

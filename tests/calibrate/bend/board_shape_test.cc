@@ -40,24 +40,27 @@ TEST(BoardShape, OfABentBoardIsFoundAndTheFocalLengthIsRight) {
     const BoardShape truth =
         i % 2 == 0 ? BoardShape{.bend_x_m = 0.001} : BoardShape{.bend_x_m = 0.0006, .bend_y_m = 0.001};
     const auto views = viewsOf(truth, 20, 0.1, static_cast<std::uint64_t>(i));
-    const CalibrationResult bent = calibrate(kBoard, views);
-    ASSERT_TRUE(bent.shape.is_estimated) << "set " << i << ", F " << bent.shape.f;
+    const Calibration bent = calibrate(kBoard, views, {.model = "radtan"});
+    ASSERT_TRUE(isShapeEstimated(bent.fit)) << "set " << i << ", F " << bent.choice.shape.f;
     EXPECT_TRUE(bent.isUsable());
-    EXPECT_TRUE(bent.outliers.empty());
-    EXPECT_LT(std::abs(bent.shape.shape.bend_x_m - truth.bend_x_m), 5 * bent.shape.std_m.x());
-    EXPECT_LT(std::abs(bent.shape.shape.bend_y_m - truth.bend_y_m), 5 * bent.shape.std_m.y());
-    const double z = (bent.camera.parameters()[0] - kFocal) / bent.parameterStd(0);
+    EXPECT_TRUE(bent.dropped.outliers.empty());
+    EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_x_m - truth.bend_x_m),
+              5 * bent.uncertainty.bend_std_m.x());
+    EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_y_m - truth.bend_y_m),
+              5 * bent.uncertainty.bend_std_m.y());
+    const double z = (onlyCamera(bent.fit).params[0] - kFocal) / bent.uncertainty.parameterStd(0);
     sum_z2 += z * z;
-    sum_bent += bent.camera.parameters()[0] - kFocal;
-    const CalibrationResult flat = calibrate(kBoard, views, {.board_shape = BoardShapeMode::kFlat});
-    EXPECT_FALSE(flat.shape.is_estimated);
-    EXPECT_GT(flat.rms_px, 1.2 * bent.rms_px);
+    sum_bent += onlyCamera(bent.fit).params[0] - kFocal;
+    const Calibration flat =
+        calibrate(kBoard, views, {.model = "radtan", .board_shape = BoardShapeMode::kFlat});
+    EXPECT_FALSE(isShapeEstimated(flat.fit));
+    EXPECT_GT(rms(flat.fit), 1.2 * rms(bent.fit));
     // What the report says of a flat board is what a calibration with one finds, but for the robust loss,
     // which was made for the smaller errors.
-    EXPECT_NEAR(bent.shape.flat_rms_px, flat.rms_px, 0.03 * flat.rms_px);
-    const double moved = std::abs(flat.camera.parameters()[0] - bent.camera.parameters()[0]);
-    EXPECT_NEAR(bent.shape.flat_params[0], flat.camera.parameters()[0], 0.1 * moved);
-    sum_flat += std::abs(flat.camera.parameters()[0] - kFocal);
+    EXPECT_NEAR(bent.choice.shape.flat_rms_px, rms(flat.fit), 0.03 * rms(flat.fit));
+    const double moved = std::abs(onlyCamera(flat.fit).params[0] - onlyCamera(bent.fit).params[0]);
+    EXPECT_NEAR(bent.choice.shape.flat_params[0], onlyCamera(flat.fit).params[0], 0.1 * moved);
+    sum_flat += std::abs(onlyCamera(flat.fit).params[0] - kFocal);
   }
   std::printf("fx off by %.3f px on average with the bend, by %.3f px with the board held flat\n",
               sum_bent / kNumSets, sum_flat / kNumSets);
@@ -70,21 +73,21 @@ TEST(BoardShape, OfAFlatBoardIsFlat) {
   constexpr int kNumSets = 60;
   int num_flat = 0;
   for (int i = 0; i < kNumSets; ++i) {
-    const CalibrationResult result =
-        calibrate(kBoard, viewsOf({}, 12, 0.1, 500 + static_cast<std::uint64_t>(i)));
-    EXPECT_TRUE(std::isfinite(result.shape.f));
-    num_flat += result.shape.is_estimated ? 0 : 1;
+    const Calibration result =
+        calibrate(kBoard, viewsOf({}, 12, 0.1, 500 + static_cast<std::uint64_t>(i)), {.model = "radtan"});
+    EXPECT_TRUE(std::isfinite(result.choice.shape.f));
+    num_flat += isShapeEstimated(result.fit) ? 0 : 1;
   }
   EXPECT_GE(num_flat, kNumSets - 1);  // once in a thousand by chance
 }
 
 TEST(BoardShape, IsEstimatedOfAFlatBoardToo) {
-  const CalibrationResult result =
-      calibrate(kBoard, viewsOf({}, 15, 0.1, 7), {.board_shape = BoardShapeMode::kWarp});
-  ASSERT_TRUE(result.shape.is_estimated);
-  EXPECT_LT(std::abs(result.shape.shape.bend_x_m), 4 * result.shape.std_m.x());
-  EXPECT_LT(std::abs(result.shape.shape.bend_y_m), 4 * result.shape.std_m.y());
-  EXPECT_LT(result.shape.std_m.maxCoeff(), 1e-4);
+  const Calibration result =
+      calibrate(kBoard, viewsOf({}, 15, 0.1, 7), {.model = "radtan", .board_shape = BoardShapeMode::kWarp});
+  ASSERT_TRUE(isShapeEstimated(result.fit));
+  EXPECT_LT(std::abs(onlyBoard(result.fit).shape.bend_x_m), 4 * result.uncertainty.bend_std_m.x());
+  EXPECT_LT(std::abs(onlyBoard(result.fit).shape.bend_y_m), 4 * result.uncertainty.bend_std_m.y());
+  EXPECT_LT(result.uncertainty.bend_std_m.maxCoeff(), 1e-4);
 }
 
 TEST(BoardShape, IsNotFeignedByOutliers) {
@@ -98,7 +101,7 @@ TEST(BoardShape, IsNotFeignedByOutliers) {
         if (random.uniform() < 0.05) corner.pixel += 10 * Eigen::Vector2d(random.normal(), random.normal());
       }
     }
-    num_flat += calibrate(kBoard, views).shape.is_estimated ? 0 : 1;
+    num_flat += isShapeEstimated(calibrate(kBoard, views, {.model = "radtan"}).fit) ? 0 : 1;
   }
   EXPECT_GE(num_flat, kNumSets - 1);
 }
@@ -108,12 +111,12 @@ TEST(BoardShape, SaysSoWhereTheBoardCannotTell) {
       .columns = 9, .rows = 2, .square_m = 0.05};  // its ends are all it has one way
   const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{900, 902, 640, 478});
   const SimulatedSet set = simulateSet(camera, kSize, 12, 0.1, 1, {}, kNarrow);
-  const CalibrationResult result =
+  const Calibration result =
       calibrate(kNarrow, set.views, {.model = "pinhole", .board_shape = BoardShapeMode::kWarp});
-  EXPECT_FALSE(result.shape.is_determined);
-  EXPECT_FALSE(result.shape.is_estimated);
+  EXPECT_FALSE(result.choice.shape.is_determined);
+  EXPECT_FALSE(isShapeEstimated(result.fit));
   bool is_told = false;
-  for (const Finding& finding : result.findings) is_told = is_told || finding.id == "bend_unknown";
+  for (const Diagnosis& finding : result.diagnoses) is_told = is_told || finding.id == "bend_unknown";
   EXPECT_TRUE(is_told);
 }
 

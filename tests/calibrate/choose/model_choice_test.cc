@@ -23,12 +23,12 @@ SimulatedSet noisySet(const AnyCamera& camera, int num_views, std::uint64_t seed
   return simulateSet(camera, kSize, num_views, noise_px, seed);
 }
 
-CalibrationResult chosenFor(const SimulatedSet& set, const CalibratorOptions& options = {.model = "auto"}) {
+Calibration chosenFor(const SimulatedSet& set, const CalibratorOptions& options = {.model = "auto"}) {
   return calibrate(set.board, set.views, options);
 }
 
-const ModelCandidate& candidate(const CalibrationResult& result, const std::string& id) {
-  const auto& all = result.model_choice->candidates;
+const ModelCandidate& candidate(const Calibration& result, const std::string& id) {
+  const auto& all = result.choice.model->candidates;
   const auto at = std::find_if(all.begin(), all.end(), [&](const auto& c) { return c.id == id; });
   EXPECT_NE(at, all.end()) << id;
   return *at;
@@ -51,13 +51,14 @@ TEST(ModelChoice, IsTheTrueModelOrOneThatIsAsGood) {
     const std::uint64_t num_of_model = model == "pinhole" || model == "radtan" ? 5 : 2;
     for (std::uint64_t number = 0; number < num_of_model; ++number, ++num_sets) {
       const ChoiceSet set = drawChoiceSet(model, kSeed, number);
-      const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = "auto"});
+      const Calibration result = calibrate(set.set.board, set.set.views, {.model = "auto"});
       const ChoiceVerdict verdict = judgeChoice(model, result);
-      EXPECT_NE(verdict, ChoiceVerdict::kOther) << model << " " << number << ": " << result.camera.modelId();
+      EXPECT_NE(verdict, ChoiceVerdict::kOther)
+          << model << " " << number << ": " << result.camera().modelId();
       if (model == "pinhole" || model == "radtan") {
-        EXPECT_EQ(result.camera.modelId(), model);
+        EXPECT_EQ(result.camera().modelId(), model);
       }
-      EXPECT_EQ(result.model_choice->candidates.size(), result.model_choice->is_wide ? 10u : 4u);
+      EXPECT_EQ(result.choice.model->candidates.size(), result.choice.model->is_wide ? 10u : 4u);
     }
   }
   EXPECT_EQ(num_sets, 26);
@@ -65,28 +66,28 @@ TEST(ModelChoice, IsTheTrueModelOrOneThatIsAsGood) {
 
 TEST(ModelChoice, GivesWhatTheChosenModelGivesByName) {
   const SimulatedSet set = noisySet(AnyCamera::make("radtan", kTruth), 15, 1);
-  const CalibrationResult chosen = chosenFor(set);
-  const CalibrationResult named = chosenFor(set, {.model = "radtan"});
-  ASSERT_EQ(chosen.camera.modelId(), "radtan");
+  const Calibration chosen = chosenFor(set);
+  const Calibration named = chosenFor(set, {.model = "radtan"});
+  ASSERT_EQ(chosen.camera().modelId(), "radtan");
   for (std::size_t i = 0; i < kTruth.size(); ++i)
-    EXPECT_EQ(chosen.camera.parameters()[i], named.camera.parameters()[i]);
-  EXPECT_EQ(chosen.rms_px, named.rms_px);
-  EXPECT_EQ(chosen.holdout.rms_px, named.holdout.rms_px);
-  EXPECT_EQ(*chosen.covariance, *named.covariance);
-  EXPECT_TRUE(chosen.findings.empty());
-  EXPECT_FALSE(named.model_choice);
+    EXPECT_EQ(onlyCamera(chosen.fit).params[i], onlyCamera(named.fit).params[i]);
+  EXPECT_EQ(rms(chosen.fit), rms(named.fit));
+  EXPECT_EQ(chosen.uncertainty.holdout.rms_px, named.uncertainty.holdout.rms_px);
+  EXPECT_EQ(*chosen.uncertainty.covariance, *named.uncertainty.covariance);
+  EXPECT_TRUE(chosen.diagnoses.empty());
+  EXPECT_FALSE(named.choice.model);
 }
 
 TEST(ModelChoice, DoesNotDependOnThreadsAndOrder) {
   ChoiceSet set = drawChoiceSet("double_sphere", 3, 1);
-  const CalibrationResult one = calibrate(set.set.board, set.set.views, {.model = "auto"});
+  const Calibration one = calibrate(set.set.board, set.set.views, {.model = "auto"});
   std::reverse(set.set.views.begin(), set.set.views.end());
-  const CalibrationResult two = calibrate(set.set.board, set.set.views, {.model = "auto", .jobs = 3});
-  ASSERT_EQ(one.camera.modelId(), two.camera.modelId());
-  EXPECT_TRUE(std::equal(one.camera.parameters().begin(), one.camera.parameters().end(),
-                         two.camera.parameters().begin()));
+  const Calibration two = calibrate(set.set.board, set.set.views, {.model = "auto", .jobs = 3});
+  ASSERT_EQ(one.camera().modelId(), two.camera().modelId());
+  EXPECT_TRUE(std::equal(onlyCamera(one.fit).params.begin(), onlyCamera(one.fit).params.end(),
+                         onlyCamera(two.fit).params.begin()));
   int num_compared = 0;
-  for (const ModelCandidate& c : one.model_choice->candidates) {
+  for (const ModelCandidate& c : one.choice.model->candidates) {
     const ModelCandidate& other = candidate(two, c.id);
     EXPECT_EQ(c.verdict, other.verdict);
     if (!(c.holdout_rms_px > 0)) continue;
@@ -98,9 +99,9 @@ TEST(ModelChoice, DoesNotDependOnThreadsAndOrder) {
 }
 
 TEST(ModelChoice, ComparesOnTheCornersThatTheBestModelKeeps) {
-  const CalibrationResult result = chosenFor(noisySet(AnyCamera::make("radtan", kTruth), 15, 2));
-  EXPECT_EQ(result.model_choice->reference, "radtan");
-  EXPECT_EQ(result.model_choice->best, "radtan");
+  const Calibration result = chosenFor(noisySet(AnyCamera::make("radtan", kTruth), 15, 2));
+  EXPECT_EQ(result.choice.model->reference, "radtan");
+  EXPECT_EQ(result.choice.model->best, "radtan");
   const ModelCandidate& pinhole = candidate(result, "pinhole");
   EXPECT_EQ(pinhole.verdict, "worse");
   EXPECT_GT(pinhole.rms_px, 1);  // by itself it would leave out half of the corners
@@ -109,11 +110,11 @@ TEST(ModelChoice, ComparesOnTheCornersThatTheBestModelKeeps) {
 }
 
 TEST(ModelChoice, HoldsWithoutNoise) {
-  const CalibrationResult lens = chosenFor(noisySet(AnyCamera::make("radtan", kTruth), 10, 3, 0));
-  EXPECT_EQ(lens.camera.modelId(), "radtan");
-  const CalibrationResult none =
+  const Calibration lens = chosenFor(noisySet(AnyCamera::make("radtan", kTruth), 10, 3, 0));
+  EXPECT_EQ(lens.camera().modelId(), "radtan");
+  const Calibration none =
       chosenFor(noisySet(AnyCamera::make("pinhole", std::vector<double>{535, 534, 322, 238}), 10, 4, 0));
-  EXPECT_EQ(none.camera.modelId(), "pinhole");
+  EXPECT_EQ(none.camera().modelId(), "pinhole");
 }
 
 TEST(ModelChoice, IsThatOfTheInitialCamera) {
@@ -121,16 +122,16 @@ TEST(ModelChoice, IsThatOfTheInitialCamera) {
   std::vector<double> rational = kTruth;
   rational.resize(12, 0.0);
   const InitialCamera initial{.camera = AnyCamera::make("rational", rational), .size = kSize};
-  const CalibrationResult result = chosenFor(set, {.model = "auto", .initial = initial});
-  EXPECT_EQ(result.camera.modelId(), "rational");
-  EXPECT_FALSE(result.model_choice);
+  const Calibration result = chosenFor(set, {.model = "auto", .initial = initial});
+  EXPECT_EQ(result.camera().modelId(), "rational");
+  EXPECT_FALSE(result.choice.model);
 }
 
 TEST(ModelChoice, HoldsWhatAllModelsHave) {
   const SimulatedSet set = noisySet(AnyCamera::make("radtan", kTruth), 12, 6);
-  const CalibrationResult result = chosenFor(set, {.model = "auto", .held = {"cx"}, .same_focal = true});
-  EXPECT_EQ(result.camera.parameters()[2], 319.5);
-  EXPECT_EQ(result.camera.parameters()[0], result.camera.parameters()[1]);
+  const Calibration result = chosenFor(set, {.model = "auto", .held = {"cx"}, .same_focal = true});
+  EXPECT_EQ(onlyCamera(result.fit).params[2], 319.5);
+  EXPECT_EQ(onlyCamera(result.fit).params[0], onlyCamera(result.fit).params[1]);
   EXPECT_THAT(messageOf(set, {.model = "auto", .held = {"k1"}}),
               HasSubstr("parameters that all models have"));
   EXPECT_THAT(messageOf(set, {.model = "auto", .held = {"fx"}}), HasSubstr("give a camera file with --init"));
@@ -145,10 +146,10 @@ TEST(ModelChoice, AgreesWithTheWarningOfALeanModel) {
     const double strength = 0.01 * static_cast<double>(seed);  // from nothing to clearly more than noise
     for (std::size_t i = 4; i < params.size(); ++i) params[i] *= strength;
     const SimulatedSet set = noisySet(AnyCamera::make("radtan", params), 15, seed);
-    const CalibrationResult lean = chosenFor(set, {.model = "pinhole"});
-    const CalibrationResult chosen = chosenFor(set);
-    EXPECT_EQ(lean.better_model.has_value(), chosen.camera.modelId() != "pinhole") << seed;
-    if (lean.better_model) ++num_lean;
+    const Calibration lean = chosenFor(set, {.model = "pinhole"});
+    const Calibration chosen = chosenFor(set);
+    EXPECT_EQ(lean.choice.better_model.has_value(), chosen.camera().modelId() != "pinhole") << seed;
+    if (lean.choice.better_model) ++num_lean;
   }
   EXPECT_GE(num_lean, 3);
   EXPECT_LE(num_lean, 11);

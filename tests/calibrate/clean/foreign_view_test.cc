@@ -19,21 +19,21 @@ constexpr int kNumBad = 3;
 constexpr std::uint64_t kNumSeeds = 2;
 constexpr const char* kModels[] = {"radtan", "kannala_brandt"};
 
-CalibrationResult run(const SimulatedSet& set) {
+Calibration run(const SimulatedSet& set) {
   return calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
 }
 
-std::vector<std::string> findingIds(const CalibrationResult& result) {
+std::vector<std::string> findingIds(const Calibration& result) {
   std::vector<std::string> ids;
-  for (const Finding& finding : result.findings) ids.push_back(finding.id);
+  for (const Diagnosis& finding : result.diagnoses) ids.push_back(finding.id);
   return ids;
 }
 
-void expectNear(const CalibrationResult& result, const CalibrationResult& clean) {
-  for (std::size_t i = 0; i < clean.camera.parameters().size(); ++i) {
-    EXPECT_NEAR(result.camera.parameters()[i], clean.camera.parameters()[i],
-                3 * clean.parameterStd(static_cast<int>(i)))
-        << clean.camera.parameterNames()[i];
+void expectNear(const Calibration& result, const Calibration& clean) {
+  for (std::size_t i = 0; i < onlyCamera(clean.fit).params.size(); ++i) {
+    EXPECT_NEAR(onlyCamera(result.fit).params[i], onlyCamera(clean.fit).params[i],
+                3 * clean.uncertainty.parameterStd(static_cast<int>(i)))
+        << clean.camera().parameterNames()[i];
   }
 }
 
@@ -49,19 +49,19 @@ TEST(ForeignViews, AreLeftOutWithAReasonThatFits) {
         SCOPED_TRACE(std::string(model) + " " + std::string(spoilerName(spoiler)) + " " +
                      std::to_string(seed));
         SimulatedSet set = cleanSet(model, kNumViews, seed);
-        const CalibrationResult clean = run(set);
-        EXPECT_THAT(clean.findings, testing::IsEmpty());
+        const Calibration clean = run(set);
+        EXPECT_THAT(clean.diagnoses, testing::IsEmpty());
         const auto bad = spoilViews(set, spoiler, kNumBad, seed);
-        const CalibrationResult result = run(set);
+        const Calibration result = run(set);
         EXPECT_TRUE(result.isUsable());
         std::vector<std::string> named;
-        for (const ExcludedView& view : result.excluded_views) {
+        for (const ExcludedView& view : result.dropped.views) {
           named.push_back(view.image);
           EXPECT_THAT(view.reason, testing::HasSubstr(reason)) << view.image;
         }
         EXPECT_THAT(named, testing::UnorderedElementsAreArray(bad));
-        EXPECT_EQ(result.num_misfits, static_cast<std::size_t>(kNumBad));
-        EXPECT_TRUE(result.outliers.empty());
+        EXPECT_EQ(result.dropped.numMisfits(), static_cast<std::size_t>(kNumBad));
+        EXPECT_TRUE(result.dropped.outliers.empty());
         expectNear(result, clean);
         ++num_checked;
       }
@@ -76,11 +76,11 @@ TEST(ForeignViews, WhatThePoseMakesUpForIsNeitherSeenNorHarmful) {
   for (const char* model : kModels) {
     for (const Spoiler spoiler : {Spoiler::kLargerSquares, Spoiler::kTurned}) {
       SimulatedSet set = cleanSet(model, kNumViews, 7);
-      const CalibrationResult clean = run(set);
+      const Calibration clean = run(set);
       spoilViews(set, spoiler, kNumBad, 7);
-      const CalibrationResult result = run(set);
+      const Calibration result = run(set);
       EXPECT_THAT(findingIds(result), testing::IsEmpty()) << spoilerName(spoiler);
-      EXPECT_EQ(result.views.size(), static_cast<std::size_t>(kNumViews));
+      EXPECT_EQ(result.fit.views.size(), static_cast<std::size_t>(kNumViews));
       expectNear(result, clean);
       ++num_checked;
     }
@@ -90,11 +90,11 @@ TEST(ForeignViews, WhatThePoseMakesUpForIsNeitherSeenNorHarmful) {
 
 TEST(ForeignViews, MirroredOnesAreNamedAndDoNoHarm) {
   SimulatedSet set = cleanSet("radtan", kNumViews, 4);
-  const CalibrationResult clean = run(set);
+  const Calibration clean = run(set);
   const auto bad = spoilViews(set, Spoiler::kMirrored, kNumBad, 4);
-  const CalibrationResult result = run(set);
+  const Calibration result = run(set);
   std::vector<std::string> named;
-  for (const Finding& finding : result.findings) {
+  for (const Diagnosis& finding : result.diagnoses) {
     EXPECT_EQ(finding.id, "mirrored_view");
     named.push_back(finding.message().substr(0, finding.message().find(':')));
   }
@@ -132,14 +132,14 @@ TEST(ForeignViews, NoisyOnesStay) {
   Random random(8);
   addCornerNoise(set.views[4], 0.3, random);  // three times as much, but nothing more than noise
   for (Corner& corner : set.views[4].corners) corner.sigma_px = 0.1;
-  const CalibrationResult result = run(set);
-  EXPECT_TRUE(result.excluded_views.empty());
+  const Calibration result = run(set);
+  EXPECT_TRUE(result.dropped.views.empty());
 }
 
 TEST(ForeignViews, OneThatFitsAfterAllComesBackToItsPlace) {
   const SimulatedSet set = cleanSet("radtan", 12, 9);
   const PreparedViews given = prepareViews(set.board, set.views);
-  SettledFit now = settledFromStart(startedFit(set.board, given, {}).fit, nullptr);
+  SettledFit now = settledFromStart(startedFit(set.board, given, {.model = "radtan"}).fit, nullptr);
   now.fit = withoutView(withoutView(now.fit, 5), 2);
   ASSERT_EQ(viewsLeftOut(given, now.fit), (std::vector<std::size_t>{2, 5}));
   EXPECT_TRUE(readmitViews(now, given, nullptr));
@@ -153,13 +153,12 @@ TEST(ForeignViews, OneThatFitsAfterAllComesBackToItsPlace) {
 }
 
 TEST(ForeignViews, WhenHalfOfThemDisagreeTheAnswerIsNo) {
-  CalibrationResult result = run(cleanSet("radtan", 10, 10));
-  result.num_misfits = 10;
+  Calibration result = run(cleanSet("radtan", 10, 10));
   for (int i = 0; i < 10; ++i)
-    result.excluded_views.push_back({"other_" + std::to_string(i), "does not fit"});
-  result.findings = judge(result);
+    result.dropped.views.push_back({"other_" + std::to_string(i), "does not fit", /*is_misfit=*/true});
+  result.diagnoses = judge(result);
   EXPECT_FALSE(result.isUsable());
-  EXPECT_EQ(result.findings.front().id, "views_disagree");
+  EXPECT_EQ(result.diagnoses.front().id, "views_disagree");
 }
 
 }  // namespace

@@ -16,10 +16,11 @@ SimulatedSet cleanSet(int num_views, std::uint64_t seed) {
   return simulateSet(AnyCamera::make("radtan", kTruth), kSize, num_views, 0.1, seed);
 }
 
-void expectTruth(const CalibrationResult& result) {
+void expectTruth(const Calibration& result) {
   for (std::size_t i = 0; i < kTruth.size(); ++i) {
-    EXPECT_NEAR(result.camera.parameters()[i], kTruth[i], 4 * result.parameterStd(static_cast<int>(i)))
-        << result.camera.parameterNames()[i];
+    EXPECT_NEAR(onlyCamera(result.fit).params[i], kTruth[i],
+                4 * result.uncertainty.parameterStd(static_cast<int>(i)))
+        << result.camera().parameterNames()[i];
   }
 }
 
@@ -35,23 +36,23 @@ TEST(Outliers, AreNamedAndLeaveTheResultAlone) {
     }
   }
   ASSERT_GT(moved.size(), 30U);
-  const CalibrationResult result = calibrate(set.board, set.views);
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
   EXPECT_TRUE(result.isUsable());
   expectTruth(result);
   std::vector<std::pair<std::string, int>> named;
-  for (const Outlier& outlier : result.outliers) named.emplace_back(outlier.image, outlier.corner_id);
+  for (const Outlier& outlier : result.dropped.outliers) named.emplace_back(outlier.image, outlier.corner_id);
   EXPECT_THAT(named, testing::UnorderedElementsAreArray(moved));
-  EXPECT_LT(result.rms_px, 0.16);
-  EXPECT_EQ(result.num_corners + static_cast<int>(result.outliers.size()), 15 * 54);
+  EXPECT_LT(rms(result.fit), 0.16);
+  EXPECT_EQ(numCorners(result.fit) + static_cast<int>(result.dropped.outliers.size()), 15 * 54);
 }
 
 TEST(Outliers, CleanSetsHaveNone) {
   int num_sets = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const SimulatedSet set = cleanSet(12, seed);
-    const CalibrationResult result = calibrate(set.board, set.views);
-    EXPECT_TRUE(result.outliers.empty());
-    EXPECT_TRUE(result.excluded_views.empty());
+    const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+    EXPECT_TRUE(result.dropped.outliers.empty());
+    EXPECT_TRUE(result.dropped.views.empty());
     ++num_sets;
   }
   EXPECT_EQ(num_sets, 30);
@@ -68,12 +69,12 @@ TEST(Outliers, AForeignViewIsLeftOutByName) {
     const int mirrored = corner.id / 9 * 9 + 8 - corner.id % 9;
     corner.pixel = pixels[static_cast<std::size_t>(mirrored)] + Eigen::Vector2d(0, 3.0 * (corner.id % 5));
   }
-  const CalibrationResult result = calibrate(set.board, set.views);
-  ASSERT_EQ(result.excluded_views.size(), 1U);
-  EXPECT_EQ(result.excluded_views[0].image, foreign.image);
-  EXPECT_EQ(result.views.size(), 14U);
-  const bool is_told = std::any_of(result.findings.begin(), result.findings.end(),
-                                   [](const Finding& f) { return f.id == "view_left_out"; });
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+  ASSERT_EQ(result.dropped.views.size(), 1U);
+  EXPECT_EQ(result.dropped.views[0].image, foreign.image);
+  EXPECT_EQ(result.fit.views.size(), 14U);
+  const bool is_told = std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                                   [](const Diagnosis& f) { return f.id == "view_left_out"; });
   EXPECT_TRUE(is_told);
   expectTruth(result);
 }

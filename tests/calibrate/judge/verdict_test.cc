@@ -9,9 +9,9 @@
 namespace alidade {
 namespace {
 
-std::string idsOf(const CalibrationResult& result) {
+std::string idsOf(const Calibration& result) {
   std::string ids;
-  for (const Finding& f : result.findings) ids += " " + f.id;
+  for (const Diagnosis& f : result.diagnoses) ids += " " + f.id;
   return ids;
 }
 
@@ -24,11 +24,11 @@ TEST(Verdict, NamesWhatIsWrong) {
     for (const char* model : {"radtan", "kannala_brandt"}) {
       for (std::uint64_t number = 0; number < 2; ++number) {
         const VerdictCase c = makeVerdictCase(flaw, model, number);
-        const CalibrationResult result = calibrate(c.set.board, c.set.views, c.options);
+        const Calibration result = calibrate(c.set.board, c.set.views, c.options);
         EXPECT_NE(result.verdict(), Verdict::kTrustworthy) << flawName(flaw) << " " << model << " " << number;
-        EXPECT_TRUE(std::any_of(result.findings.begin(), result.findings.end(),
-                                [&](const Finding& f) {
-                                  return f.severity != Finding::Severity::kNote &&
+        EXPECT_TRUE(std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                                [&](const Diagnosis& f) {
+                                  return f.severity != Severity::kNote &&
                                          std::find(expected.begin(), expected.end(), f.id) != expected.end();
                                 }))
             << flawName(flaw) << " " << model << " " << number << ":" << idsOf(result);
@@ -46,7 +46,7 @@ TEST(Verdict, HasNothingAgainstGoodSets) {
   for (const char* model : {"radtan", "kannala_brandt"}) {
     for (std::uint64_t number = 0; number < 10; ++number) {
       const VerdictCase c = makeVerdictCase(Flaw::kNone, model, number);
-      const CalibrationResult result = calibrate(c.set.board, c.set.views, c.options);
+      const Calibration result = calibrate(c.set.board, c.set.views, c.options);
       ++num_sets;
       num_trusted += result.verdict() == Verdict::kTrustworthy ? 1 : 0;
       if (result.verdict() != Verdict::kTrustworthy) ids += idsOf(result);
@@ -57,13 +57,12 @@ TEST(Verdict, HasNothingAgainstGoodSets) {
 }
 
 TEST(Verdict, TheWorstFindingDecides) {
-  const Finding note{
-      .severity = Finding::Severity::kNote, .id = "a", .cause = "", .evidence = "", .next_step = ""};
-  Finding warning = note;
-  warning.severity = Finding::Severity::kWarning;
-  Finding failure = note;
-  failure.severity = Finding::Severity::kFailure;
-  using Findings = std::vector<Finding>;
+  const Diagnosis note{.severity = Severity::kNote, .id = "a", .cause = "", .evidence = "", .next_step = ""};
+  Diagnosis warning = note;
+  warning.severity = Severity::kWarning;
+  Diagnosis failure = note;
+  failure.severity = Severity::kFailure;
+  using Findings = std::vector<Diagnosis>;
   EXPECT_EQ(verdictOf(Findings{}), Verdict::kTrustworthy);
   EXPECT_EQ(verdictOf(Findings{note}), Verdict::kTrustworthy);
   EXPECT_EQ(verdictOf(Findings{note, warning}), Verdict::kReservations);

@@ -39,36 +39,36 @@ struct Change {
   double std_ratio = 1;
 };
 
-Change changeBetween(const CalibrationResult& before, const CalibrationResult& after) {
+Change changeBetween(const Calibration& before, const Calibration& after) {
   Change change;
   for (int i = 0; i < 9; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const double move = after.camera.parameters()[k] - before.camera.parameters()[k];
-    change.move_sigmas = std::max(change.move_sigmas, std::abs(move) / before.parameterStd(i));
-    const double ratio = after.parameterStd(i) / before.parameterStd(i);
+    const double move = onlyCamera(after.fit).params[k] - onlyCamera(before.fit).params[k];
+    change.move_sigmas = std::max(change.move_sigmas, std::abs(move) / before.uncertainty.parameterStd(i));
+    const double ratio = after.uncertainty.parameterStd(i) / before.uncertainty.parameterStd(i);
     change.std_ratio = std::max({change.std_ratio, ratio, 1 / ratio});
   }
   return change;
 }
 
-bool hasFinding(const CalibrationResult& result, const std::string& id) {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& finding) { return finding.id == id; });
+bool hasFinding(const Calibration& result, const std::string& id) {
+  return std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
+                     [&](const Diagnosis& finding) { return finding.id == id; });
 }
 
 TEST(RepeatedViews, FiftyCopiesChangeNothing) {
   const SimulatedSet set = baseSet();
-  const CalibrationResult alone = calibrate(set.board, set.views);
-  EXPECT_TRUE(alone.repeated_views.empty());
+  const Calibration alone = calibrate(set.board, set.views, {.model = "radtan"});
+  EXPECT_TRUE(alone.dropped.repeated.empty());
   // Exact copies; noise of the axes whose length is below 0.25 px.
   for (const double noise_px : {0.0, 0.05, 0.15}) {
     std::vector<View> views = set.views;
     addCopies(views, 3, noise_px);
-    const CalibrationResult result = calibrate(set.board, views);
-    EXPECT_EQ(result.views.size(), 20U);
-    EXPECT_EQ(result.repeated_views.size(), static_cast<std::size_t>(kNumCopies));
+    const Calibration result = calibrate(set.board, views, {.model = "radtan"});
+    EXPECT_EQ(result.fit.views.size(), 20U);
+    EXPECT_EQ(result.dropped.repeated.size(), static_cast<std::size_t>(kNumCopies));
     EXPECT_TRUE(hasFinding(result, "repeated_views"));
-    EXPECT_TRUE(result.excluded_views.empty());
+    EXPECT_TRUE(result.dropped.views.empty());
     const Change change = changeBetween(alone, result);
     EXPECT_LT(change.move_sigmas, 0.1) << noise_px;
     EXPECT_LT(change.std_ratio, 1.1) << noise_px;
@@ -77,15 +77,15 @@ TEST(RepeatedViews, FiftyCopiesChangeNothing) {
 
 TEST(RepeatedViews, ASeriesFromATripodIsOneView) {
   SimulatedSet set = baseSet();
-  const CalibrationResult alone = calibrate(set.board, set.views);
+  const Calibration alone = calibrate(set.board, set.views, {.model = "radtan"});
   Random random(6);
   for (int i = 0; i < kNumCopies; ++i) {
     View view = exactView(set.camera, kSize, set.board, set.poses[7], "w_series_" + std::to_string(i));
     addCornerNoise(view, 0.1, random);
     set.views.push_back(std::move(view));
   }
-  const CalibrationResult result = calibrate(set.board, set.views);
-  EXPECT_EQ(result.views.size(), 20U);
+  const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
+  EXPECT_EQ(result.fit.views.size(), 20U);
   EXPECT_LT(changeBetween(alone, result).std_ratio, 1.1);
 }
 
@@ -94,20 +94,20 @@ TEST(RepeatedViews, AMoveOfAHalfPixelIsAnotherView) {
   View moved = exactView(set.camera, kSize, set.board, set.poses[7], "w_moved");
   for (Corner& corner : moved.corners) corner.pixel.x() += 0.5;
   set.views.push_back(moved);
-  EXPECT_TRUE(calibrate(set.board, set.views).repeated_views.empty());
+  EXPECT_TRUE(calibrate(set.board, set.views, {.model = "radtan"}).dropped.repeated.empty());
 }
 
 TEST(RepeatedViews, DoNotDependOnTheOrderOfTheFiles) {
   const SimulatedSet set = baseSet();
   std::vector<View> views = set.views;
   addCopies(views, 3, 0.1);
-  const CalibrationResult result = calibrate(set.board, views);
+  const Calibration result = calibrate(set.board, views, {.model = "radtan"});
   std::reverse(views.begin(), views.end());
-  const CalibrationResult reversed = calibrate(set.board, views);
+  const Calibration reversed = calibrate(set.board, views, {.model = "radtan"});
   for (std::size_t k = 0; k < 9; ++k)
-    EXPECT_EQ(result.camera.parameters()[k], reversed.camera.parameters()[k]);
-  ASSERT_EQ(result.repeated_views.size(), reversed.repeated_views.size());
-  EXPECT_EQ(result.repeated_views.front().image, reversed.repeated_views.front().image);
+    EXPECT_EQ(onlyCamera(result.fit).params[k], onlyCamera(reversed.fit).params[k]);
+  ASSERT_EQ(result.dropped.repeated.size(), reversed.dropped.repeated.size());
+  EXPECT_EQ(result.dropped.repeated.front().image, reversed.dropped.repeated.front().image);
 }
 
 TEST(RepeatedViews, OneBlunderInACopyDoesNotCount) {
@@ -116,16 +116,16 @@ TEST(RepeatedViews, OneBlunderInACopyDoesNotCount) {
   addCopies(views, 3, 0.02);
   views.back().corners[10].pixel.x() += 300;
   views.back().corners.erase(views.back().corners.begin());
-  const CalibrationResult result = calibrate(set.board, views);
-  EXPECT_EQ(result.views.size(), 20U);
-  EXPECT_TRUE(result.outliers.empty());
+  const Calibration result = calibrate(set.board, views, {.model = "radtan"});
+  EXPECT_EQ(result.fit.views.size(), 20U);
+  EXPECT_TRUE(result.dropped.outliers.empty());
 }
 
 TEST(RepeatedViews, TooFewPlacesAreAnError) {
   SimulatedSet set = baseSet();
   set.views.resize(2);
   addCopies(set.views, 0, 0.1);
-  EXPECT_THROW(static_cast<void>(calibrate(set.board, set.views)), Error);
+  EXPECT_THROW(static_cast<void>(calibrate(set.board, set.views, {.model = "radtan"})), Error);
 }
 
 }  // namespace

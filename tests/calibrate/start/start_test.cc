@@ -26,9 +26,9 @@ TEST(Start, EveryModelIsFoundWithoutAGuess) {
     const SweepOutcome outcome = runSweepSet(cell, 0);
     EXPECT_EQ(outcome.error, "");
     EXPECT_TRUE(outcome.isAtOptimum() || outcome.isHeld() || !outcome.is_determined)
-        << outcome.result.solver.cost / outcome.cost_from_truth - 1;
+        << outcome.result.fit.summary.cost / outcome.cost_from_truth - 1;
     EXPECT_TRUE(outcome.isAtOptimum() || outcome.isWarned());
-    EXPECT_GE(outcome.result.start.num_solved, outcome.result.start.num_agreed);
+    EXPECT_GE(outcome.result.choice.start.num_solved, outcome.result.choice.start.num_agreed);
     num_found += outcome.isAtOptimum() || outcome.isHeld() ? 1 : 0;
   }
   EXPECT_EQ(cells.size(), 30U);
@@ -42,7 +42,7 @@ TEST(Start, ShapesWithTwoOptimaAreCompared) {
   for (std::uint64_t number = 0; number < 6; ++number) {
     const SweepOutcome outcome = runSweepSet({.model = "double_sphere", .fov_deg = 120}, number);
     EXPECT_TRUE(outcome.isAtOptimum()) << number;
-    num_compared += outcome.result.start.num_optima > 1 ? 1 : 0;
+    num_compared += outcome.result.choice.start.num_optima > 1 ? 1 : 0;
     ++num_sets;
   }
   EXPECT_EQ(num_sets, 6);
@@ -54,9 +54,9 @@ TEST(Start, ShapesWithTwoOptimaAreCompared) {
 TEST(Start, DoesNotRestBesideTheEndOfARange) {
   const SweepOutcome outcome = runSweepSet({.model = "eucm", .fov_deg = 20}, 12);
   ASSERT_EQ(outcome.error, "");
-  EXPECT_TRUE(outcome.isAtOptimum()) << outcome.result.solver.cost / outcome.cost_from_truth - 1;
-  EXPECT_EQ(outcome.result.camera.parameters()[4], 1);
-  EXPECT_EQ(outcome.result.solver.at_limit, (std::vector<FitParam>{{.camera = 0, .index = 4}}));
+  EXPECT_TRUE(outcome.isAtOptimum()) << outcome.result.fit.summary.cost / outcome.cost_from_truth - 1;
+  EXPECT_EQ(onlyCamera(outcome.result.fit).params[4], 1);
+  EXPECT_EQ(outcome.result.fit.summary.at_limit, (std::vector<FitParam>{{.camera = 0, .index = 4}}));
   EXPECT_TRUE(outcome.isWarned());
 }
 
@@ -89,15 +89,15 @@ TEST(Bundle, FollowsTheEndOfARange) {
   const DrawnCamera pincushion{
       .camera = AnyCamera::make("radtan", params), .size = drawn.size, .rim_rad = drawn.rim_rad};
   const UserSet set = drawUserViews(pincushion, 12, 0.1, random);
-  const CalibrationResult result = calibrate(set.board, set.views, {.model = "ucm"});
-  ASSERT_TRUE(result.outliers.empty() && result.excluded_views.empty());
-  EXPECT_EQ(result.camera.parameters()[4], 0.0);
-  EXPECT_EQ(result.solver.at_limit, (std::vector<FitParam>{{.camera = 0, .index = 4}}));
-  EXPECT_EQ(result.solver.termination, Termination::kConverged);
+  const Calibration result = calibrate(set.board, set.views, {.model = "ucm"});
+  ASSERT_TRUE(result.dropped.outliers.empty() && result.dropped.views.empty());
+  EXPECT_EQ(onlyCamera(result.fit).params[4], 0.0);
+  EXPECT_EQ(result.fit.summary.at_limit, (std::vector<FitParam>{{.camera = 0, .index = 4}}));
+  EXPECT_EQ(result.fit.summary.termination, Termination::kConverged);
   // With alpha = 0 it is a pinhole, whose optimum this must be.
-  const Fit pinhole = solve(fitAt(set, "pinhole", {params.begin(), params.begin() + 4}, result.loss));
-  EXPECT_NEAR(result.solver.cost, pinhole.summary.cost, 1e-6 * pinhole.summary.cost);
-  EXPECT_NEAR(result.camera.parameters()[0], pinhole.cameras.front().params[0], 1e-3);
+  const Fit pinhole = solve(fitAt(set, "pinhole", {params.begin(), params.begin() + 4}, result.fit.loss));
+  EXPECT_NEAR(result.fit.summary.cost, pinhole.summary.cost, 1e-6 * pinhole.summary.cost);
+  EXPECT_NEAR(onlyCamera(result.fit).params[0], pinhole.cameras.front().params[0], 1e-3);
 }
 
 }  // namespace

@@ -20,10 +20,10 @@ SimulatedSet fewDoubleSphereViews(std::uint64_t seed, int num_views) {
                      {.max_tilt_deg = 50, .max_roll_deg = 30, .min_fill = 0.3, .max_fill = 0.8});
 }
 
-const Finding* ambiguity(const CalibrationResult& result) {
-  const auto found = std::find_if(result.findings.begin(), result.findings.end(),
-                                  [](const Finding& f) { return f.id == "ambiguous_optimum"; });
-  return found == result.findings.end() ? nullptr : &*found;
+const Diagnosis* ambiguity(const Calibration& result) {
+  const auto found = std::find_if(result.diagnoses.begin(), result.diagnoses.end(),
+                                  [](const Diagnosis& f) { return f.id == "ambiguous_optimum"; });
+  return found == result.diagnoses.end() ? nullptr : &*found;
 }
 
 // Views that leave the border of a wide image to the model: xi above and below zero explain them alike.
@@ -34,26 +34,26 @@ TEST(Ambiguity, IsNamedWhereTwoCamerasExplainTheCorners) {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     SCOPED_TRACE(seed);
     const SimulatedSet set = fewDoubleSphereViews(seed, 5);
-    const CalibrationResult result = calibrate(set.board, set.views, {.model = "double_sphere"});
+    const Calibration result = calibrate(set.board, set.views, {.model = "double_sphere"});
     ++num_sets;
-    const Finding* finding = ambiguity(result);
-    EXPECT_EQ(finding != nullptr, !result.other_optima.empty());
+    const Diagnosis* finding = ambiguity(result);
+    EXPECT_EQ(finding != nullptr, !result.uncertainty.other_optima.empty());
     // The other side of xi = 0, by sigmas that do not reach there.
-    const double off = std::abs(result.camera.parameters()[4] - set.camera.parameters()[4]);
-    const bool is_astray = off > 0.3 && off > 6 * result.statedStd(4);
+    const double off = std::abs(onlyCamera(result.fit).params[4] - set.camera.parameters()[4]);
+    const bool is_astray = off > 0.3 && off > 6 * result.uncertainty.statedStd(4);
     num_astray += is_astray ? 1 : 0;
     EXPECT_TRUE(!is_astray || finding != nullptr) << off;
     if (finding == nullptr) continue;
     ++num_named;
-    EXPECT_EQ(finding->severity, Finding::Severity::kWarning);
+    EXPECT_EQ(finding->severity, Severity::kWarning);
     EXPECT_NE(result.verdict(), Verdict::kTrustworthy);
     EXPECT_NE(finding->evidence.find("fx "), std::string::npos) << finding->evidence;
     EXPECT_NE(finding->evidence.find("RMS "), std::string::npos) << finding->evidence;
-    const OtherOptimum& other = result.other_optima.front();
+    const OtherOptimum& other = result.uncertainty.other_optima.front();
     EXPECT_GT(other.sigmas, 3);
     EXPECT_LT(other.excess_chi2, kNoiseChi2);
     EXPECT_GT(other.projection_px, 0);
-    EXPECT_NEAR(other.rms_px, result.weighted_rms_px, 0.02 * result.weighted_rms_px);
+    EXPECT_NEAR(other.rms_px, weightedRms(result.fit), 0.02 * weightedRms(result.fit));
     if (!is_astray) continue;
     EXPECT_NEAR(other.params[4], set.camera.parameters()[4], 0.1) << "the other one is the true one";
   }
@@ -67,9 +67,9 @@ TEST(Ambiguity, IsNotSeenInOrdinarySets) {
   for (const char* model : {"radtan", "kannala_brandt"}) {
     for (std::uint64_t number = 0; number < 5; ++number) {
       const VerdictCase c = makeVerdictCase(Flaw::kNone, model, number);
-      const CalibrationResult result = calibrate(c.set.board, c.set.views, c.options);
+      const Calibration result = calibrate(c.set.board, c.set.views, c.options);
       EXPECT_EQ(ambiguity(result), nullptr) << model << " " << number;
-      EXPECT_TRUE(result.other_optima.empty()) << model << " " << number;
+      EXPECT_TRUE(result.uncertainty.other_optima.empty()) << model << " " << number;
       ++num_sets;
     }
   }
@@ -81,9 +81,9 @@ TEST(Ambiguity, GoesWithViews) {
   int num_sets = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const SimulatedSet set = fewDoubleSphereViews(seed, 40);
-    const CalibrationResult result = calibrate(set.board, set.views, {.model = "double_sphere"});
+    const Calibration result = calibrate(set.board, set.views, {.model = "double_sphere"});
     EXPECT_EQ(ambiguity(result), nullptr) << seed;
-    EXPECT_NEAR(result.camera.parameters()[4], -0.2, 0.1) << seed;
+    EXPECT_NEAR(onlyCamera(result.fit).params[4], -0.2, 0.1) << seed;
     ++num_sets;
   }
   EXPECT_EQ(num_sets, 5);

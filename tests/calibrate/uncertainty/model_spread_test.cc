@@ -91,17 +91,19 @@ TEST(ModelSpread, IsToldWhereTheChoiceDecidesWhatTheImageShows) {
       const SimulatedSet set = simulateSet(
           camera, kSize, num_views, 0.1, seed,
           {.max_tilt_deg = 40, .max_roll_deg = 30, .min_fill = 0.2, .max_fill = 0.4, .margin_px = 150});
-      const CalibrationResult result = calibrate(set.board, set.views, {.model = "auto"});
+      const Calibration result = calibrate(set.board, set.views, {.model = "auto"});
       std::vector<Eigen::Vector2d> corners;
       for (const View& view : set.views) {
         for (const Corner& corner : view.corners) corners.push_back(corner.pixel);
       }
-      ASSERT_TRUE(result.projection_far);
+      ASSERT_TRUE(result.uncertainty.projection_far);
       const RivalCamera rival{.id = "kannala_brandt", .params = truth};
-      const auto astray = modelSpread(result.camera, std::span(&rival, 1), corners, *result.projection_far);
+      const auto astray =
+          modelSpread(result.camera(), std::span(&rival, 1), corners, *result.uncertainty.projection_far);
       ASSERT_TRUE(astray);
       const bool is_told = hasFinding(result, "model_dependent");
-      EXPECT_EQ(is_told, result.model_spread && result.model_spread->share_apart > 0.1);
+      EXPECT_EQ(is_told,
+                result.uncertainty.model_spread && result.uncertainty.model_spread->share_apart > 0.1);
       if (astray->share_apart <= 0.1) continue;
       ++num_astray;
       EXPECT_TRUE(is_told) << num_views << " views, seed " << seed;
@@ -118,10 +120,10 @@ TEST(ModelSpread, IsNotToldWhereBoardsWereAllOverTheImage) {
   for (const char* model : {"radtan", "kannala_brandt", "double_sphere"}) {
     for (std::uint64_t number = 0; number < 3; ++number, ++num_sets) {
       const ChoiceSet set = drawChoiceSet(model, 7, number);
-      const CalibrationResult result = calibrate(set.set.board, set.set.views, {.model = "auto"});
+      const Calibration result = calibrate(set.set.board, set.set.views, {.model = "auto"});
       EXPECT_FALSE(hasFinding(result, "model_dependent")) << model << " " << number;
       EXPECT_LT(shareAstray(set, result), 0.1) << model << " " << number;
-      num_compared += result.model_spread ? 1 : 0;
+      num_compared += result.uncertainty.model_spread ? 1 : 0;
     }
   }
   EXPECT_EQ(num_sets, 9);

@@ -15,38 +15,39 @@ namespace {
 
 constexpr const char* kModels[] = {"radtan", "kannala_brandt"};
 
-CalibrationResult run(const SimulatedSet& set) {
+Calibration run(const SimulatedSet& set) {
   return calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
 }
 
-std::vector<std::string> named(const CalibrationResult& result, std::string_view id) {
+std::vector<std::string> named(const Calibration& result, std::string_view id) {
   std::vector<std::string> images;
-  for (const Finding& finding : result.findings) {
+  for (const Diagnosis& finding : result.diagnoses) {
     if (finding.id == id) images.push_back(finding.message().substr(0, finding.message().find(':')));
   }
   return images;
 }
 
 // The most that any function of the parameters moves by is the length of the step in their own metric.
-double moveSigmas(const CalibrationResult& with, const CalibrationResult& without) {
-  const auto a = with.camera.parameters();
-  const auto b = without.camera.parameters();
+double moveSigmas(const Calibration& with, const Calibration& without) {
+  const auto a = onlyCamera(with.fit).params;
+  const auto b = onlyCamera(without.fit).params;
   Eigen::VectorXd step(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) step(static_cast<Eigen::Index>(i)) = b[i] - a[i];
-  return std::sqrt(step.dot(with.covariance->ldlt().solve(step)));
+  return std::sqrt(step.dot(with.uncertainty.covariance->view().ldlt().solve(step)));
 }
 
 TEST(ViewInfluence, IsWhatLeavingTheViewOutDoes) {
   int num_checked = 0;
   for (const char* model : kModels) {
     const SimulatedSet set = cleanSet(model, 12, 3);
-    const CalibrationResult all = run(set);
-    for (std::size_t v = 0; v < all.views.size(); v += 2) {
+    const Calibration all = run(set);
+    for (std::size_t v = 0; v < all.fit.views.size(); v += 2) {
       std::vector<View> views = set.views;
-      std::erase_if(views, [&](const View& view) { return view.image == all.views[v].image; });
+      std::erase_if(views, [&](const View& view) { return view.image == all.fit.views[v].image; });
       const double truth = moveSigmas(all, calibrate(set.board, views, {.model = model}));
       // Of first order, and the loss weighs some corners anew.
-      EXPECT_NEAR(all.views[v].influence.move_sigmas, truth, 0.15 * truth + 0.1) << all.views[v].image;
+      EXPECT_NEAR(all.uncertainty.influences[v].move_sigmas, truth, 0.15 * truth + 0.1)
+          << all.fit.views[v].image;
       ++num_checked;
     }
   }
@@ -61,9 +62,9 @@ TEST(ViewInfluence, AFaintlyBentViewIsNamedAndCleanOnesAreNot) {
       SimulatedSet set = cleanSet(model, 15, seed);
       EXPECT_THAT(named(run(set), "influential_view"), testing::IsEmpty());
       const auto bad = spoilViews(set, Spoiler::kFaint, 1, seed);
-      const CalibrationResult result = run(set);
+      const Calibration result = run(set);
       auto images = named(result, "influential_view");
-      for (const ExcludedView& view : result.excluded_views) images.push_back(view.image);
+      for (const ExcludedView& view : result.dropped.views) images.push_back(view.image);
       for (const std::string& image : images) EXPECT_EQ(image, bad.front());
       if (!images.empty()) ++num_found;
       ++num_sets;
@@ -77,11 +78,12 @@ TEST(BoardStretch, IsFoundWithItsSigma) {
   int num_checked = 0;
   for (const char* model : kModels) {
     for (const double stretch : {0.005, -0.005}) {
-      const CalibrationResult result = run(stretchedSet(model, 25, 1 + stretch, 11));
-      ASSERT_TRUE(result.board_stretch);
+      const Calibration result = run(stretchedSet(model, 25, 1 + stretch, 11));
+      ASSERT_TRUE(result.uncertainty.board_stretch);
       // Of first order: a hundredth of the stretch is left.
-      EXPECT_NEAR(result.board_stretch->stretch, stretch, 4 * result.board_stretch->sigma);
-      EXPECT_LT(result.board_stretch->sigma, 5e-4);
+      EXPECT_NEAR(result.uncertainty.board_stretch->stretch, stretch,
+                  4 * result.uncertainty.board_stretch->sigma);
+      EXPECT_LT(result.uncertainty.board_stretch->sigma, 5e-4);
       EXPECT_EQ(named(result, "board_not_square").size(), 1U);
       ++num_checked;
     }
@@ -94,10 +96,10 @@ TEST(BoardStretch, OfSquareBoardsIsWithinItsSigma) {
   int num_sets = 0;
   for (const char* model : kModels) {
     for (std::uint64_t seed = 1; seed <= 15; ++seed) {
-      const CalibrationResult result = run(cleanSet(model, 12, 100 + seed));
-      ASSERT_TRUE(result.board_stretch);
+      const Calibration result = run(cleanSet(model, 12, 100 + seed));
+      ASSERT_TRUE(result.uncertainty.board_stretch);
       EXPECT_TRUE(named(result, "board_not_square").empty());
-      const double z = result.board_stretch->stretch / result.board_stretch->sigma;
+      const double z = result.uncertainty.board_stretch->stretch / result.uncertainty.board_stretch->sigma;
       sum += z * z;
       ++num_sets;
     }
@@ -111,7 +113,7 @@ TEST(BoardStretch, OfSquareBoardsIsWithinItsSigma) {
 TEST(BoardStretch, CannotBeToldFromFxByViewsThatFaceTheBoard) {
   SimulatedSet set = simulateSet(spoiledCamera("radtan"), kSpoiledSize, 10, 0.1, 12,
                                  {.max_tilt_deg = 0, .max_roll_deg = 0}, kSpoiledBoard);
-  const CalibrationResult result = run(set);
+  const Calibration result = run(set);
   EXPECT_TRUE(named(result, "board_not_square").empty());
 }
 

@@ -37,7 +37,7 @@ TEST(FormatContradictions, OfMatlabsMatrixAndFocalLengthAreRefused) {
         std::pair(R"("IntrinsicMatrix":[[500.25,0,0],[0,502,0],[321,241,1]],)", "IntrinsicMatrix")}) {
     EXPECT_THAT(complaintAbout(kNamed + other + kRest),
                 AllOf(HasSubstr("file:1: " + std::string(name)), HasSubstr("FocalLength"),
-                      HasSubstr("both to say the same")));
+                      HasSubstr("values that agree")));
   }
   EXPECT_THAT(
       complaintAbout(R"({"K":[[500,0,321],[0,501,241],[0,0,1]],"Intrinsics":)" + kNamed + kRest + "}"),
@@ -96,7 +96,7 @@ TEST(FormatOmissions, OfRosSizeAreLeftToTheUser) {
   }
   EXPECT_EQ(num_read, 4);
   EXPECT_THAT(complaintAbout("image_width: 641\nimage_height: 0\n" + kRosMatrix + kRosCoefficients, kVga),
-              AllOf(HasSubstr("'641'"), HasSubstr("640 as --image-size says")));
+              AllOf(HasSubstr("'641'"), HasSubstr("640 from --image-size")));
 }
 
 TEST(FormatOmissions, OfOneSideInOpenCvsFilesAreNoticed) {
@@ -115,7 +115,7 @@ TEST(FormatOmissions, OfOneSideInOpenCvsFilesAreNoticed) {
     const std::string text = stated + kOpenCv;
     EXPECT_THAT(complaintAbout(text),
                 AllOf(HasSubstr(place), HasSubstr("without '" + missing + "'"), HasSubstr("--image-size")));
-    EXPECT_THAT(complaintAbout(text, hd), AllOf(HasSubstr(place), HasSubstr("1920x1080 as --image-size")));
+    EXPECT_THAT(complaintAbout(text, hd), AllOf(HasSubstr(place), HasSubstr("1920x1080 from --image-size")));
     const StatedCamera camera = parseCameras(text, "file", kVga).cameras.at(0);
     EXPECT_EQ(camera.image_size, kVga.image_size);
     EXPECT_THAT(remarksOn(camera), AllOf(HasSubstr("assumed: " + place), HasSubstr("no " + missing),
@@ -178,7 +178,7 @@ TEST(FormatContradictions, OfOpenCvAFlagIsOneOrZero) {
     }
   }
   EXPECT_EQ(num_refused, 10);
-  EXPECT_THAT(complaintAbout(four + "xi: 0.5\nfisheye_model: 1\n"), HasSubstr("beside 'xi'"));
+  EXPECT_THAT(complaintAbout(four + "xi: 0.5\nfisheye_model: 1\n"), HasSubstr("and 'xi'"));
   EXPECT_EQ(complaintAbout(four + "xi: 0.5\nfisheye_model: 0\n"), "");
 }
 
@@ -193,8 +193,7 @@ TEST(FormatOmissions, OfNerfFocalLengthsAreWorkedOutFromTheAngle) {
   EXPECT_EQ(blender.camera.modelId(), "pinhole");
   EXPECT_THAT(std::vector<double>(blender.camera.parameters().begin(), blender.camera.parameters().end()),
               testing::ElementsAre(focal, focal, 399.5, 299.5));
-  EXPECT_THAT(remarksOn(blender),
-              AllOf(HasSubstr("fl_y as the same"), HasSubstr("no cx"), HasSubstr("no cy")));
+  EXPECT_THAT(remarksOn(blender), AllOf(HasSubstr("fl_y the same"), HasSubstr("no cx"), HasSubstr("no cy")));
   const StatedCamera stated =
       parseCameras(R"({"camera_angle_x":0.69,"camera_angle_y":0.5,"cx":401.0,"w":800,"h":600,"frames":[]})",
                    "file")
@@ -227,21 +226,21 @@ TEST(FormatRemarks, NameTheLineOfTheKey) {
       "{\"w\": 640, \"h\": 480,\n\"fl_x\": 532.8, \"fl_y\": 532.9, \"cx\": 343.0, \"cy\": 234.4,\n";
   const std::vector<Case> cases = {
       {fisheye + "distortion_parameters:\n   k1: 0.1\n   k2: 0.2\n",
-       "unknown_keys: file:16: distortion_parameters means nothing"},
+       "unknown_keys: file:16: distortion_parameters is unknown"},
       {fisheye + "   s: 1\n   t: 2\nserial: 7\n",
-       "unknown_keys: file:16: projection_parameters.s, t (line 17) mean nothing"},
+       "unknown_keys: file:16: projection_parameters.s, t (line 17) are unknown"},
       {fisheye + "serial: 7\nlens:\n  name: wide\n",
-       "unknown_keys: file:16: serial, lens (line 17) mean nothing"},
+       "unknown_keys: file:16: serial, lens (line 17) are unknown"},
       {"%YAML:1.0\n---\n" + kRosSize + kRosMatrix + kRosCoefficients +
            "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n",
-       "not_carried: file:8: rectification_matrix is not carried"},
+       "not_carried: file:8: rectification_matrix is ignored"},
       {kRosSize + kRosMatrix + kRosCoefficients + "roi:\n  x_offset: 1\n  width: 320\n",
        "not_carried: file:6: roi:"},
       {kRosSize + kRosMatrix + kRosCoefficients +
            "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [500, 0, 342, 0, 0, 501, 233, 0, 0, 0, 1, 0]\n",
        "not_carried: file:6: projection_matrix:"},
       {nerf + "\"camera_model\": \"OPENCV\",\n\n\"serial\":\n{\"a\": [1,\n2]},\n\"lens\": 7}",
-       "unknown_keys: file:5: serial, lens (line 8) mean nothing"},
+       "unknown_keys: file:5: serial, lens (line 8) are unknown"},
       {"<?xml "
        "version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480</"
        "image_height>\n"
@@ -251,7 +250,7 @@ TEST(FormatRemarks, NameTheLineOfTheKey) {
        "<distortion_coefficients>0.1 0.2 0 0 "
        "0.1</distortion_coefficients>\n<flag_fisheye>\n0</flag_fisheye>\n"
        "<lens>\n<name>wide</name></lens>\n</opencv_storage>\n",
-       "unknown_keys: file:13: flag_fisheye, lens (line 15) mean nothing"},
+       "unknown_keys: file:13: flag_fisheye, lens (line 15) are unknown"},
   };
   int num_lines = 0;
   for (const Case& c : cases) {
@@ -308,7 +307,7 @@ TEST(FormatContradictions, OfNerfFramesHaveCamerasOfTheirOwn) {
   for (const std::string& frame : {std::string(R"("w":320,"h":240)"), R"("w":320,)" + half,
                                    std::string(R"("fl_x":250.0)"), std::string(R"("w":640,"h":481)")}) {
     EXPECT_THAT(complaintAbout(file(lens, frame)),
-                AllOf(HasSubstr("file:3: frames[1]."), HasSubstr(", where file:1: "), HasSubstr("state all")))
+                AllOf(HasSubstr("file:3: frames[1]."), HasSubstr(", where file:1: "), HasSubstr("add all")))
         << frame;
     ++num_refused;
   }

@@ -55,7 +55,7 @@ TEST(NerfstudioFiles, OfOtherLensesAreRefused) {
     for (const std::string& text :
          {file("\"" + key + "\": true"),
           file("\"aabb_scale\": 1", R"([{"file_path": "a", ")" + key + R"(": 0.5}])")}) {
-      EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(key + ": found a lens of instant-ngp's kind"),
+      EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(key + ": found an instant-ngp lens of the kind"),
                                               HasSubstr("OPENCV_FISHEYE"), HasSubstr("next:")));
     }
   }

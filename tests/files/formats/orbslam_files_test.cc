@@ -46,7 +46,7 @@ TEST(OrbslamFiles, WithACoefficientThatTheLensHasNotAreRefused) {
        {"k1", "k2", "p1", "p2", "k6"},
        "file:10: Camera.k6",
        "an ordinary lens has k1 k2 p1 p2 k3",
-       "no more than these"},
+       "only these"},
       {"\n",
        {"k1", "k2", "p1", "p2", "k3", "k4"},
        "file:11: Camera.k4",
@@ -60,7 +60,7 @@ TEST(OrbslamFiles, WithACoefficientThatTheLensHasNotAreRefused) {
       {"Camera.type: \"KannalaBrandt8\"\n",
        {"k1", "k2", "p1", "p2"},
        "file:8: Camera.p1",
-       "p1 and p2 are of PinHole",
+       "p1 and p2 belong to PinHole",
        "correct the type"},
       {"Camera.model: \"perspective\"\n",
        {"k1", "k2", "k3", "k4"},
@@ -110,10 +110,10 @@ TEST(OrbslamFiles, OfOpenVslamAreOfTheirModelAndSize) {
               AllOf(HasSubstr("file:1: Camera.model: found 'equirectangular'"),
                     HasSubstr("perspective or fisheye"), HasSubstr("next:")));
   EXPECT_THAT(complaintAbout("Camera.model: fisheye\nCamera.type: PinHole\n" + pinhole("Camera")),
-              AllOf(HasSubstr("file:2: Camera.type: found 'PinHole' beside Camera.model 'fisheye'")));
+              AllOf(HasSubstr("file:2: Camera.type: found 'PinHole' and Camera.model 'fisheye'")));
   const std::string plain = "Camera.model: perspective\n" + pinhole("Camera");
   EXPECT_THAT(complaintAbout(plain + "Camera.cols: 640\nCamera.rows: 512\n" + kSize),
-              AllOf(HasSubstr("file:6: Camera.cols"), HasSubstr("another image size")));
+              AllOf(HasSubstr("file:6: Camera.cols"), HasSubstr("an image size that differs")));
   EXPECT_THAT(complaintAbout(plain + "Camera.cols: 640\n"),
               AllOf(HasSubstr("file:6"), HasSubstr("add Camera.rows")));
   const ImageSize vga{.width = 640, .height = 480};
@@ -130,7 +130,7 @@ TEST(OrbslamFiles, TellThatRawCamerasAreNotRead) {
                                            "file");
   EXPECT_EQ(source.cameras.at(0).camera.parameters()[0], 500.0);
   EXPECT_THAT(remarksOn(source.cameras.at(0)),
-              AllOf(HasSubstr("not_carried: file:9: LEFT.K"), HasSubstr("that of the rectified images")));
+              AllOf(HasSubstr("not_carried: file:9: LEFT.K"), HasSubstr("belongs to the rectified images")));
 }
 
 }  // namespace

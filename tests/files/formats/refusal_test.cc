@@ -66,7 +66,7 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        "a sensor of EuRoC",
        "rate_hz: 20",
        "distortion_coeffs: [0, 0, 0, 0]",
-       {"file:20: distortion_coefficients", "beside 'distortion_coeffs'", "remove the other"}},
+       {"file:20: distortion_coefficients", "and 'distortion_coeffs'", "remove the other"}},
       {"kalibr",
        "a chain",
        ", 1.76187114e-05]",
@@ -111,7 +111,7 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        "\"OPENCV\"",
        "\"EQUIRECTANGULAR\"",
        {"'EQUIRECTANGULAR'", "OPENCV_FISHEYE"}},
-      {"nerfstudio", "one camera for all frames", "\"k4\": 0.0", "\"k4\": 0.1", {"k4 = 0.1", "ends at k3"}},
+      {"nerfstudio", "one camera for all frames", "\"k4\": 0.0", "\"k4\": 0.1", {"k4 = 0.1", "has no k4"}},
       {"nerfstudio", "one camera for all frames", "\"fl_y\": 501.0,", "", {"no key 'fl_y'"}},
       {"camodocal", "MEI", "MEI", "SCARAMUZZA", {"file:3", "'SCARAMUZZA'", "PINHOLE, MEI, KANNALA_BRANDT"}},
       {"camodocal", "MEI", "   gamma1: 900.\n", "", {"no key 'gamma1'"}},
@@ -123,7 +123,7 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        "stereoParameters",
        "[[500,0,0],[0,501,0],[320,240,1]]",
        "[[500,0,320],[0,501,240],[0,0,1]]",
-       {"file:2", "no IntrinsicMatrix", "cx cy 1"}},
+       {"file:2", "not an IntrinsicMatrix", "cx cy 1"}},
       {"matlab",
        "stereoParameters",
        "\"EstimateSkew\":false",
@@ -155,9 +155,9 @@ TEST(FormatRefusals, NamePlaceAndReason) {
 TEST(FormatRefusals, OfNothingSaySo) {
   int num_files = 0;
   for (const auto& [text, found] :
-       {std::pair("", "an empty file"), std::pair(" \n\n", "nothing but blanks and comments"),
-        std::pair("# Camera\n# list\n", "nothing but blanks and comments"),
-        std::pair("%YAML:1.0\n", "nothing but blanks and comments")}) {
+       {std::pair("", "an empty file"), std::pair(" \n\n", "only blanks and comments"),
+        std::pair("# Camera\n# list\n", "only blanks and comments"),
+        std::pair("%YAML:1.0\n", "only blanks and comments")}) {
     EXPECT_THAT(complaintAbout(text), testing::AllOf(testing::StartsWith("file: "), testing::HasSubstr(found),
                                                      testing::HasSubstr("next: check the path")));
     ++num_files;
@@ -165,7 +165,7 @@ TEST(FormatRefusals, OfNothingSaySo) {
   EXPECT_EQ(num_files, 4);
   EXPECT_THAT(
       complaintAbout("# Camera list with one line of data per camera:\n# Number of cameras: 0\n"),
-      testing::AllOf(testing::HasSubstr("file: found comments alone"),
+      testing::AllOf(testing::HasSubstr("file: found only comments"),
                      testing::HasSubstr("ID MODEL WIDTH HEIGHT PARAMS"), testing::HasSubstr("next: ")));
 }
 
@@ -177,8 +177,8 @@ TEST(FormatRefusals, AreNoneOfColmapsCutFiles) {
     const CameraSource source = parseCameras(start + count + lines, "file");
     ASSERT_EQ(source.cameras.size(), 2u);
     EXPECT_EQ(remarksOn(source.cameras[0]),
-              is_told ? "assumed: file:2: the file says that it has " + std::string(count) +
-                            " cameras, and has 2; taken as it is, but it may have been cut\n"
+              is_told ? "assumed: file:2: the header announces " + std::string(count) +
+                            " cameras, but the file contains 2; it was read, but it may be truncated\n"
                       : "");
     EXPECT_EQ(remarksOn(source.cameras[1]), "");
   }

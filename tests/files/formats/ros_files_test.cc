@@ -125,7 +125,7 @@ TEST(RosFiles, OfSeveralMessagesAreReadIfAllSayTheSame) {
     }
   }
   EXPECT_THAT(complaintAbout(message(1, kMatrix) + message(2, kMatrix) + message(3, kOtherMatrix)),
-              testing::AllOf(testing::HasSubstr("file:21: found a message that says something else"),
+              testing::AllOf(testing::HasSubstr("file:21: found a message that differs from the first"),
                              testing::HasSubstr("rostopic echo -n 1")));
   // One that was cut says something else too.
   const std::string two = message(1, kMatrix) + message(2, kMatrix);
@@ -138,7 +138,7 @@ TEST(RosFiles, OfTheCalibratorInIniAreRefusedForTheYaml) {
   EXPECT_THAT(
       complaintAbout("# oST version 5.0 parameters\n\n[image]\n\nwidth\n640\n\nheight\n480\n\n"
                      "[narrow_stereo]\n\ncamera matrix\n500 0 320\n0 501 240\n0 0 1\n"),
-      testing::AllOf(testing::StartsWith("file: found the INI file"), testing::HasSubstr("take ost.yaml")));
+      testing::AllOf(testing::StartsWith("file: found the INI file"), testing::HasSubstr("use ost.yaml")));
 }
 
 TEST(RosFiles, OfModelsThatAreNotRosOwnSayWhatToDo) {
@@ -152,7 +152,7 @@ TEST(RosFiles, OfModelsThatAreNotRosOwnSayWhatToDo) {
   };
   int num_cases = 0;
   for (const Case& one :
-       std::vector<Case>{{"None", "[0.1]", "write the one that"},
+       std::vector<Case>{{"None", "[0.1]", "write the model that"},
                          {"Inverse Brown Conrady", "[0.1, 0.0, 0.0, 0.0, 0.0]", "alidade calibrate"},
                          {"Inverse Brown Conrady", zeros, "write plumb_bob"},
                          {"blumb_bob", "[0.1, 0.0, 0.0, 0.0, 0.0]", "did you mean 'plumb_bob'?"}}) {

@@ -34,10 +34,11 @@ std::vector<alidade::View> exactViews(const alidade::AnyCamera& camera, const al
 }
 
 // Copies and destroys what the library allocated. Exact corners leave next to no uncertainty.
-bool hasCovariance(const alidade::CalibrationResult& result) {
-  if (!result.covariance) return false;
-  auto covariance = *result.covariance;
-  covariance = result.statedCovariance();
+bool hasCovariance(const alidade::Calibration& calibration) {
+  const alidade::Uncertainty& known = calibration.uncertainty;
+  if (!known.covariance) return false;
+  alidade::DenseMatrix covariance = *known.covariance;
+  covariance = known.statedCovariance();
   if (covariance.rows() != static_cast<Eigen::Index>(kTrueParams.size())) return false;
   for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
     if (!(covariance(i, i) >= 0 && covariance(i, i) < 1e-6)) return false;
@@ -51,7 +52,7 @@ int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const alidade::Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
   const auto truth = alidade::AnyCamera::make("radtan", kTrueParams);
-  const auto result = alidade::calibrate(board, exactViews(truth, board));
+  const auto result = alidade::calibrate(board, exactViews(truth, board), {.model = "radtan"});
   if (!ownEigenWorks() || !hasCovariance(result)) {
     std::fprintf(stderr,
                  "everything: the covariance is missing or wrong, or the solution of a linear system is\n");

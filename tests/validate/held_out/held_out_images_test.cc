@@ -33,11 +33,11 @@ UserSet viewsOf(const DrawnCamera& drawn, int count, std::uint64_t seed) {
 }
 
 // The worst status of both checks.
-CheckStatus verdictOn(const AnyCamera& tested, ImageSize size, const UserSet& set) {
+Severity verdictOn(const AnyCamera& tested, ImageSize size, const UserSet& set) {
   const auto checks =
       heldOutChecks(judgeOnImages({&tested, size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(checks.size(), 2u);
-  return std::max(checks[0].status, checks[1].status);
+  return std::max(checks[0].severity, checks[1].severity);
 }
 
 // bench/validate_bench has the table of 200 trials.
@@ -48,8 +48,8 @@ TEST(HeldOutImages, RejectWrongCamerasAndNotTheTrueOne) {
     const AnyCamera tested = spoiled(drawn.camera, wrong);
     int num_rejected = 0;
     for (std::uint64_t seed = 0; seed < kSets; ++seed) {
-      const CheckStatus status = verdictOn(tested, drawn.size, viewsOf(drawn, 10, seed));
-      num_rejected += status == CheckStatus::kFail ? 1 : 0;
+      const Severity status = verdictOn(tested, drawn.size, viewsOf(drawn, 10, seed));
+      num_rejected += status == Severity::kFailure ? 1 : 0;
     }
     if (wrong == Wrong::kNot) {
       EXPECT_EQ(num_rejected, 0);
@@ -72,8 +72,8 @@ TEST(HeldOutImages, DoNotCondemnACameraForABentBoard) {
                      0.1 * Eigen::Vector2d(random.normal(), random.normal());
     }
   }
-  EXPECT_NE(verdictOn(drawn.camera, drawn.size, set), CheckStatus::kFail);
-  EXPECT_EQ(verdictOn(spoiled(drawn.camera, Wrong::kFocal), drawn.size, set), CheckStatus::kFail);
+  EXPECT_NE(verdictOn(drawn.camera, drawn.size, set), Severity::kFailure);
+  EXPECT_EQ(verdictOn(spoiled(drawn.camera, Wrong::kFocal), drawn.size, set), Severity::kFailure);
 }
 
 TEST(HeldOutImages, SeeAModelThatIsTooLean) {
@@ -83,7 +83,7 @@ TEST(HeldOutImages, SeeAModelThatIsTooLean) {
   const auto checks =
       heldOutChecks(judgeOnImages({&pinhole, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(checks[0].id, "held_out_error");
-  EXPECT_EQ(checks[0].status, CheckStatus::kFail) << checks[0].message;
+  EXPECT_EQ(checks[0].severity, Severity::kFailure) << checks[0].cause;
 }
 
 TEST(HeldOutImages, SayWhenTheyAreTooFew) {
@@ -93,8 +93,8 @@ TEST(HeldOutImages, SayWhenTheyAreTooFew) {
     const UserSet set = viewsOf(drawn, count, 5);
     const auto checks =
         heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
-    EXPECT_EQ(checks[0].status, CheckStatus::kPass) << checks[0].message;
-    EXPECT_EQ(checks[1].status, CheckStatus::kWarn) << checks[1].message;
+    EXPECT_EQ(checks[0].severity, Severity::kPass) << checks[0].cause;
+    EXPECT_EQ(checks[1].severity, Severity::kWarning) << checks[1].cause;
     EXPECT_TRUE(checks[1].is_undecided);
     ++num_checked;
   }
@@ -140,7 +140,7 @@ TEST(HeldOutImages, NameWhatIsWrong) {
       const AnyCamera tested = spoiled(drawn.camera, wrong);
       ++num_named;
       return heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx)[1]
-          .message;
+          .cause;
     };
     EXPECT_THAT(messageOn(Wrong::kFocal), AllOf(HasSubstr("its focal length is "), HasSubstr("too long")));
     EXPECT_THAT(messageOn(Wrong::kCenter), AllOf(HasSubstr("its cx is "), HasSubstr("too large")));
@@ -167,10 +167,10 @@ TEST(HeldOutImages, NameLargeChangesOnCornersWithoutNoise) {
   for (const Case& c : cases) {
     const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
     const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
-    const Check check = heldOutChecks(judgement, kDefaultTolerancePx)[1];
+    const Diagnosis check = heldOutChecks(judgement, kDefaultTolerancePx)[1];
     EXPECT_LT(judgement.freed_rms_px, 1e-6);
-    EXPECT_EQ(check.status, CheckStatus::kFail) << c.complaint;
-    EXPECT_THAT(check.message, HasSubstr(c.complaint));
+    EXPECT_EQ(check.severity, Severity::kFailure) << c.complaint;
+    EXPECT_THAT(check.cause, HasSubstr(c.complaint));
     ++num_named;
   }
   EXPECT_EQ(num_named, 4);
@@ -182,16 +182,16 @@ TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   const AnyCamera tested = *changed(drawn.camera, CameraChange::kPixelOrigin, 0.5);
   const auto checks =
       heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
-  EXPECT_EQ(checks[1].status, CheckStatus::kWarn);
+  EXPECT_EQ(checks[1].severity, Severity::kWarning);
   EXPECT_FALSE(checks[1].is_undecided);
-  EXPECT_THAT(checks[1].message, HasSubstr("half a pixel"));
+  EXPECT_THAT(checks[1].cause, HasSubstr("half a pixel"));
   const auto right =
       heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
-  EXPECT_EQ(right[1].status, CheckStatus::kPass) << right[1].message;
+  EXPECT_EQ(right[1].severity, Severity::kPass) << right[1].cause;
   const AnyCamera shifted = *changed(drawn.camera, CameraChange::kCenterX, 2);
   const auto other =
       heldOutChecks(judgeOnImages({&shifted, drawn.size}, set.board, set.views), kDefaultTolerancePx);
-  EXPECT_THAT(other[1].message, testing::Not(HasSubstr("half a pixel")));
+  EXPECT_THAT(other[1].cause, testing::Not(HasSubstr("half a pixel")));
 }
 
 // A camera may be so wrong that the change it would need leaves the parameters' range, or looks like another
@@ -209,9 +209,9 @@ TEST(HeldOutImages, RejectGrosslyWrongCamerasWithoutAWrongName) {
     const auto checks =
         heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
     ASSERT_EQ(checks.size(), 2u);
-    EXPECT_EQ(std::max(checks[0].status, checks[1].status), CheckStatus::kFail) << times;
+    EXPECT_EQ(std::max(checks[0].severity, checks[1].severity), Severity::kFailure) << times;
     for (const char* name : {"its cx", "its cy", "its distortion"})
-      EXPECT_THAT(checks[1].message, testing::Not(HasSubstr(name))) << times;
+      EXPECT_THAT(checks[1].cause, testing::Not(HasSubstr(name))) << times;
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 6);
@@ -237,8 +237,8 @@ TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
   for (const Case& c : cases) {
     const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
     const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
-    const Check check = heldOutChecks(judgement, kDefaultTolerancePx)[1];
-    EXPECT_EQ(check.status, CheckStatus::kFail) << c.complaint;
+    const Diagnosis check = heldOutChecks(judgement, kDefaultTolerancePx)[1];
+    EXPECT_EQ(check.severity, Severity::kFailure) << c.complaint;
     for (const NeededChange& change : judgement.changes) {
       if (change.change != c.change) continue;
       ASSERT_TRUE(change.refined) << c.complaint;
@@ -247,7 +247,7 @@ TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
                                : -c.amount / (1 + c.amount);
       EXPECT_NEAR(change.refined->amount, truth, 4 * change.refined->effectiveStd()) << c.complaint;
       // Two digits are what a message has.
-      EXPECT_THAT(check.message, HasSubstr(std::string(c.complaint).substr(0, 10)));
+      EXPECT_THAT(check.cause, HasSubstr(std::string(c.complaint).substr(0, 10)));
       EXPECT_NEAR(change.refined_rms_px, judgement.freed_rms_px, 0.2 * judgement.freed_rms_px);
       ++num_named;
     }
@@ -274,8 +274,8 @@ TEST(HeldOutImages, SayThatACameraIsFarOffWhereNoChangeExplainsIt) {
     const AnyCamera tested = AnyCamera::make("radtan", wrong);
     const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
     const auto checks = heldOutChecks(judgement, kDefaultTolerancePx);
-    EXPECT_EQ(checks[1].status, CheckStatus::kFail) << checks[1].message;
-    EXPECT_THAT(checks[1].message,
+    EXPECT_EQ(checks[1].severity, Severity::kFailure) << checks[1].cause;
+    EXPECT_THAT(checks[1].cause,
                 AllOf(HasSubstr("far off"), HasSubstr("no single change was found"),
                       testing::Not(HasSubstr("if nothing else")), testing::Not(HasSubstr("cannot tell"))));
     // Noise is that of the images and none of the camera's.
@@ -293,9 +293,9 @@ TEST(HeldOutImages, SayThatACameraDoesNotSeeTheBoards) {
       AnyCamera::make("radtan", std::vector<double>{30, 30, 100, 400, -0.28, 0.08, 8e-4, -4e-4, -0.01});
   const auto checks =
       heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
-  EXPECT_EQ(checks[0].status, CheckStatus::kFail) << checks[0].message;
-  EXPECT_EQ(checks[1].status, CheckStatus::kFail) << checks[1].message;
-  EXPECT_THAT(checks[1].message, HasSubstr("does not see their boards from any pose; RMS 0.1"));
+  EXPECT_EQ(checks[0].severity, Severity::kFailure) << checks[0].cause;
+  EXPECT_EQ(checks[1].severity, Severity::kFailure) << checks[1].cause;
+  EXPECT_THAT(checks[1].cause, HasSubstr("does not see their boards from any pose; RMS 0.1"));
 }
 
 // Views may share errors of their own by as much as they like: that makes no camera far off.
@@ -314,7 +314,7 @@ TEST(HeldOutImages, DoNotCallARightCameraFarOff) {
             corner.pixel += move * (corner.pixel - Eigen::Vector2d(320, 240));
         }
         const HeldOutJudgement judgement = judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views);
-        EXPECT_THAT(heldOutChecks(judgement, kDefaultTolerancePx)[1].message,
+        EXPECT_THAT(heldOutChecks(judgement, kDefaultTolerancePx)[1].cause,
                     testing::Not(HasSubstr("far off")))
             << count << " views, seed " << seed;
         ++num_judged;
@@ -335,10 +335,10 @@ TEST(HeldOutImages, SayWhenNoCornerCanBeHeldOut) {
   }
   const auto checks =
       heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
-  EXPECT_EQ(checks[0].status, CheckStatus::kWarn);
-  EXPECT_THAT(checks[0].message, HasSubstr("too few corners of either colour"));
-  EXPECT_THAT(checks[0].value, testing::Not(HasSubstr("nan")));
-  EXPECT_NE(checks[1].status, CheckStatus::kFail) << checks[1].message;
+  EXPECT_EQ(checks[0].severity, Severity::kWarning);
+  EXPECT_THAT(checks[0].cause, HasSubstr("too few corners of either colour"));
+  EXPECT_THAT(checks[0].evidence, testing::Not(HasSubstr("nan")));
+  EXPECT_NE(checks[1].severity, Severity::kFailure) << checks[1].cause;
 }
 
 TEST(HeldOutImages, MustBeOfTheCamerasSize) {

@@ -10,6 +10,7 @@
 #include "alidade/adjust/robust_weighting.h"
 #include "alidade/calibrate/bend/bend_by_views.h"
 #include "alidade/calibrate/start/options.h"
+#include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
 
@@ -17,10 +18,10 @@ namespace alidade {
 /// would make, to first order.
 struct IgnoredBend {
   BoardShape shape;
-  Eigen::VectorXd params_step;  ///< N parameters
-  double cost_share = 1;        ///< of the corners' cost, what the bend would leave
+  DenseMatrix params_step;  ///< N x 1
+  double cost_share = 1;    ///< of the corners' cost, what the bend would leave
   /// N x N: the covariance by the corners' noise of the camera with the bend.
-  std::optional<Eigen::MatrixXd> covariance = {};
+  std::optional<DenseMatrix> covariance = {};
 };
 
 /// What the views say of the board's shape. The shape itself is the fit's.

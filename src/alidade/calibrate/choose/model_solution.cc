@@ -15,16 +15,15 @@ ModelSolution fittedPlainly(const Checkerboard& board, const PreparedViews& give
   SettledFit settled = settledFromStart(std::move(started.fit), options.cancel);
   ComparedFit compared = comparedWithRivals(std::move(settled.fit), started.rivals, options.cancel);
   return {.fit = std::move(compared.fit),
-          .is_settled = settled.is_settled,
-          .shape = {},
-          .start = started.report,
+          .choice = {.start = started.report, .shape = {}, .is_settled = settled.is_settled},
           .close_params = std::move(compared.close_params)};
 }
 
 ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
                               const CalibratorOptions& options) {
   const CancelFlag* cancel = options.cancel;
-  SettledFit settled{.fit = regularised(std::move(solution.fit), cancel), .is_settled = solution.is_settled};
+  SettledFit settled{.fit = regularised(std::move(solution.fit), cancel),
+                     .is_settled = solution.choice.is_settled};
   BentFit now = bent(std::move(settled), options.board_shape, cancel);
   now.settled = withoutOutliers(std::move(now.settled), given, cancel);
   const bool was_bent = isShapeEstimated(now.settled.fit);
@@ -33,8 +32,8 @@ ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given
     now.settled = withoutOutliers(std::move(now.settled), given, cancel);
   // On the corners that are left.
   solution.fit = regularised(std::move(now.settled.fit), cancel);
-  solution.is_settled = now.settled.is_settled;
-  solution.shape = std::move(now.report);
+  solution.choice.is_settled = now.settled.is_settled;
+  solution.choice.shape = std::move(now.report);
   return solution;
 }
 

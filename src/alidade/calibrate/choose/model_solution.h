@@ -3,19 +3,16 @@
 
 #include <vector>
 
-#include "alidade/calibrate/bend/shape_step.h"
+#include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/start/options.h"
 #include "alidade/calibrate/start/prepared_views.h"
-#include "alidade/calibrate/start/start.h"
 
 namespace alidade {
 
 /// A camera of one model that fits the views, and how it was found.
 struct ModelSolution {
   Fit fit;
-  bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
-  ShapeReport shape;
-  StartReport start;
+  Choice choice;  ///< but for what concerns other models
   /// Parameters of other optima that were about as good on all views, for otherOptima().
   std::vector<std::vector<double>> close_params;
 };

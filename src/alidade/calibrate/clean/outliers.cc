@@ -51,21 +51,4 @@ SettledFit withoutOutliers(SettledFit settled, const PreparedViews& given, const
   return settled;
 }
 
-std::vector<Outlier> outliersOf(const Fit& fit, const PreparedViews& given) {
-  std::vector<Outlier> outliers;
-  for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    const View& view = given.views[fit.views[v].source];
-    const ViewFit all = fitInUse(fit, v, view);
-    auto used = fit.views[v].corners.begin();
-    for (std::size_t i = 0; i < all.corners.size(); ++i) {
-      if (used != fit.views[v].corners.end() && used->id == all.corners[i].id) {
-        ++used;
-      } else {
-        outliers.push_back({view.image, all.corners[i].id, all.errors[i]});
-      }
-    }
-  }
-  return outliers;
-}
-
 }  // namespace alidade

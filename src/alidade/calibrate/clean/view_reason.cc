@@ -35,7 +35,9 @@ std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFla
   return factor;
 }
 
-std::string reasonFor(const Fit& used, const View& view, const CancelFlag* cancel) {
+}  // namespace
+
+std::string misfitReason(const Fit& used, const View& view, const CancelFlag* cancel) {
   if (const auto order = fittingOrder(used, view))
     return "its corners are numbered otherwise than those of the other views: they fit if they are "
            "numbered " +
@@ -54,15 +56,6 @@ std::string reasonFor(const Fit& used, const View& view, const CancelFlag* cance
            " px: the board or the camera moved, or the board was bent, while the image was taken";
   }
   return share + " of its corners do not fit the camera that the other views agree on";
-}
-
-}  // namespace
-
-std::vector<ExcludedView> misfitsOf(const Fit& fit, const PreparedViews& given, const CancelFlag* cancel) {
-  std::vector<ExcludedView> misfits;
-  for (const std::size_t v : viewsLeftOut(given, fit))
-    misfits.push_back({given.views[v].image, reasonFor(fit, given.views[v], cancel)});
-  return misfits;
 }
 
 }  // namespace alidade

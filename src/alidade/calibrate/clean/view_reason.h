@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <vector>
+#include <string>
 
 #include "alidade/adjust/fit.h"
-#include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/core/cancel.h"
+#include "alidade/target/view.h"
 
 namespace alidade {
 
-/// The views that were set aside because they do not fit, each with its reason, as far as its corners show
-/// one.
-[[nodiscard]] std::vector<ExcludedView> misfitsOf(const Fit& fit, const PreparedViews& given,
-                                                  const CancelFlag* cancel);
+/// Why a view does not fit the camera of the others, as far as its corners show a reason.
+/// @param used  the fit without the view
+[[nodiscard]] std::string misfitReason(const Fit& used, const View& view, const CancelFlag* cancel);
 
 }  // namespace alidade

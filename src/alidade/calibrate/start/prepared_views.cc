@@ -2,6 +2,7 @@
 #include "alidade/calibrate/start/prepared_views.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "alidade/calibrate/start/repeated_views.h"
@@ -56,7 +57,8 @@ std::vector<std::string> reasonsOf(const PreparedViews& given) {
 }
 
 // Checks views and puts them and their corners in order.
-void sortViews(const Checkerboard& board, std::vector<View>& views) {
+// @returns the index that each has had
+std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>& views) {
   if (views.size() < kMinViews) {
     throw inputError(
         {.where = "calibration",
@@ -65,8 +67,13 @@ void sortViews(const Checkerboard& board, std::vector<View>& views) {
          .next_step =
              "take more photographs of the whole board, tilted by 20 to 50 degrees, all over the image"});
   }
-  std::sort(views.begin(), views.end(),
-            [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+  std::vector<std::size_t> order(views.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return naturalLess(views[a].image, views[b].image); });
+  std::vector<View> sorted;
+  for (const std::size_t v : order) sorted.push_back(std::move(views[v]));
+  views = std::move(sorted);
   for (View& view : views) {
     checkView(board, view, views.front().size);
     std::sort(view.corners.begin(), view.corners.end(),
@@ -74,7 +81,7 @@ void sortViews(const Checkerboard& board, std::vector<View>& views) {
   }
   const auto twin = std::adjacent_find(views.begin(), views.end(),
                                        [](const View& a, const View& b) { return a.image == b.image; });
-  if (twin == views.end()) return;
+  if (twin == views.end()) return order;
   throw inputError(
       {.where = twin->image, .found = "two views with this name", .expected = "one view an image"});
 }
@@ -82,17 +89,19 @@ void sortViews(const Checkerboard& board, std::vector<View>& views) {
 }  // namespace
 
 PreparedViews prepareViews(const Checkerboard& board, std::vector<View> views) {
-  sortViews(board, views);
+  const std::vector<std::size_t> order = sortViews(board, views);
   PreparedViews given;
-  for (View& view : views) {
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    View& view = views[v];
     if (view.corners.size() < kMinCornersPerView) {
       given.excluded.push_back({view.image, std::to_string(view.corners.size()) + " corners; at least " +
                                                 std::to_string(kMinCornersPerView) + " are needed"});
     } else {
       given.views.push_back(std::move(view));
+      given.sources.push_back(order[v]);
     }
   }
-  given.repeated = mergeRepeatedViews(given.views);
+  mergeRepeatedViews(given);
   checkEnoughUsable(given.views.size(), reasonsOf(given));
   return given;
 }

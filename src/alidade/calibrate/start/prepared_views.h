@@ -22,6 +22,7 @@ inline constexpr std::size_t kMinCornersPerView = 6;
 struct ExcludedView {
   std::string image;
   std::string reason;
+  bool is_misfit = false;  ///< it does not fit the camera of the others
 };
 
 /// A view that was taken together with another one of the same pose, see mergeRepeatedViews().
@@ -34,6 +35,7 @@ struct RepeatedView {
 struct PreparedViews {
   std::vector<View> views;  ///< in order of their names, corners in order of their ids; FitView::source is
                             ///< an index into these
+  std::vector<std::size_t> sources;    ///< of each, its index among those that were given
   std::vector<ExcludedView> excluded;  ///< with too few corners
   std::vector<RepeatedView> repeated;
 };

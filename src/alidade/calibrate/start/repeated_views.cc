@@ -106,7 +106,8 @@ std::vector<Corner> mergedCorners(const std::vector<View>& views, const std::vec
 
 }  // namespace
 
-std::vector<RepeatedView> mergeRepeatedViews(std::vector<View>& views) {
+void mergeRepeatedViews(PreparedViews& given) {
+  std::vector<View>& views = given.views;
   // Each joins the first group whose first view it repeats: in order of names, so that there is one answer.
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -119,18 +120,19 @@ std::vector<RepeatedView> mergeRepeatedViews(std::vector<View>& views) {
       same->push_back(v);
     }
   }
-  std::vector<RepeatedView> repeated;
-  if (groups.size() == views.size()) return repeated;
+  if (groups.size() == views.size()) return;
   std::vector<View> merged;
+  std::vector<std::size_t> sources;
   for (const auto& group : groups) {
     View view = views[group.front()];
     if (group.size() > 1) view.corners = mergedCorners(views, group);
     for (std::size_t i = 1; i < group.size(); ++i)
-      repeated.push_back({.image = views[group[i]].image, .same_as = view.image});
+      given.repeated.push_back({.image = views[group[i]].image, .same_as = view.image});
     merged.push_back(std::move(view));
+    sources.push_back(given.sources[group.front()]);
   }
   views = std::move(merged);
-  return repeated;
+  given.sources = std::move(sources);
 }
 
 }  // namespace alidade

@@ -19,8 +19,8 @@ namespace alidade {
 /// Two views repeat each other if they have most corners in common, and the corners' displacements from one
 /// to the other, as far as they are an affine function of the place in the image, as a change of pose makes
 /// them, are within kSamePlacePx and those that are left scatter by no more than noise does.
-/// @param views  in order of their names; those that repeat others go
-[[nodiscard]] std::vector<RepeatedView> mergeRepeatedViews(std::vector<View>& views);
+/// @param given  with views in order of their names; those that repeat others go to `repeated`
+void mergeRepeatedViews(PreparedViews& given);
 
 /// How far apart corners of the same pose may lie for the pose's sake, RMS over the corners, px.
 inline constexpr double kSamePlacePx = 0.25;

@@ -9,7 +9,7 @@ namespace alidade {
 /// out.
 struct OtherOptimum {
   std::vector<double> params;  ///< N, in storage order, solved to rest on the corners of the result
-  double rms_px = 0;           ///< weighted, to be compared with CalibrationResult::weighted_rms_px
+  double rms_px = 0;           ///< weighted, to be compared with weightedRms() of the fit
   /// By how much its cost exceeds the result's: twice the difference over the variance of a coordinate. Below
   /// 0 where it was refined to less than the result, which then has gone astray since the two were compared.
   double excess_chi2 = 0;

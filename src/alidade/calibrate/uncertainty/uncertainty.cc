@@ -105,7 +105,9 @@ Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
 // The sigmas of a bend that was estimated: where the views disagree, theirs if larger.
 void setBendStd(const Fit& fit, const Residuals& residuals, const ShapeInformation& bent,
                 Uncertainty& result) {
-  result.bend_std_m = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
+  const Eigen::Vector2d by_noise = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
+  if (!by_noise.allFinite()) return;
+  result.bend_std_m = by_noise;
   const BoardShape& shape = onlyBoard(fit).shape;
   const auto by_views = bendByViews(bent, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + bent.step_m,
                                     residuals.directions, residuals.slope);
@@ -165,11 +167,13 @@ void setProjection(const Fit& fit, const AnyCamera& camera, Uncertainty& result)
 }  // namespace
 
 Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
+                          const Eigen::Vector2d& bend_std_m,
                           const std::vector<std::vector<double>>& close_params, const CancelFlag* cancel) {
   const Residuals residuals(fit);
   const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
   Uncertainty result;
   result.ignored_bend = std::move(ignored_bend);
+  result.bend_std_m = bend_std_m;
   result.coordinate_sigma_px = std::sqrt(residuals.variance);
   result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
   result.local_sigma_px = localSigma(fit);
@@ -195,15 +199,15 @@ bool Uncertainty::isNoiseExceeded() const {
   return by_views && coordinate_sigma_px > kExactPx && by_views->excess_sigmas > kBeyondChance;
 }
 
-Eigen::MatrixXd Uncertainty::statedCovariance() const {
+DenseMatrix Uncertainty::statedCovariance() const {
   const bool is_other = ignored_bend && ignored_bend->covariance;
   Eigen::MatrixXd stated = isNoiseExceeded() ? by_views->larger
                            : is_other        ? *ignored_bend->covariance
                                              : *covariance;
-  if (ignored_bend) stated += ignored_bend->params_step * ignored_bend->params_step.transpose();
+  if (ignored_bend) stated += ignored_bend->params_step.view() * ignored_bend->params_step.view().transpose();
   // Inverses are symmetric but for rounding, which a nearly singular covariance carries to the digits of
   // pixels. Files state the lower triangle, and whoever recomputes from it shall find the same.
-  return stated.selfadjointView<Eigen::Lower>();
+  return Eigen::MatrixXd(stated.selfadjointView<Eigen::Lower>());
 }
 
 double Uncertainty::statedStd(int i) const {

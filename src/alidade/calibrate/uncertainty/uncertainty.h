@@ -16,6 +16,7 @@
 #include "alidade/calibrate/uncertainty/view_scores.h"
 #include "alidade/calibrate/uncertainty/view_variation.h"
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
 
@@ -32,21 +33,22 @@ struct Uncertainty {
   /// neighbours.
   double local_sigma_px = 0;
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
-  std::optional<Eigen::MatrixXd> covariance;
+  std::optional<DenseMatrix> covariance;
   /// The same without taking the corners of one view for independent, and with a bend that was ignored as a
   /// common error; nothing where there is no covariance, or the views are too few. Where it is much larger,
   /// the views have errors that the model and the noise do not explain.
   std::optional<ViewCovariance> by_views;
   /// Where the board was held flat although a test says that it is bent.
   std::optional<IgnoredBend> ignored_bend;
-  /// One sigma of the board's bend_x and bend_y; NaN if they were not estimated, or are unknown.
+  /// One sigma of the board's bend_x and bend_y, or with the board held flat what it would be; NaN if
+  /// unknown.
   Eigen::Vector2d bend_std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   /// N x N, per px^2: what the corners say about the parameters with all poses free, and the board's bend
   /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
   /// inverse.
-  Eigen::MatrixXd information;
-  Eigen::MatrixXd free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
-  double scaled_condition = 0;      ///< see IntrinsicsInformation
+  DenseMatrix information;
+  DenseMatrix free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
+  double scaled_condition = 0;  ///< see IntrinsicsInformation
   /// What statedCovariance() makes of the pixel of a point: infinitely far away with the best rotation taken
   /// out, and near with the best pose. Nothing where there is no covariance.
   std::optional<UncertaintyGrid> projection_far;
@@ -69,7 +71,7 @@ struct Uncertainty {
   /// The covariance to go by: where noise is exceeded, in every direction the larger of both. Where a bend
   /// was ignored, that of the camera with the bend, and on top the square of what the bend would change.
   /// Exactly symmetric: its lower triangle, as files state it, is all of it. There must be a covariance.
-  [[nodiscard]] Eigen::MatrixXd statedCovariance() const;
+  [[nodiscard]] DenseMatrix statedCovariance() const;
   /// Its one standard deviation of parameter i; NaN without a covariance.
   [[nodiscard]] double statedStd(int i) const;
   /// Two parameters of which the views tell a combination well and each alone badly.
@@ -87,8 +89,10 @@ struct Uncertainty {
 
 /// Of a fit of one camera and one board, solved.
 /// @param ignored_bend  see ignoredBend()
+/// @param bend_std_m    see ShapeReport; where the bend is estimated, what is returned knows better
 /// @param close_params  see ModelSolution
 [[nodiscard]] Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
+                                        const Eigen::Vector2d& bend_std_m,
                                         const std::vector<std::vector<double>>& close_params,
                                         const CancelFlag* cancel);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "alidade/adjust/view_shares.h"
@@ -27,9 +28,10 @@ Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
 
 double ViewCovariance::effectiveStd(int i) const {
   const double variance = is_pooled ? larger(i, i) : covariance(i, i);
-  const double inflated = is_pooled || !(variance > 0) ? 1.0 : inflation(freedom(i));
+  const double inflated =
+      is_pooled || !(variance > 0) ? 1.0 : inflation(freedom[static_cast<std::size_t>(i)]);
   const double by_views = inflated * std::sqrt(std::max(0.0, variance));
-  return common_error.size() > 0 ? std::hypot(by_views, common_error(i)) : by_views;
+  return common_error.rows() > 0 ? std::hypot(by_views, common_error(i, 0)) : by_views;
 }
 
 std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
@@ -46,11 +48,10 @@ std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
   ViewCovariance result;
   const Eigen::MatrixXd root = shares->basis().topRows(num_params);
   result.covariance = root * meat * root.transpose();
-  result.freedom.resize(num_params);
   double most = 1;
   for (int i = 0; i < num_params; ++i) {
-    result.freedom(i) = shares->freedomOf(root.row(i).transpose());
-    if (result.covariance(i, i) > 0) most = std::max(most, inflation(result.freedom(i)));
+    result.freedom.push_back(shares->freedomOf(root.row(i).transpose()));
+    if (result.covariance(i, i) > 0) most = std::max(most, inflation(result.freedom.back()));
   }
   const auto num_free = static_cast<double>(m);
   result.excess = meat.trace() / (num_free * variance);

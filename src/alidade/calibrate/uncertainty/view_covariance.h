@@ -3,10 +3,12 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "alidade/adjust/reduced.h"
+#include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
 
@@ -16,10 +18,10 @@ inline constexpr double kBeyondChance = 3;
 
 /// What the views' disagreement says of the intrinsics' uncertainty.
 struct ViewCovariance {
-  Eigen::MatrixXd covariance;  ///< N x N, parameters in storage order; not to be used where pooled
+  DenseMatrix covariance;  ///< N x N, parameters in storage order; not to be used where pooled
   /// Degrees of freedom of each parameter's variance: it is a multiple of chi square, roughly, and the
   /// parameter's error over its root follows Student's t. 0 for a parameter that is held.
-  Eigen::VectorXd freedom;
+  std::vector<double> freedom;
   /// Variance by this covariance over that by the corners' noise, averaged over the free directions in which
   /// the latter is 1; about 1 where there is nothing but independent noise.
   double excess = 0;
@@ -36,11 +38,11 @@ struct ViewCovariance {
   /// deviations hold 95 %. Pooled, it is in every direction the larger of the covariance by noise times the
   /// excess (above 1, and made larger for the number of views that say equally much, less one) and of this
   /// one, made larger as for two degrees of freedom; 95 % is then held on average over directions.
-  Eigen::MatrixXd larger;
+  DenseMatrix larger;
 
-  /// N: an error that all views have in common and that is known, which no disagreement shows (a bend of the
-  /// board that was ignored); empty: none. Not in `covariance` and `larger`.
-  Eigen::VectorXd common_error = {};
+  /// N x 1: an error that all views have in common and that is known, which no disagreement shows (a bend of
+  /// the board that was ignored); empty: none. Not in `covariance` and `larger`.
+  DenseMatrix common_error = {};
 
   /// Half the width of parameter i's 95 % interval over 1.96: one standard deviation that can be used like
   /// one of a normal variable, together with the root mean square of the common error. 0 for a parameter that

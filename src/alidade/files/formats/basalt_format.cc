@@ -49,9 +49,10 @@ const LensLayout& lensOf(const YamlNode& type) {
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
   const auto nearest = nearestName(type.text(), names);
-  throw UnsupportedCamera(type.error("'" + type.text() + "'", join(names, ", "),
-                                     nearest ? "did you mean '" + *nearest + "'?"
-                                             : "calibrate with one of these types, or leave the camera out"));
+  throw UnsupportedCamera(
+      type.error("'" + type.text() + "'", join(names, ", "),
+                 nearest ? "did you mean '" + *nearest + "'?"
+                         : "calibrate with one of these types, or remove the camera from the file"));
 }
 
 // The radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Where the lens ends
@@ -64,8 +65,7 @@ void remarkLimit(const YamlNode& parameters, StatedCamera& camera) {
   if (limit == 0 || limit > std::tan(camera.camera.cone().max_angle_rad) * (1 - kRounding)) return;
   camera.remarks.push_back(
       {"not_carried", node->where() + ": the limit of " + node->text() +
-                          " on the normalised plane is narrower than where the lens ends, "
-                          "and is not carried along"});
+                          " on the normalised plane is narrower than the domain of the lens; it is ignored"});
 }
 
 // Files of cameras alone have unit poses.
@@ -107,8 +107,8 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   if (intrinsics.size() != resolutions.size()) {
     throw value.at("resolution")
         .error(std::to_string(resolutions.size()) + " sizes",
-               std::to_string(intrinsics.size()) + ", one for each of the intrinsics",
-               "add or remove the others");
+               std::to_string(intrinsics.size()) + ", one per camera",
+               "add the missing ones, or remove the extra ones");
   }
   StatedCameras all;
   for (std::size_t i = 0; i < intrinsics.size(); ++i) {

@@ -103,7 +103,7 @@ YamlNode parseTree(std::string text, const std::string& file) {
     throw inputError({.where = file,
                       .found = std::to_string(text.size()) + " bytes",
                       .expected = "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
-                      .next_step = "leave out what is not the camera, such as lists of images"});
+                      .next_step = "remove what does not describe the camera, such as lists of images"});
   }
   return parseWithUniqueKeys(text, file);
 }

@@ -75,14 +75,15 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   }
   const std::vector<std::string> ids(models.begin(), models.end());
   std::string found = "found a " + std::string(camera.modelId()) + " camera";
-  if (has_model) found += " with " + absentPart(format, camera) + ", which has no place there";
-  std::string expected = "a lens that " + std::string(format.title) + " can hold exactly: " + join(ids, ", ");
+  if (has_model) found += " with " + absentPart(format, camera) + ", which this format cannot represent";
+  std::string expected =
+      "a lens that the format " + std::string(format.title) + " can represent exactly: " + join(ids, ", ");
   for (const AbsentParameter& absent : format.absent)
     expected += "; " + std::string(absent.model) + " with " + std::string(absent.parameter) + " = 0";
   throw inputError({.where = named.where,
                     .found = found,
                     .expected = expected,
-                    .next_step = "add --model with one of these for the best fit, with its error"});
+                    .next_step = "add --model with one of these to fit it and see the fitting error"});
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ const Lens& lensOf(const YamlNode& type) {
   const auto nearest = nearestName(type.text(), names);
   throw type.error("'" + type.text() + "'", join(names, ", "),
                    nearest ? "did you mean '" + *nearest + "'?"
-                           : "calibrate with one of these models, with camodocal or with: alidade calibrate");
+                           : "calibrate with one of these models, in camodocal or with alidade calibrate");
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {

@@ -100,7 +100,7 @@ int sideOf(const Line& line, const std::string& word) {
   const auto side = parseInt(word);
   if (!side || *side < 1 || *side > kMaxSide)
     complain(line, "'" + word + "'", "a whole number of pixels, 1 to 1000000",
-             "take the size of the image files");
+             "use the size of the image files");
   return *side;
 }
 
@@ -112,7 +112,7 @@ const LensLayout& lensOf(const Line& line) {
       inputError({.where = line.place,
                   .found = "found the camera model " + line.words[1],
                   .expected = "one of " + join(names, ", "),
-                  .next_step = "run COLMAP with one of these models, or leave the camera out"}));
+                  .next_step = "run COLMAP with one of these models, or remove the camera from the file"}));
 }
 
 // A camera's line in our conventions, before a camera is made of it.
@@ -126,9 +126,10 @@ Statement parseLine(const Line& line) {
   constexpr std::size_t kNumBefore = 4;
   if (line.words.size() <= kNumBefore)
     complain(line, std::to_string(line.words.size()) + " words", "ID MODEL WIDTH HEIGHT PARAMS",
-             "write the line out, or remove it");
+             "complete the line, or remove it");
   if (!parseInt(line.words[0]))
-    complain(line, "'" + line.words[0] + "'", "a camera's number", "start the line with one, or remove it");
+    complain(line, "'" + line.words[0] + "'", "a camera number",
+             "start the line with a camera number, or remove it");
   const LensLayout& lens = lensOf(line);
   const std::vector<std::string> names = detail::listedNames(lens);
   if (line.words.size() != kNumBefore + names.size()) {
@@ -141,7 +142,7 @@ Statement parseLine(const Line& line) {
     const auto number = detail::parseStated(line.words[i]);
     if (!number)
       complain(line, "'" + line.words[i] + "'", "a finite number for " + names[i - kNumBefore],
-               "correct it, or leave the camera out");
+               "correct it, or remove the camera from the file");
     listed.push_back(*number);
   }
   std::vector<StatedNumber> parameters = detail::storageOrder(lens, listed);
@@ -195,7 +196,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const std::vector<Line> lines = linesOf(document, kMaxCameras + 1);
   if (lines.empty()) {
     throw inputError({.where = document.file(),
-                      .found = "found comments alone",
+                      .found = "found only comments",
                       .expected = "a line ID MODEL WIDTH HEIGHT PARAMS for each camera",
                       .next_step = "export the model again: colmap model_converter --output_type TXT"});
   }
@@ -215,9 +216,9 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   if (stated && stated->count != static_cast<int>(lines.size()) && !all.cameras.empty()) {
     // For the file as a whole, so it is said once.
     all.cameras.front().remarks.push_back(
-        {"assumed", stated->place + ": the file says that it has " + std::to_string(stated->count) +
-                        " cameras, and has " + std::to_string(lines.size()) +
-                        "; taken as it is, but it may have been cut"});
+        {"assumed", stated->place + ": the header announces " + std::to_string(stated->count) +
+                        " cameras, but the file contains " + std::to_string(lines.size()) +
+                        "; it was read, but it may be truncated"});
   }
   return all;
 }

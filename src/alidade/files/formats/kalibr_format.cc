@@ -103,7 +103,7 @@ std::string adviceFor(const YamlNode& model, const YamlNode& distortion) {
     const std::string name = meant(names, node.text());
     if (!name.empty()) return "did you mean '" + name + "'?";
   }
-  return "calibrate with one of these pairs, with Kalibr or with: alidade calibrate";
+  return "calibrate with one of these pairs, in Kalibr or with alidade calibrate";
 }
 
 const LensLayout& lensOf(const YamlNode& node) {
@@ -125,7 +125,7 @@ std::string coefficientsKey(const YamlNode& node) {
   const std::string of_euroc = "distortion_coefficients";
   if (!node.has(of_euroc)) return "distortion_coeffs";
   if (node.has("distortion_coeffs")) {
-    throw node.at(of_euroc).error("'" + of_euroc + "' beside 'distortion_coeffs'", "one of them",
+    throw node.at(of_euroc).error("'" + of_euroc + "' and 'distortion_coeffs'", "only one of them",
                                   "remove the other");
   }
   return of_euroc;

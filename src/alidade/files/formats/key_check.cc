@@ -53,7 +53,7 @@ class KeyChecker final : public YAML::EventHandler {
   void takeKey(const YAML::Mark& mark, const std::string& text) {
     open_.back().last_key = text;
     std::set<std::string>& keys = open_.back().keys;
-    if (!keys.insert(text).second) complain(mark, "the key '" + text + "' twice", "each key once");
+    if (!keys.insert(text).second) complain(mark, "the key '" + text + "' twice", "each key only once");
     if (keys.size() > kMaxKeys)
       complain(mark, "a map with more than " + std::to_string(kMaxKeys) + " keys", "a camera file");
   }

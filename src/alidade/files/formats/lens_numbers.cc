@@ -28,7 +28,8 @@ constexpr std::size_t kMaxNumbers = 1000;
 void appendRow(const YamlNode& node, std::vector<StatedNumber>& numbers) {
   for (const YamlNode& item : node.items()) {
     if (numbers.size() == kMaxNumbers)
-      throw node.error("more than " + std::to_string(kMaxNumbers) + " numbers", "the numbers of a lens");
+      throw node.error("more than " + std::to_string(kMaxNumbers) + " numbers",
+                       "only the parameters of a lens");
     numbers.push_back(statedNumber(item));
   }
 }
@@ -136,8 +137,8 @@ std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
                      "fx 0 cx, 0 fy cy, 0 0 1, row by row", "transpose it");
   }
   if (!has_zeros || K[8].value != 1) {
-    throw node.error("a matrix that is no camera matrix", "fx 0 cx, 0 fy cy, 0 0 1, row by row",
-                     "look whether it is another matrix of the file");
+    throw node.error("a matrix that is not a camera matrix", "fx 0 cx, 0 fy cy, 0 0 1, row by row",
+                     "check whether this is another matrix of the file");
   }
   if (K[1].value != 0) {
     throw UnsupportedCamera(node.error("skew " + exactText(K[1].value),
@@ -160,7 +161,7 @@ ImageSize readSize(const YamlNode& width, const YamlNode& height) {
     constexpr double kMaxSide = 1e6;
     if (!(pixels >= 1) || pixels > kMaxSide || pixels != std::floor(pixels))
       throw node.error("'" + node.text() + "'", "a whole number of pixels, 1 to 1000000",
-                       pixels == std::floor(pixels) ? "correct it" : "take the size of the image files");
+                       pixels == std::floor(pixels) ? "correct it" : "use the size of the image files");
     return static_cast<int>(pixels);
   };
   return {.width = side(width), .height = side(height)};
@@ -207,9 +208,8 @@ void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& know
   }
   if (unknown.empty()) return;
   camera.remarks.push_back(
-      {"unknown_keys",
-       keysText(map, unknown) + (unknown.size() == 1 ? " means nothing to this program and was not used"
-                                                     : " mean nothing to this program and were not used")});
+      {"unknown_keys", keysText(map, unknown) + (unknown.size() == 1 ? " is unknown and was ignored"
+                                                                     : " are unknown and were ignored")});
 }
 
 void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys, StatedCamera& camera) {
@@ -219,9 +219,8 @@ void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys,
     if (node && !saysNothing(*node)) dropped.push_back(key);
   }
   if (dropped.empty()) return;
-  camera.remarks.push_back(
-      {"not_carried", keysText(map, dropped) + (dropped.size() == 1 ? " is" : " are") +
-                          " not carried along: a camera here is its lens and image size alone"});
+  camera.remarks.push_back({"not_carried", keysText(map, dropped) + (dropped.size() == 1 ? " is" : " are") +
+                                               " ignored: only intrinsics and image size are read"});
 }
 
 }  // namespace alidade::detail

@@ -99,8 +99,9 @@ struct Pinhole {
 std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
   const std::vector<StatedNumber> m = detail::statedNumbers(matrix, 9);
   if (m[1].value != 0 || m[2].value != 0 || m[5].value != 0 || m[8].value != 1) {
-    throw matrix.error("a matrix that is no IntrinsicMatrix", "fx 0 0, skew fy 0, cx cy 1, row by row",
-                       m[6].value == 0 && m[7].value == 0 ? "transpose it, or call it K" : "export it again");
+    throw matrix.error(
+        "a matrix that is not an IntrinsicMatrix", "fx 0 0, skew fy 0, cx cy 1, row by row",
+        m[6].value == 0 && m[7].value == 0 ? "transpose it, or rename it to K" : "export it again");
   }
   if (m[3].value != 0) refuseSkew(matrix, exactText(m[3].value));
   return {m[0], m[4], m[6], m[7]};
@@ -136,8 +137,8 @@ std::vector<StatedNumber> readPinhole(const YamlNode& node, const YamlNode& oute
   for (const Pinhole& pinhole : all) {
     if (detail::isSameStated(pinhole.parameters, all.front().parameters)) continue;
     throw pinhole.place.error(
-        text(pinhole) + " beside another " + text(all.front()) + " at " + all.front().place.where(),
-        "both to say the same", "remove the wrong one");
+        text(pinhole) + " and a different " + text(all.front()) + " at " + all.front().place.where(),
+        "values that agree", "remove the wrong one");
   }
   return all.front().parameters;
 }
@@ -170,10 +171,10 @@ std::optional<ImageSize> readImageSize(const YamlNode& node) {
 StatedCamera readOne(const YamlNode& outer, const std::string& name) {
   const YamlNode node = cameraIn(outer);
   if (node.has("MappingCoefficients")) {
-    throw UnsupportedCamera(
-        node.at("MappingCoefficients")
-            .error("a fisheye by Scaramuzza's polynomial", "cameraIntrinsics or cameraParameters",
-                   "calibrate the images with this program: alidade calibrate --model kannala_brandt"));
+    throw UnsupportedCamera(node.at("MappingCoefficients")
+                                .error("a fisheye camera with Scaramuzza's polynomial",
+                                       "cameraIntrinsics or cameraParameters",
+                                       "calibrate the images with alidade calibrate --model kannala_brandt"));
   }
   std::vector<StatedNumber> parameters = readPinhole(node, outer);
   detail::append(parameters, readCoefficients(node, "RadialDistortion", 2, 3));
@@ -183,7 +184,7 @@ StatedCamera readOne(const YamlNode& outer, const std::string& name) {
   StatedCamera camera = detail::stateCamera(node.where(), name, kLens.model, parameters, readImageSize(node));
   for (const char* key : {"RadialDistortion", "TangentialDistortion"}) {
     if (node.has(key)) continue;
-    camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; taken as zero"});
+    camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; assumed to be zero"});
   }
   detail::remarkUnknownKeys(node, kOtherKeys, camera);
   return camera;

@@ -57,7 +57,7 @@ const LensLayout& lensOf(const YamlNode& node) {
   if (const LensLayout* lens = detail::findLayout(kLenses, name)) return *lens;
   throw node.error("'" + name + "'",
                    "LENSMODEL_PINHOLE, _OPENCV4, _OPENCV5, _OPENCV8, _OPENCV12 or _STEREOGRAPHIC",
-                   "mrcal-convert-lensmodel makes one of these of it, with a fit");
+                   "convert it to one of these with mrcal-convert-lensmodel");
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {

@@ -108,7 +108,7 @@ bool isFisheyeModel(const YamlNode& model) {
   throw UnsupportedCamera(
       model.error("'" + name + "'", "one of " + join(known, ", "),
                   nearest ? "did you mean '" + *nearest + "'?"
-                          : "take one of these models in the program that calibrated the images"));
+                          : "use one of these models in the program that calibrated the images"));
 }
 
 bool isFisheye(const Intrinsics& intrinsics) {
@@ -118,8 +118,8 @@ bool isFisheye(const Intrinsics& intrinsics) {
   const bool is_fisheye = isFisheyeModel(*model);
   if (flag && flag->boolean() != is_fisheye) {
     throw flag->error(
-        "'" + flag->text() + "' beside a camera_model of '" + model->text() + "' at " + model->where(),
-        "both to say the same", "remove the wrong one");
+        "'" + flag->text() + "' and a camera_model of '" + model->text() + "' at " + model->where(),
+        "values that agree", "remove the wrong one");
   }
   return is_fisheye;
 }
@@ -128,7 +128,7 @@ void refuseOtherLenses(const Intrinsics& intrinsics) {
   for (const char* key : kOtherLenses) {
     const auto node = intrinsics.find(key);
     if (!node || node->isNull() || (node->isScalar() && node->text() == "false")) continue;
-    throw UnsupportedCamera(node->error(std::string("a lens of instant-ngp's kind '") + key + "'",
+    throw UnsupportedCamera(node->error(std::string("an instant-ngp lens of the kind '") + key + "'",
                                         "a camera of OPENCV or OPENCV_FISHEYE",
                                         "calibrate the images with one of these models"));
   }
@@ -144,7 +144,7 @@ void refuseNoFocalLength(const Intrinsics& intrinsics) {
                        "if it is the focal length in pixels, rename it");
   }
   throw intrinsics.frame.error("no key 'fl_x'",
-                               "fl_x, fl_y, cx and cy at the top of the file, or in each frame", "add them");
+                               "fl_x, fl_y, cx and cy at the top of the file or in each frame", "add them");
 }
 
 bool hasAngleAlone(const Intrinsics& intrinsics) {
@@ -155,7 +155,7 @@ bool hasAngleAlone(const Intrinsics& intrinsics) {
 StatedNumber focalOf(const YamlNode& node, int side) {
   const StatedNumber angle = detail::statedNumber(node);
   if (!(angle.value > 0 && angle.value < std::numbers::pi))
-    throw node.error("'" + node.text() + "'", "a field angle in radians, more than 0 and less than pi");
+    throw node.error("'" + node.text() + "'", "a field of view in radians between 0 and pi");
   const double sine = std::sin(0.5 * angle.value);
   return {.value = 0.5 * side / std::tan(0.5 * angle.value),
           .half_unit = 0.25 * side / (sine * sine) * angle.half_unit};
@@ -174,9 +174,9 @@ void refuseOtherAngle(const Intrinsics& intrinsics, const char* angle_key, const
   if (is_fisheye && isSameFocal(side / detail::statedNumber(*angle).value)) return;
   const double told = focalOf(*angle, side).value;
   if (isSameFocal(told)) return;
-  throw angle->error("'" + angle->text() + "', which in " + std::to_string(side) +
-                         " pixels is a focal length of " + exactText(told),
-                     "that of " + stated->where() + ", which is " + stated->text(),
+  throw angle->error("'" + angle->text() + "', which for " + std::to_string(side) +
+                         " pixels means a focal length of " + exactText(told),
+                     "the value of " + stated->where() + ", which is " + stated->text(),
                      "correct or remove the wrong one");
 }
 
@@ -186,12 +186,12 @@ std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_f
                                          std::optional<ImageSize> size, std::vector<Remark>& remarks) {
   const YamlNode angle = *intrinsics.find("camera_angle_x");
   if (is_fisheye) {
-    throw angle.error("a fisheye with camera_angle_x and no fl_x", "fl_x, fl_y, cx and cy",
-                      "take them from the tool that made the file");
+    throw angle.error("a fisheye with camera_angle_x but no fl_x", "fl_x, fl_y, cx and cy",
+                      "copy them from the tool that wrote the file");
   }
   if (!size) {
-    throw angle.error("camera_angle_x, but neither fl_x nor the size of the image",
-                      "fl_x, fl_y, cx and cy, or w and h beside camera_angle_x",
+    throw angle.error("camera_angle_x, but neither fl_x nor the image size",
+                      "fl_x, fl_y, cx and cy, or w and h together with camera_angle_x",
                       "add --image-size WIDTHxHEIGHT, the size of the images in pixels");
   }
   const auto angle_y = intrinsics.find("camera_angle_y");
@@ -204,12 +204,12 @@ std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_f
     fy = focalOf(*angle_y, size->height);
   }
   remarks.push_back({"assumed", angle.where() +
-                                    ": there is no fl_x; taken as 0.5 w / tan(camera_angle_x / 2) = " +
-                                    exactText(fx.value) + (has_y ? "" : ", and fl_y as the same")});
+                                    ": there is no fl_x; assumed to be 0.5 w / tan(camera_angle_x / 2) = " +
+                                    exactText(fx.value) + (has_y ? "" : ", and fl_y the same")});
   const auto middle = [&](const char* key, int side) {
     if (intrinsics.find(key)) return intrinsics.number(key);
     remarks.push_back(
-        {"assumed", angle.where() + ": there is no " + key + "; taken as the middle of the image"});
+        {"assumed", angle.where() + ": there is no " + key + "; assumed to be the image centre"});
     return StatedNumber{.value = 0.5 * side, .half_unit = 0};
   };
   const StatedNumber cx = middle("cx", size->width);
@@ -233,7 +233,8 @@ std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fis
       continue;
     throw UnsupportedCamera(intrinsics.find(key)->error(
         std::string(key) + " = " + intrinsics.find(key)->text(),
-        is_fisheye ? "0: a fisheye here has no tangential terms" : "0: a perspective camera here ends at k3",
+        is_fisheye ? "0, because a fisheye of this format has no tangential terms"
+                   : "0, because a perspective camera of this format has no k4",
         is_fisheye ? "calibrate the images without them"
                    : "if it is a fisheye, write OPENCV_FISHEYE; otherwise calibrate "
                      "the images without it"));
@@ -267,7 +268,7 @@ StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, cons
   if (!intrinsics.find("camera_model") && !intrinsics.find("is_fisheye")) {
     camera.remarks.push_back(
         {"assumed",
-         intrinsics.top.where() + ": there is no camera_model; taken as OPENCV, as nerfstudio does"});
+         intrinsics.top.where() + ": there is no camera_model; assumed to be OPENCV, as in nerfstudio"});
   }
   std::vector<std::string> known = kCameraKeys;
   known.insert(known.end(), kOtherKeys.begin(), kOtherKeys.end());
@@ -302,10 +303,10 @@ bool hasOwnCamera(const YamlNode& top, const YamlNode& frame) {
     if (frame.has(key)) continue;
     const YamlNode own = frame.at(others.front());
     const YamlNode theirs = top.at(others.front());
-    throw own.error("'" + own.text() + "', where " + theirs.where() + " says '" + theirs.text() +
-                        "', and no " + key + " in this frame",
+    throw own.error("'" + own.text() + "' where " + theirs.where() + " says '" + theirs.text() +
+                        "', but no " + key + " in this frame",
                     "the same as at the top, or the frame's own " + join(needed, ", "),
-                    "correct the wrong one, or state all of these for the frame");
+                    "correct the wrong one, or add all of these to the frame");
   }
   return true;
 }
@@ -353,9 +354,8 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
     all.add(name, [&] { return readOne({root, frame, is_own}, name, options); });
     if (is_own && all.cameras.size() > num_before) {
       all.cameras.back().remarks.push_back(
-          {"assumed", frame.where() +
-                          ": another camera than at the top of the file; the frame's own is taken, "
-                          "which nerfstudio does not do"});
+          {"assumed", frame.where() + ": the frame states a different camera than the top of the file; the "
+                                      "camera of the frame is used (nerfstudio ignores it)"});
     }
     if (all.cameras.size() > num_before &&
         std::any_of(all.cameras.begin(), all.cameras.end() - 1,

@@ -101,7 +101,7 @@ std::optional<std::string> findKey(const YamlNode& root, const std::array<const 
     if (!root.has(key + suffix)) continue;
     if (found)
       throw root.at(key + suffix)
-          .error("'" + (key + suffix) + "' beside '" + *found + "'", "one of them", "remove the other");
+          .error("'" + (key + suffix) + "' and '" + *found + "'", "only one of them", "remove the other");
     found = key + suffix;
   }
   return found;
@@ -118,9 +118,9 @@ void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
     const std::size_t count = (is_matrix ? node.at("data") : node).items().size();
     constexpr std::array<std::size_t, 5> kCounts = {4, 5, 8, 12, 14};
     if (std::find(kCounts.begin(), kCounts.end(), count) == kCounts.end()) continue;
-    throw node.error(std::to_string(count) + " numbers '" + name +
-                         "', which may be the distortion coefficients that the camera matrix at " +
-                         matrix.where() + " lacks",
+    throw node.error(std::to_string(count) + " numbers in '" + name +
+                         "', which may be the distortion coefficients of the camera matrix at " +
+                         matrix.where(),
                      "coefficients under a known name, such as distortion_coefficients",
                      "rename them, or remove them if they are something else");
   }
@@ -145,7 +145,7 @@ std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& optio
   std::optional<ImageSize> found;
   const auto requireSame = [&](const YamlNode& place, bool is_same) {
     if (is_same) return;
-    throw place.error("another image size than before",
+    throw place.error("an image size that differs from an earlier one",
                       std::to_string(found->width) + "x" + std::to_string(found->height),
                       "remove the wrong one");
   };
@@ -207,18 +207,17 @@ std::string statedModel(const YamlNode& root) {
   std::string flagged = saysFisheye(root.at("fisheye_model")) ? "kannala_brandt" : "radtan";
   if (!named.empty() && named != flagged) {
     throw root.at("fisheye_model")
-        .error("'" + root.at("fisheye_model").text() + "' beside a distortion_model of '" +
+        .error("'" + root.at("fisheye_model").text() + "' and a distortion_model of '" +
                    root.at("distortion_model").text() + "'",
-               "both to say the same", "remove the wrong one");
+               "values that agree", "remove the wrong one");
   }
   return flagged;
 }
 
 [[noreturn]] void throwAmbiguous(const YamlNode& node) {
   throw node.error(
-      "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a "
-      "fisheye",
-      "a file that says which, by 'fisheye_model: 1' or 'fisheye_model: 0'",
+      "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a fisheye",
+      "a key that states which: 'fisheye_model: 1' or 'fisheye_model: 0'",
       "add --read-as radtan or --read-as kannala_brandt");
 }
 
@@ -253,7 +252,7 @@ StatedCamera readOmni(const YamlNode& node, const std::string& name, std::vector
                       const YamlNode& xi, std::span<const StatedNumber> coefficients,
                       std::optional<ImageSize> size) {
   if (coefficients.size() != 4)
-    throw node.error(std::to_string(coefficients.size()) + " distortion coefficients", "4 beside xi");
+    throw node.error(std::to_string(coefficients.size()) + " distortion coefficients", "4 together with xi");
   parameters.push_back(xi.isMap() ? detail::statedNumbers(xi, 1).front() : detail::statedNumber(xi));
   detail::append(parameters, coefficients);
   return detail::stateCamera(node.where(), name, "omni", parameters, size);
@@ -271,8 +270,8 @@ StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std
   const YamlNode place = key ? root.at(*key) : matrix;
   const auto flag = root.find("fisheye_model");
   if (root.has("xi") && flag && saysFisheye(*flag)) {
-    throw flag->error("'" + flag->text() + "' beside 'xi', which is of cv::omnidir", "one of the two lenses",
-                      "remove the wrong one");
+    throw flag->error("'" + flag->text() + "' and 'xi', which belongs to cv::omnidir",
+                      "only one of the two lens models", "remove the wrong one");
   }
   if (root.has("xi")) return readOmni(place, suffix, parameters, root.at("xi"), coefficients, size);
   const std::string stated = statedModel(root).empty() ? read_as : statedModel(root);
@@ -280,7 +279,7 @@ StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std
   if (coefficients.size() == 14) {
     if (coefficients[12].value != 0 || coefficients[13].value != 0) {
       throw UnsupportedCamera(place.error("a tilted sensor (coefficients 13 and 14)",
-                                          "both zero: tilt is not supported",
+                                          "zero for both, because tilt is not supported",
                                           "convert the calibration to 12 coefficients"));
     }
     coefficients.resize(12);
@@ -290,7 +289,8 @@ StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std
   StatedCamera camera = detail::stateCamera(place.where(), suffix, model, parameters, size);
   if (!key)
     camera.remarks.push_back(
-        {"assumed", matrix.where() + ": there are no distortion coefficients; taken as none"});
+        {"assumed", matrix.where() +
+                        ": there are no distortion coefficients; the lens is assumed to have no distortion"});
   return camera;
 }
 

@@ -92,8 +92,9 @@ std::string typeOfModel(const Keys& common) {
   if (!model) return "";
   if (model->text() == "perspective") return "PinHole";
   if (model->text() == "fisheye") return "KannalaBrandt8";
-  throw UnsupportedCamera(model->error("'" + model->text() + "'", "perspective or fisheye",
-                                       "project the images into one of these, and calibrate it"));
+  throw UnsupportedCamera(
+      model->error("'" + model->text() + "'", "perspective or fisheye",
+                   "convert the images to one of these projections, and calibrate again"));
 }
 
 // Empty where the file does not say.
@@ -107,12 +108,12 @@ std::string typeOf(const Keys& common) {
     throw UnsupportedCamera(type->error("'" + type->text() + "'", join(known, ", "),
                                         nearest
                                             ? "did you mean '" + *nearest + "'?"
-                                            : "take another lens model in the program that made the file"));
+                                            : "use another lens model in the program that wrote the file"));
   }
   if (!of_model.empty() && of_model != type->text()) {
     throw type->error(
-        "'" + type->text() + "' beside " + common.of("model") + " '" + common.find("model")->text() + "'",
-        "both to say the same", "remove the wrong one");
+        "'" + type->text() + "' and " + common.of("model") + " '" + common.find("model")->text() + "'",
+        "values that agree", "remove the wrong one");
   }
   return type->text();
 }
@@ -138,8 +139,8 @@ std::string adviceForFisheye(const Keys& common) {
 void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
   const auto k4 = keys.find("k4");
   if (!k4 || keys.has("p1") || keys.has("p2") || detail::statedNumber(*k4).value == 0) return;
-  throw k4->error("coefficients k1 to k4 and no " + common.of("type"),
-                  "the type of a fisheye, or k1 k2 p1 p2 of an ordinary lens",
+  throw k4->error("coefficients k1 to k4 but no " + common.of("type"),
+                  "a fisheye type, or k1 k2 p1 p2 of an ordinary lens",
                   "if it is a fisheye, " + adviceForFisheye(common));
 }
 
@@ -153,16 +154,17 @@ void refuseForeignCoefficients(const Keys& keys, const Keys& common, const LensL
     if (detail::statedNumber(*node).value == 0) continue;
     const std::string found = "'" + node->text() + "'";
     if (type == "KannalaBrandt8") {
-      throw node->error(found, "0, or no such key: a fisheye has k1 k2 k3 k4; p1 and p2 are of PinHole",
-                        "correct the type, or take the coefficients from a calibration of this type");
+      throw node->error(found,
+                        "0 or no such key, because a fisheye has k1 k2 k3 k4; p1 and p2 belong to PinHole",
+                        "correct the type, or use coefficients from a calibration of this type");
     }
     if (type == "Rectified") {
-      throw node->error(found, "0, or no such key: Rectified images have no distortion",
-                        "remove the coefficients, or write PinHole if they are those of the images");
+      throw node->error(found, "0 or no such key, because Rectified images have no distortion",
+                        "remove the coefficients, or write PinHole if they describe the images");
     }
-    throw node->error(
-        found, "0, or no such key: an ordinary lens has k1 k2 p1 p2 k3",
-        "if it is a fisheye, " + adviceForFisheye(common) + "; otherwise calibrate with no more than these");
+    throw node->error(found, "0 or no such key, because an ordinary lens has k1 k2 p1 p2 k3",
+                      "if it is a fisheye, " + adviceForFisheye(common) +
+                          "; otherwise calibrate with only these coefficients");
   }
 }
 
@@ -174,8 +176,8 @@ std::optional<ImageSize> sizeOf(const Keys& common, const ReadOptions& options,
   if (size && other && *size != *other) {
     throw common.find("cols")
         .value_or(common.map)
-        .error("another image size than " + common.of("width") + " and " + common.of("height"),
-               "both to say the same", "remove the wrong one");
+        .error("an image size that differs from " + common.of("width") + " and " + common.of("height"),
+               "values that agree", "remove the wrong one");
   }
   return size ? size : other;
 }
@@ -196,7 +198,7 @@ StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& na
   camera.remarks = std::move(remarks);
   if (type.empty()) {
     camera.remarks.push_back({"assumed", common.map.where() + ": there is no " + common.of("type") +
-                                             "; taken as PinHole, as ORB-SLAM2 does"});
+                                             "; assumed to be PinHole, as in ORB-SLAM2"});
   }
   return camera;
 }
@@ -230,9 +232,8 @@ void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
   for (const char* key : kRawMatrices) {
     if (!root.has(key)) continue;
     camera.remarks.push_back(
-        {"not_carried", root.whereKey(key) +
-                            ": this is a camera of the images as they were taken, which is not used; "
-                            "the one that was read is that of the rectified images"});
+        {"not_carried", root.whereKey(key) + ": this camera belongs to the original images and is ignored; "
+                                             "the camera that was read belongs to the rectified images"});
     return;
   }
 }
@@ -247,14 +248,13 @@ void refuseMixedNames(const YamlNode& root, const std::string& own, const std::s
     const StatedNumber number = detail::statedNumber(*theirs);
     if (ours && detail::statedNumber(*ours).value == number.value) continue;
     if (ours) {
-      throw theirs->error("'" + theirs->text() + "', where " + ours->where() + " says '" + ours->text() + "'",
-                          "keys of one kind for the first camera, or both to say the same",
-                          "remove the wrong one");
+      throw theirs->error("'" + theirs->text() + "' where " + ours->where() + " says '" + ours->text() + "'",
+                          "one kind of keys for the first camera, or equal values", "remove the wrong one");
     }
     if (number.value == 0) continue;
     throw theirs->error("'" + other + "." + std::string(name) + "' without '" + own + "." +
-                            std::string(name) + "', beside " + root.at(own + ".fx").where(),
-                        "keys of one kind for the first camera",
+                            std::string(name) + "', in addition to " + root.at(own + ".fx").where(),
+                        "one kind of keys for the first camera",
                         "rename it, or remove it if it is something else");
   }
 }

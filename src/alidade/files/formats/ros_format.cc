@@ -89,13 +89,12 @@ void refuseMixedNames(const YamlNode& root, const Names& names) {
       };
       if (ours && detail::isSameStated(numbers(*ours), numbers(*theirs))) continue;
       if (ours) {
-        throw theirs->error(
-            "'" + foreign + "', which says something else than '" + own + "' at " + ours->where(),
-            "one of them, or both to say the same", "remove the wrong one");
+        throw theirs->error("'" + foreign + "', which differs from '" + own + "' at " + ours->where(),
+                            "only one of them, or equal values", "remove the wrong one");
       }
-      throw theirs->error(
-          "'" + foreign + "' beside '" + names.matrix + "', which are keys of two kinds of file",
-          "'" + own + "' beside '" + names.matrix + "'", "rename it, or remove it if it is something else");
+      throw theirs->error("'" + foreign + "' and '" + names.matrix + "', which belong to two kinds of files",
+                          "'" + own + "' and '" + names.matrix + "'",
+                          "rename it, or remove it if it is something else");
     }
   }
 }
@@ -118,14 +117,14 @@ ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& op
       unknown += (unknown.empty() ? "" : " and ") + std::string(keys[i]);
     } else if (options.image_size && root.at(keys[i]).number() != given[i]) {
       throw root.at(keys[i]).error("'" + root.at(keys[i]).text() + "'",
-                                   std::to_string(given[i]) + " as --image-size says", "correct one of them");
+                                   std::to_string(given[i]) + " from --image-size", "correct one of them");
     }
   }
   if (unknown.empty() || !options.image_size) {
     const auto side = [&](const char* key) {
       if (!isUnknownSide(root, key)) return root.at(key);
       if (!root.has(key)) {
-        throw root.error(std::string("no key '") + key + "'", "the size of the image in pixels",
+        throw root.error(std::string("no key '") + key + "'", "the image size in pixels",
                          "add it, or --image-size WIDTHxHEIGHT");
       }
       throw root.at(key).error(root.at(key).isNull() ? "nothing" : "'" + root.at(key).text() + "'",
@@ -134,7 +133,7 @@ ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& op
     const YamlNode width = side(names.width);
     return detail::readSize(width, side(names.height));
   }
-  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; taken as " +
+  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; assumed to be " +
                                     std::to_string(given[0]) + "x" + std::to_string(given[1]) +
                                     " from --image-size"});
   return *options.image_size;
@@ -155,9 +154,9 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
                                          pinhole[3], zero, zero,       one};
   for (std::size_t i = 0; i < K.size(); ++i) {
     if (detail::isSameStated(P[kLeft[i]], K[i])) continue;
-    camera.remarks.push_back({"not_carried", root.whereKey(key) +
-                                                 ": this is the camera of rectified images, with other "
-                                                 "numbers than the camera matrix, and is not used"});
+    camera.remarks.push_back(
+        {"not_carried", root.whereKey(key) + ": this is the camera of the rectified images; it differs from "
+                                             "the camera matrix and is ignored"});
     return;
   }
 }
@@ -174,27 +173,27 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
   if (!is_cut && !above(root, key, 1)) return;
   camera.remarks.push_back(
       {"not_carried", root.whereKey(key) +
-                          ": binning and roi are not carried along: this is the camera of "
-                          "the whole image; alidade convert --crop and --bin make that of the part"});
+                          ": binning and roi are ignored, because this is the camera of the whole image; "
+                          "use alidade convert --crop and --bin for the camera of the part"});
 }
 
 // What to do about a distortion model that is none of ROS' own.
 std::string adviceFor(const std::string& model, std::span<const StatedNumber> coefficients) {
   if (std::all_of(coefficients.begin(), coefficients.end(),
                   [](const StatedNumber& n) { return n.value == 0; }))
-    return "all coefficients are 0, which is the same lens as plumb_bob with zeros: write plumb_bob";
+    return "all coefficients are 0: write plumb_bob, which is the same lens";
   const auto nearest =
       nearestName(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"});
   return nearest ? "did you mean '" + *nearest + "'?"
-                 : "calibrate the camera's images: alidade calibrate, or ROS' camera_calibration";
+                 : "calibrate the camera again with alidade calibrate or ROS camera_calibration";
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   if (detail::isCalibratorIni(document.text())) {
     throw inputError({.where = document.file(),
                       .found = "found the INI file (ost.txt) of ROS' calibrator",
-                      .expected = "its YAML file, which says the distortion model too",
-                      .next_step = "take ost.yaml, which the calibrator writes beside it"});
+                      .expected = "its YAML file, which also states the distortion model",
+                      .next_step = "use ost.yaml, which the calibrator writes to the same folder"});
   }
   const YamlNode& root = document.root();
   const Names& names = *namesOf(document);
@@ -226,10 +225,10 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   } else if (stated.empty() || stated == "none" || stated == "None") {
     for (const StatedNumber& number : coefficients) {
       if (number.value != 0)
-        throw model_node.error("no distortion model",
-                               "one, as the coefficients are not zero: plumb_bob, "
-                               "rational_polynomial or equidistant",
-                               "write the one that the driver or the calibration used");
+        throw model_node.error(
+            "no distortion model",
+            "a model, because the coefficients are not zero: plumb_bob, rational_polynomial or equidistant",
+            "write the model that the driver or the calibration used");
     }
     coefficients.clear();
     model = "pinhole";

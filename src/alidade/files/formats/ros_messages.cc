@@ -70,10 +70,11 @@ std::string onlyMessage(const std::string& text, const std::string& file) {
   if (!message || message->said.find("distortion_model:") == std::string::npos) return text;
   while (const auto other = nextMessage(lines)) {
     if (other->said == message->said) continue;
-    throw inputError({.where = file + ":" + std::to_string(other->line),
-                      .found = "found a message that says something else than the first of this file",
-                      .expected = "the messages of one camera, all the same but for their headers",
-                      .next_step = "print one: rostopic echo -n 1 TOPIC, or ros2 topic echo --once TOPIC"});
+    throw inputError(
+        {.where = file + ":" + std::to_string(other->line),
+         .found = "found a message that differs from the first one in this file",
+         .expected = "messages of one camera that differ only in their headers",
+         .next_step = "record only one: rostopic echo -n 1 TOPIC, or ros2 topic echo --once TOPIC"});
   }
   return text.substr(0, message->end);
 }

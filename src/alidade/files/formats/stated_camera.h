@@ -14,7 +14,7 @@
 
 namespace alidade {
 
-/// Something about a file that a reader noticed and did not refuse: for `validate`, and for people.
+/// Something unusual in a file that the reader accepted: for `validate` and for messages.
 struct Remark {
   std::string id;       ///< stable, for scripts: "unknown_keys", "assumed", "not_carried"
   std::string message;  ///< one sentence, with the place
@@ -23,39 +23,39 @@ struct Remark {
 /// A camera as a file of any format states it, in this program's conventions: pixel (0, 0) is the centre of
 /// the top-left pixel, parameters in storage order.
 struct StatedCamera {
-  std::string name;        ///< as the file calls it; empty where it has no names
+  std::string name;        ///< the name in the file; empty if it has none
   std::size_t number = 0;  ///< its place among the cameras of the file, from 0
   AnyCamera camera;
-  std::optional<ImageSize> image_size;  ///< nothing: the file does not say
-  /// By how much the text of each parameter may be rounded: half a unit of its last digit, 0 for a whole
+  std::optional<ImageSize> image_size;  ///< nothing: the file does not state it
+  /// The possible rounding error of each parameter in the text: half a unit of its last digit, 0 for a whole
   /// number. In parameter order; empty = unknown.
   std::vector<double> half_units;
   std::vector<Remark> remarks;
-  std::optional<CameraRecord> own;  ///< all the rest of this program's own camera file
+  std::optional<CameraRecord> own;  ///< the whole record of an Alidade camera file
 };
 
-/// A sound statement of a camera that this program has no model for, unlike damage, which makes a whole file
-/// doubtful.
+/// A valid camera that Alidade has no model for. In contrast, damage makes a whole file
+/// invalid.
 class UnsupportedCamera final : public Error {
  public:
   explicit UnsupportedCamera(const Error& reason) : Error(reason) {}
 };
 
-/// A camera of a file that is not supported, beside others that may be.
+/// An unsupported camera of a file that may also contain supported ones.
 struct RefusedCamera {
-  std::string name;  ///< as of StatedCamera
+  std::string name;  ///< as in StatedCamera
   std::size_t number = 0;
   UnsupportedCamera reason;
 };
 
-/// What a file of any format states, in its order.
+/// The cameras of a file, in their order.
 struct StatedCameras {
   std::vector<StatedCamera> cameras = {};
   std::vector<RefusedCamera> refused = {};
-  /// Names of cameras that ReadOptions::only does not ask for and that were not made.
+  /// Names of cameras that were skipped because ReadOptions::only selects another one.
   std::vector<std::string> passed = {};
 
-  /// Takes the camera that `read` returns, or the reason if it throws UnsupportedCamera.
+  /// Adds the camera that `read` returns, or the reason if it throws UnsupportedCamera.
   template <class Read>
   void add(const std::string& name, const Read& read) {
     const std::size_t number = cameras.size() + refused.size() + passed.size();
@@ -68,21 +68,21 @@ struct StatedCameras {
   }
 };
 
-/// What a file leaves open and a user can add.
+/// Information that a file may lack and the user can supply.
 struct ReadOptions {
   std::optional<ImageSize> image_size;  ///< for files that do not state one
-  std::string model;                    ///< what coefficients of an unnamed model mean; empty = the file says
-  /// The name of the only camera that is wanted; empty = all are. A format may then look through the others
-  /// for damage alone, since making a camera takes milliseconds, in which it is certified.
+  std::string model;                    ///< for files that do not name the model; empty = unknown
+  /// The name of the only camera to read; empty = read all. The others are then checked only for damage,
+  /// because certifying a camera takes milliseconds.
   std::string only = {};
 };
 
-/// A camera to be written.
+/// A camera to write.
 struct NamedCamera {
   std::string name;  ///< empty = the format's usual name
   AnyCamera camera;
   ImageSize image_size;
-  std::string where = "camera";  ///< for messages: the file that it comes from
+  std::string where = "camera";  ///< for messages: the file of the camera
 };
 
 }  // namespace alidade

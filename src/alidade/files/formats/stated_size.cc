@@ -23,11 +23,11 @@ std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& 
   const std::string size = std::to_string(given->width) + "x" + std::to_string(given->height);
   if (side != (width.node ? given->width : given->height)) {
     throw stated.node->error(
-        "'" + stated.node->text() + "' as '" + stated.key + "', and no '" + missing.key + "'",
-        size + " as --image-size says", "correct one of them");
+        "'" + stated.node->text() + "' as '" + stated.key + "' but no '" + missing.key + "'",
+        size + " from --image-size", "correct one of them");
   }
-  remarks.push_back({"assumed", stated.node->where() + ": there is no " + missing.key + "; taken as " + size +
-                                    " from --image-size"});
+  remarks.push_back({"assumed", stated.node->where() + ": there is no " + missing.key + "; assumed to be " +
+                                    size + " from --image-size"});
   return given;
 }
 

@@ -53,7 +53,7 @@ class Writer {
   void writeElement(const pugi::xml_node& element, int depth) {
     if (depth > kMaxDepth) {
       throw inputError({.where = file_ + ":" + std::to_string(lineAt(source_, element.offset_debug())),
-                        .found = "found elements nested more than " + std::to_string(kMaxDepth) + " deep",
+                        .found = "found elements nested deeper than " + std::to_string(kMaxDepth) + " deep",
                         .expected = "a few levels"});
     }
     std::vector<pugi::xml_node> children;

@@ -32,74 +32,70 @@ std::string worstViewText(const HeldOutJudgement& judgement) {
 
 // Whether the calibration by the images alone failed as such, and not only for want of views of the whole
 // image: what they do not determine is in its covariance.
-bool isFreedWrong(const CalibrationResult& freed) {
-  constexpr std::array kOfUncertainty = {"fronto_parallel", "focal_uncertain",    "folds_in_image",
-                                         "few_views",       "pixels_without_ray", "principal_point_outside"};
-  return std::any_of(freed.findings.begin(), freed.findings.end(), [&](const Finding& finding) {
-    return finding.severity == Finding::Severity::kFailure &&
-           std::find(kOfUncertainty.begin(), kOfUncertainty.end(), finding.id) == kOfUncertainty.end();
+bool isFreedWrong(const Calibration& freed) {
+  return std::any_of(freed.diagnoses.begin(), freed.diagnoses.end(), [](const Diagnosis& diagnosis) {
+    return diagnosis.severity == Severity::kFailure && !diagnosis.is_undecided;
   });
 }
 
-Check heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_px) {
-  Check check{
+Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_px) {
+  Diagnosis check{
+      .severity = Severity::kPass,
       .id = "held_out_error",
-      .status = CheckStatus::kPass,
-      .value = fmt::format("{:.3g} px RMS over {} corners of {} of {} views", judgement.held_out_rms_px,
-                           judgement.num_corners, judgement.views.size(), judgement.num_views_given),
-      .limit = {},
-      .message = {}};
+      .cause = {},
+      .evidence = fmt::format("{:.3g} px RMS over {} corners of {} of {} views", judgement.held_out_rms_px,
+                              judgement.num_corners, judgement.views.size(), judgement.num_views_given),
+      .limit = {}};
   const double noise_px = std::isfinite(judgement.noise_rms_px) ? judgement.noise_rms_px : 0.0;
   check.limit = fmt::format("{:.3g} px: noise of {:.3g} px and the tolerance of {} px",
                             std::hypot(noise_px, tolerance_px), noise_px, tolerance_px);
   if (judgement.num_corners == 0) {
-    check.value = "no corner could be held out";
+    check.evidence = "no corner could be held out";
     if (judgement.num_unseen == 0) {
-      check.status = CheckStatus::kWarn;
-      check.message =
+      check.severity = Severity::kWarning;
+      check.cause =
           "the views have too few corners of either colour of the board to predict one from the other (four, "
           "not in a line); show more of the board";
       return check;
     }
-    check.status = CheckStatus::kFail;
-    check.message =
+    check.severity = Severity::kFailure;
+    check.cause =
         "the camera does not see the boards of these images from any pose; are they its images, and "
         "is the board's size right?";
     return check;
   }
   if (judgement.num_unseen > 0) {
-    check.status = CheckStatus::kFail;
-    check.message = fmt::format("{} corners that the images show are outside of what the camera can see",
-                                judgement.num_unseen);
+    check.severity = Severity::kFailure;
+    check.cause = fmt::format("{} corners that the images show are outside of what the camera can see",
+                              judgement.num_unseen);
     return check;
   }
-  const double freed_px = judgement.freed && std::isfinite(judgement.freed->holdout.rms_px)
-                              ? judgement.freed->holdout.rms_px
+  const double freed_px = judgement.freed && std::isfinite(judgement.freed->uncertainty.holdout.rms_px)
+                              ? judgement.freed->uncertainty.holdout.rms_px
                               : noise_px;
   if (beyond(judgement.held_out_rms_px, noise_px) <= tolerance_px) {
-    check.message =
+    check.cause =
         "the camera predicts corners that had no part in their view's pose; " + worstViewText(judgement);
     return check;
   }
   // A camera is not to blame for what no camera of its model would predict better, unless that is the model.
   const bool is_camera = beyond(judgement.held_out_rms_px, freed_px) > tolerance_px;
   const bool is_model = judgement.freed && isFreedWrong(*judgement.freed);
-  check.status = is_camera || is_model || !judgement.freed ? CheckStatus::kFail : CheckStatus::kWarn;
-  if (check.status == CheckStatus::kWarn) {
-    check.message = fmt::format(
+  check.severity = is_camera || is_model || !judgement.freed ? Severity::kFailure : Severity::kWarning;
+  if (check.severity == Severity::kWarning) {
+    check.cause = fmt::format(
         "the images have errors beyond noise that no camera of this model explains (held out {:.3g} px with "
         "its "
         "parameters free): blur, a moving board or a rolling shutter; {}",
         freed_px, worstViewText(judgement));
     return check;
   }
-  check.message = judgement.freed
-                      ? fmt::format(
-                            "the camera does not predict corners as the images allow: with its "
-                            "parameters free the error is {:.3g} px{}; {}",
-                            freed_px, is_model ? ", which no camera of this model makes good" : "",
-                            worstViewText(judgement))
-                      : "the camera does not predict corners; " + worstViewText(judgement);
+  check.cause = judgement.freed ? fmt::format(
+                                      "the camera does not predict corners as the images allow: with its "
+                                      "parameters free the error is {:.3g} px{}; {}",
+                                      freed_px, is_model ? ", which no camera of this model makes good" : "",
+                                      worstViewText(judgement))
+                                : "the camera does not predict corners; " + worstViewText(judgement);
   return check;
 }
 
@@ -227,27 +223,28 @@ std::string evidenceText(const HeldOutJudgement& judgement, double tolerance_px)
 }
 
 // Another camera than that of the images: fails, unless what the images say cannot be trusted itself.
-void reject(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more, Check& check) {
+void reject(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more,
+            Diagnosis& check) {
   const bool is_usable = judgement.freed && !isFreedWrong(*judgement.freed);
-  check.status = is_usable ? CheckStatus::kFail : CheckStatus::kWarn;
-  check.message = is_usable ? "the images show another camera"
-                            : "the images seem to show another camera, but the calibration by them alone is "
-                              "not to be trusted";
+  check.severity = is_usable ? Severity::kFailure : Severity::kWarning;
+  check.cause = is_usable ? "the images show another camera"
+                          : "the images seem to show another camera, but the calibration by them alone is "
+                            "not to be trusted";
   const NeededChange* const reason = explanation(judgement, tolerance_px);
   if (reason != nullptr) {
-    check.message += ": if nothing else is wrong, " + textOf(*reason);
+    check.cause += ": if nothing else is wrong, " + textOf(*reason);
   } else {
-    check.message += isFarOff(judgement, tolerance_px) ? ": the file's is far off, and no" : ": no";
-    check.message +=
+    check.cause += isFarOff(judgement, tolerance_px) ? ": the file's is far off, and no" : ": no";
+    check.cause +=
         " single change was found to explain it; more than one number may be wrong, or the lens be another";
   }
-  check.message += "; " + evidenceText(judgement, tolerance_px);
-  if (!is_usable) check.message += "; " + more;
+  check.cause += "; " + evidenceText(judgement, tolerance_px);
+  if (!is_usable) check.cause += "; " + more;
 }
 
 // What the images make of the difference to the camera that they give by themselves.
 void judgeDifference(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more,
-                     Check& check) {
+                     Diagnosis& check) {
   const double p95_px = judgement.difference->p95_px;
   const double expected_px = judgement.significance->expected_rms_px;
   const bool is_other = judgement.overall && judgement.overall->isSignificant() && p95_px > tolerance_px;
@@ -257,34 +254,35 @@ void judgeDifference(const HeldOutJudgement& judgement, double tolerance_px, con
   }
   const bool is_within = p95_px <= tolerance_px;
   if (is_within && expected_px <= tolerance_px) {
-    check.status = CheckStatus::kPass;
-    check.message = "the images show the same camera; " + evidenceText(judgement, tolerance_px);
+    check.severity = Severity::kPass;
+    check.cause = "the images show the same camera; " + evidenceText(judgement, tolerance_px);
     return;
   }
-  check.message =
+  check.cause =
       is_within ? fmt::format("these images agree, but would not notice an error of {:.2g} px", expected_px)
                 : "these images cannot tell whether it is the same camera; " +
                       evidenceText(judgement, tolerance_px);
-  check.message += hintText(judgement, tolerance_px) + "; " + more;
+  check.cause += hintText(judgement, tolerance_px) + "; " + more;
 }
 
-Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
-  Check check{.id = "images_agree",
-              .status = CheckStatus::kWarn,
-              .value = "not known",
-              .limit = fmt::format("{} px", tolerance_px),
-              .message = {},
-              .is_undecided = true};  // whatever warns here does so for want of evidence, with one exception
+Diagnosis imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
+  Diagnosis check{
+      .severity = Severity::kWarning,
+      .id = "images_agree",
+      .cause = {},
+      .evidence = "not known",
+      .limit = fmt::format("{} px", tolerance_px),
+      .is_undecided = true};  // whatever warns here does so for want of evidence, with one exception
   const std::string more =
       "take more images, tilted and all over the image (see the advice of alidade calibrate)";
   if (!judgement.freed) {
-    check.message = "the images give no camera to compare with: " + judgement.freed_complaint +
-                    hintText(judgement, tolerance_px);
+    check.cause = "the images give no camera to compare with: " + judgement.freed_complaint +
+                  hintText(judgement, tolerance_px);
     return check;
   }
   if (judgement.num_corners == 0 && judgement.num_unseen > 0) {
-    check.status = isFreedWrong(*judgement.freed) ? CheckStatus::kWarn : CheckStatus::kFail;
-    check.message = fmt::format(
+    check.severity = isFreedWrong(*judgement.freed) ? Severity::kWarning : Severity::kFailure;
+    check.cause = fmt::format(
         "the images show another camera: the file's does not see their boards from any pose; RMS {:.3g} px "
         "with its parameters free",
         judgement.freed_rms_px);
@@ -295,72 +293,72 @@ Check imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
       reject(judgement, tolerance_px, more, check);
       return check;
     }
-    check.message = "the images do not determine a camera to compare with" +
-                    hintText(judgement, tolerance_px) + "; " + more;
+    check.cause = "the images do not determine a camera to compare with" + hintText(judgement, tolerance_px) +
+                  "; " + more;
     return check;
   }
   if (!isComparable(*judgement.difference)) {
-    check.value = fmt::format("{} of {} pixels are seen by one of both cameras only",
-                              judgement.difference->num_seen_by_one, judgement.difference->pixels.size());
+    check.evidence = fmt::format("{} of {} pixels are seen by one of both cameras only",
+                                 judgement.difference->num_seen_by_one, judgement.difference->pixels.size());
     if ((judgement.overall && judgement.overall->isSignificant()) || isAnyNeeded(judgement, tolerance_px) ||
         isFarOff(judgement, tolerance_px)) {
       reject(judgement, tolerance_px, more, check);
     } else {
-      check.message = "the camera by the images alone cannot be compared; " +
-                      evidenceText(judgement, tolerance_px) + "; " + more;
+      check.cause = "the camera by the images alone cannot be compared; " +
+                    evidenceText(judgement, tolerance_px) + "; " + more;
     }
     return check;
   }
-  check.value = differenceValue(judgement);
+  check.evidence = differenceValue(judgement);
   judgeDifference(judgement, tolerance_px, more, check);
   const NeededChange* const origin = otherPixelOrigin(judgement);
-  if (origin != nullptr && check.status != CheckStatus::kFail) {
-    check.status = CheckStatus::kWarn;
+  if (origin != nullptr && check.severity != Severity::kFailure) {
+    check.severity = Severity::kWarning;
     check.is_undecided = false;
-    check.message = textOf(*origin) +
-                    ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
-                    check.message;
+    check.cause = textOf(*origin) +
+                  ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
+                  check.cause;
   }
   return check;
 }
 
 }  // namespace
 
-std::vector<Check> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
-  Check agree = imagesAgreeCheck(judgement, tolerance_px);
-  agree.is_undecided = agree.is_undecided && agree.status == CheckStatus::kWarn;
+std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
+  Diagnosis agree = imagesAgreeCheck(judgement, tolerance_px);
+  agree.is_undecided = agree.is_undecided && agree.severity == Severity::kWarning;
   return {heldOutErrorCheck(judgement, tolerance_px), std::move(agree)};
 }
 
-Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
+Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
   const ProjectionDifference difference = projectionDifference(camera, other);
   const auto significance = significanceOf(difference, camera, other, Freed::kRotation);
-  Check check{.id = "against",
-              .status = CheckStatus::kFail,
-              .value = fmt::format("{:.3g} px (95 %), RMS {:.3g} px, at most {:.3g} px", difference.p95_px,
-                                   difference.rms_px, difference.max_px),
-              .limit = fmt::format("{} px (95 %)", tolerance_px),
-              .message = {}};
+  Diagnosis check{.severity = Severity::kFailure,
+                  .id = "against",
+                  .cause = {},
+                  .evidence = fmt::format("{:.3g} px (95 %), RMS {:.3g} px, at most {:.3g} px",
+                                          difference.p95_px, difference.rms_px, difference.max_px),
+                  .limit = fmt::format("{} px (95 %)", tolerance_px)};
   const std::string chance =
       significance ? fmt::format("{:.1f} sigma; the covariances lead to expect {:.2g} px",
                                  std::max(0.0, significance->sigmas), significance->expected_rms_px)
                    : "neither file states how well its parameters are known";
   switch (agreementOf(difference, significance, tolerance_px)) {
     case Agreement::kWithin:
-      check.status = CheckStatus::kPass;
-      check.message = "both cameras put what they see at the same place (" + chance + ")";
+      check.severity = Severity::kPass;
+      check.cause = "both cameras put what they see at the same place (" + chance + ")";
       break;
     case Agreement::kBeyond:
-      check.message = "the cameras differ (" + chance + "); alidade diff shows where";
+      check.cause = "the cameras differ (" + chance + "); alidade diff shows where";
       break;
     case Agreement::kUncertain:
-      check.status = CheckStatus::kWarn;
+      check.severity = Severity::kWarning;
       check.is_undecided = true;
-      check.message = "the cameras are known too badly to tell whether they differ (" + chance + ")";
+      check.cause = "the cameras are known too badly to tell whether they differ (" + chance + ")";
       break;
     case Agreement::kNotComparable:
-      check.message = fmt::format("the cameras cannot be compared: {} of {} pixels are seen by both",
-                                  difference.num_compared, difference.pixels.size());
+      check.cause = fmt::format("the cameras cannot be compared: {} of {} pixels are seen by both",
+                                difference.num_compared, difference.pixels.size());
       break;
   }
   return check;

@@ -16,10 +16,10 @@ inline constexpr double kDefaultTolerancePx = 0.2;
 /// `images_agree`, whether it is the camera that the images show. A camera fails where it is off by more than
 /// chance and, as far as the images tell, by more than the tolerance; where they cannot tell, that is a
 /// warning.
-[[nodiscard]] std::vector<Check> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px);
+[[nodiscard]] std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px);
 
 /// The check `against`: the difference to another camera, the rotation taken out.
-[[nodiscard]] Check againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
-                                 double tolerance_px);
+[[nodiscard]] Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
+                                     double tolerance_px);
 
 }  // namespace alidade

@@ -30,9 +30,9 @@ namespace {
 // The fewest pixels over which a camera is compared.
 constexpr std::size_t kFewestPixels = 20;
 
-std::optional<CalibrationResult> calibrated(const ComparedCamera& camera, const Checkerboard& board,
-                                            const std::vector<View>& views, const HeldOutOptions& options,
-                                            std::string& complaint) {
+std::optional<Calibration> calibrated(const ComparedCamera& camera, const Checkerboard& board,
+                                      const std::vector<View>& views, const HeldOutOptions& options,
+                                      std::string& complaint) {
   CalibratorOptions how{.model = std::string(camera.camera->modelId())};
   how.jobs = options.jobs;
   how.cancel = options.cancel;
@@ -44,19 +44,16 @@ std::optional<CalibrationResult> calibrated(const ComparedCamera& camera, const 
   }
 }
 
-// The views and corners that the freed calibration used; all of them without one.
-std::vector<View> usedViews(const std::vector<View>& views, const std::optional<CalibrationResult>& freed) {
+// The views and corners that the freed calibration used, one a view of its fit; all of them without one.
+std::vector<View> usedViews(const std::vector<View>& views, const std::optional<Calibration>& freed) {
   if (!freed) return views;
-  std::set<std::string> images;
-  for (const ViewResult& view : freed->views) images.insert(view.image);
-  std::set<std::pair<std::string, int>> outliers;
-  for (const Outlier& outlier : freed->outliers) outliers.insert({outlier.image, outlier.corner_id});
+  std::set<std::pair<std::size_t, int>> outliers;
+  for (const Outlier& outlier : freed->dropped.outliers) outliers.insert({outlier.source, outlier.corner_id});
   std::vector<View> used;
-  for (const View& view : views) {
-    if (!images.contains(view.image)) continue;
-    used.push_back(view);
+  for (const FitView& view : freed->fit.views) {
+    used.push_back(views[view.source]);
     std::erase_if(used.back().corners, [&](const Corner& corner) {
-      return outliers.contains({view.image, corner.id});
+      return outliers.contains({view.source, corner.id});
     });
   }
   return used;
@@ -72,22 +69,22 @@ double heldOutNoise(double sigma_px, const Fit& fit) {
 }
 
 HuberLoss lossOf(const ComparedCamera& camera, const HeldOutJudgement& judgement) {
-  return judgement.freed ? judgement.freed->loss : startLoss(camera.size);
+  return judgement.freed ? judgement.freed->fit.loss : startLoss(camera.size);
 }
 
 // Poses the views for the camera as it is.
-HeldViews poseViews(const ComparedCamera& camera, const Checkerboard& board, const std::vector<View>& views,
-                    HeldOutJudgement& judgement) {
+PosedViews poseViews(const ComparedCamera& camera, const Checkerboard& board, const std::vector<View>& views,
+                     HeldOutJudgement& judgement) {
   const auto given = camera.camera->parameters();
   const HuberLoss loss = lossOf(camera, judgement);
-  HeldViews held;
-  Fit& fit = held.posed.fit;
+  PosedViews posed;
+  Fit& fit = posed.fit;
   fit = emptyFit(std::string(camera.camera->modelId()), camera.size, {given.begin(), given.end()}, board,
                  kNoLoss);
   FitCamera& fixed = onlyCamera(fit);
   fixed.constraint.held.resize(given.size());
   std::iota(fixed.constraint.held.begin(), fixed.constraint.held.end(), 0);
-  if (judgement.freed) onlyBoard(fit).shape = judgement.freed->shape.shape;
+  if (judgement.freed) onlyBoard(fit).shape = onlyBoard(judgement.freed->fit).shape;
   for (std::size_t v = 0; v < views.size(); ++v) {
     judgement.views.push_back({.image = views[v].image});
     HeldOutView& view = judgement.views.back();
@@ -100,16 +97,15 @@ HeldViews poseViews(const ComparedCamera& camera, const Checkerboard& board, con
     }
     view.camera_from_board = *pose;
     addView(fit, v, std::move(corners), *pose);
-    held.posed.weights.push_back(weightOf(views[v].image, judgement.freed));
-    held.images.push_back(views[v].image);
+    posed.weights.push_back(judgement.freed ? weightOf(judgement.freed->fit, v) : 1);
   }
   for (FitView& view : fit.views) view.errors = viewErrors(fit, view);
-  return held;
+  return posed;
 }
 
 // Asks what the camera predicts.
-void predictCorners(const HeldViews& held, HuberLoss loss, HeldOutJudgement& judgement) {
-  const Fit& fit = held.posed.fit;
+void predictCorners(const PosedViews& held, HuberLoss loss, HeldOutJudgement& judgement) {
+  const Fit& fit = held.fit;
   Fit robust = fit;
   robust.loss = loss;
   const auto held_out = heldOutErrors(robust);
@@ -139,28 +135,31 @@ void predictCorners(const HeldViews& held, HuberLoss loss, HeldOutJudgement& jud
   judgement.fixed_rms_px = rms(fit);
   judgement.noise_sigma_px = localSigma(fit);
   if (judgement.freed) {
-    PosedViews freed = posedByFreed(held, *judgement.freed);
+    PosedViews freed = posedByFreed(held, judgement.freed->fit);
     for (FitView& view : freed.fit.views) view.errors = viewErrors(freed.fit, view);
     judgement.noise_sigma_px = std::min(judgement.noise_sigma_px, localSigma(freed.fit));
-    judgement.misfit_sigmas = misfitSigmas(held.posed, freed);
+    judgement.misfit_sigmas = misfitSigmas(held, freed);
   }
   judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit);
 }
 
 // By how much the views' disagreement makes the variance of the parameters larger than the corners' noise
 // does, at least 1; 1 where they are too few to disagree.
-double varianceRatio(const CalibrationResult& freed) {
-  return freed.by_views ? std::max(1.0, freed.by_views->excess) : 1.0;
+double varianceRatio(const Calibration& freed) {
+  return freed.uncertainty.by_views ? std::max(1.0, freed.uncertainty.by_views->excess) : 1.0;
 }
 
 void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vector2d>& covered,
                       HeldOutJudgement& judgement) {
-  const CalibrationResult& freed = *judgement.freed;
-  judgement.freed_rms_px = freed.rms_px;
-  if (!freed.covariance || covered.size() < kFewestPixels) return;
-  const ComparedCamera other{
-      &freed.camera, freed.image_size,
-      freed.isNoiseExceeded() ? freed.statedCovariance() : judgement.variance_ratio * *freed.covariance};
+  const Calibration& freed = *judgement.freed;
+  const Uncertainty& known = freed.uncertainty;
+  judgement.freed_rms_px = rms(freed.fit);
+  if (!known.covariance || covered.size() < kFewestPixels) return;
+  const AnyCamera camera = freed.camera();
+  const ComparedCamera other{&camera, freed.imageSize(),
+                             known.isNoiseExceeded()
+                                 ? known.statedCovariance()
+                                 : Eigen::MatrixXd(judgement.variance_ratio * known.covariance->view())};
   const DifferenceOptions options{.pixels = covered};
   judgement.difference = projectionDifference(tested, other, options);
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
@@ -184,17 +183,17 @@ NeededChange measured(CameraChange change, const StepEstimate& estimate, const C
   return needed;
 }
 
-void testAsItIs(const ComparedCamera& tested, const HeldViews& held,
+void testAsItIs(const ComparedCamera& tested, const PosedViews& held,
                 const std::vector<Eigen::Vector2d>& covered, HeldOutJudgement& judgement) {
   if (covered.size() < kFewestPixels || !std::isfinite(judgement.noise_sigma_px)) return;
   std::optional<PosedViews> freed;
-  if (judgement.freed) freed = posedByFreed(held, *judgement.freed);
+  if (judgement.freed) freed = posedByFreed(held, judgement.freed->fit);
   const double sigma_px = std::max(judgement.noise_sigma_px, kFinestPx);
-  const auto scores = HeldScores::make(*tested.camera, held.posed, freed ? &*freed : nullptr,
-                                       sigma_px * sigma_px, tested.covariance);
+  const auto scores = HeldScores::make(*tested.camera, held, freed ? &*freed : nullptr, sigma_px * sigma_px,
+                                       tested.covariance);
   if (!scores) return;
   judgement.overall = scores->overall();
-  const ChangeEvidence evidence{.held = &held.posed,
+  const ChangeEvidence evidence{.held = &held,
                                 .freed = freed ? &*freed : nullptr,
                                 .noise_variance = sigma_px * sigma_px,
                                 .covariance = tested.covariance};
@@ -236,7 +235,7 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   judgement.num_views_given = static_cast<int>(views.size());
   judgement.freed = calibrated(camera, board, views, options, judgement.freed_complaint);
   const std::vector<View> used = usedViews(views, judgement.freed);
-  const HeldViews held = poseViews(camera, board, used, judgement);
+  const PosedViews held = poseViews(camera, board, used, judgement);
   predictCorners(held, lossOf(camera, judgement), judgement);
   const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
   const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);

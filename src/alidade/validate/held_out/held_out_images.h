@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/compare/difference_significance.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/core/cancel.h"
@@ -69,7 +69,7 @@ struct HeldOutJudgement {
   /// What held_out_rms_px would be for that noise alone.
   double noise_rms_px = std::numeric_limits<double>::quiet_NaN();
   /// The camera of the same model that these images give by themselves; nothing where they give none.
-  std::optional<CalibrationResult> freed;
+  std::optional<Calibration> freed;
   std::string freed_complaint;  ///< why there is none
   /// RMS of all corners with the poses fitted to all of them, px: of the camera as it is, and of that one.
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();

@@ -12,17 +12,6 @@
 #include "alidade/core/error.h"
 
 namespace alidade {
-namespace {
-
-const ViewResult& viewOf(const CalibrationResult& freed, const std::string& image) {
-  const auto found = std::find_if(freed.views.begin(), freed.views.end(),
-                                  [&](const ViewResult& view) { return view.image == image; });
-  expect(found != freed.views.end(), "only views that the freed calibration used are asked for");
-  return *found;
-}
-
-}  // namespace
-
 std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& board,
                           std::span<const Observation> corners, HuberLoss loss) {
   const std::string_view model = camera.camera->modelId();
@@ -44,13 +33,14 @@ std::optional<SE3> poseOf(const ComparedCamera& camera, const Checkerboard& boar
   return best;
 }
 
-double weightOf(const std::string& image, const std::optional<CalibrationResult>& freed) {
-  if (!freed) return 1;
+double weightOf(const Fit& freed, std::size_t view) {
   constexpr double kSharedCorners = 10;
-  const ViewResult& fit = viewOf(*freed, image);
-  const double mean_square = freed->rms_px * freed->rms_px;
-  const double sum = fit.num_corners * fit.rms_px * fit.rms_px + kSharedCorners * mean_square;
-  return sum > 0 ? mean_square * (fit.num_corners + kSharedCorners) / sum : 1.0;
+  const double mean_square = rms(freed) * rms(freed);
+  const std::vector<Eigen::Vector2d>& errors = freed.views[view].errors;
+  double sum = kSharedCorners * mean_square;
+  for (const Eigen::Vector2d& error : errors) sum += error.squaredNorm();
+  const double num_corners = static_cast<double>(errors.size()) + kSharedCorners;
+  return sum > 0 ? mean_square * num_corners / sum : 1.0;
 }
 
 bool isTestable(const Checkerboard& board, const View& view) {
@@ -72,13 +62,11 @@ bool isTestable(const Checkerboard& board, const View& view) {
   return true;
 }
 
-PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed) {
-  const auto params = freed.camera.parameters();
-  PosedViews posed = held.posed;
-  onlyCamera(posed.fit).params.assign(params.begin(), params.end());
-  for (std::size_t v = 0; v < held.images.size(); ++v) {
-    setCameraFromBoard(posed.fit, posed.fit.views[v], viewOf(freed, held.images[v]).camera_from_board);
-  }
+PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
+  PosedViews posed = held;
+  onlyCamera(posed.fit).params = onlyCamera(freed).params;
+  for (const FitView& view : posed.fit.views)
+    setCameraFromBoard(posed.fit, view, cameraFromBoard(freed, freed.views[view.source]));
   return posed;
 }
 

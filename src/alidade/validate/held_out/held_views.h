@@ -6,19 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/calibration_result.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/compare/difference_factor.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/held_out/held_scores.h"
 
 namespace alidade {
-
-/// The views for which a camera that is held could be posed.
-struct HeldViews {
-  PosedViews posed;
-  std::vector<std::string> images;  ///< one a view
-};
 
 /// Whether either colour of the board's corners in this view tells a pose, from which the other colour can be
 /// predicted: four corners or more, not all in one row or column.
@@ -30,13 +24,12 @@ struct HeldViews {
                                         std::span<const Observation> corners, HuberLoss loss);
 
 /// How much a view counts: views that are blurred or moved tell less. The inverse of the variance of its
-/// corners, as the freed calibration has them, taken together with some of the mean of all; 1 without one.
-/// @pre `freed` has used the view
-[[nodiscard]] double weightOf(const std::string& image, const std::optional<CalibrationResult>& freed);
+/// corners, as the freed calibration has them, taken together with some of the mean of all.
+[[nodiscard]] double weightOf(const Fit& freed, std::size_t view);
 
 /// The same views, posed for the freed camera.
-/// @pre `freed` has used them all
-[[nodiscard]] PosedViews posedByFreed(const HeldViews& held, const CalibrationResult& freed);
+/// @param held  its views' sources are indices into those of `freed`
+[[nodiscard]] PosedViews posedByFreed(const PosedViews& held, const Fit& freed);
 
 /// The views posed for another camera of the model: refitted from where they are and, where they are given,
 /// from the freed camera's poses, of which the better counts, for far from the truth a pose may rest in a

@@ -39,8 +39,8 @@ bool isSameBoardPose(const Checkerboard& board, const SE3& camera_from_board, co
   return false;
 }
 
-Check ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
-                     std::span<const HeldOutView> views, int num_given) {
+Diagnosis ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
+                         std::span<const HeldOutView> views, int num_given) {
   std::vector<std::string> own;
   for (const HeldOutView& view : views) {
     const bool is_own = view.camera_from_board &&
@@ -51,17 +51,16 @@ Check ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& b
     if (is_own) own.push_back(view.image);
   }
   const bool is_clean = own.empty();
-  return {.id = "held_out_names",
-          .status = is_clean ? CheckStatus::kPass : CheckStatus::kWarn,
-          .value = fmt::format("{} of {} images", own.size(), num_given),
-          .limit = "none with the name and the board's pose of a view of the file's own calibration",
-          .message = is_clean
-                         ? "no image has both the name and the board's pose of one that the camera was "
-                           "calibrated from"
-                         : "images have the names of the file's own views and show the board where those "
-                           "do, such as " +
-                               own.front() +
-                               ": they were fitted and cannot show that the camera is wrong; take others"};
+  return {.severity = is_clean ? Severity::kPass : Severity::kWarning,
+          .id = "held_out_names",
+          .cause = is_clean ? "no image has both the name and the board's pose of one that the camera was "
+                              "calibrated from"
+                            : "images have the names of the file's own views and show the board where those "
+                              "do, such as " +
+                                  own.front() +
+                                  ": they were fitted and cannot show that the camera is wrong; take others",
+          .evidence = fmt::format("{} of {} images", own.size(), num_given),
+          .limit = "none with the name and the board's pose of a view of the file's own calibration"};
 }
 
 }  // namespace alidade

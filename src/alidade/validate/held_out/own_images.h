@@ -27,7 +27,7 @@ namespace alidade {
 /// @param recorded  the file's views, at least one
 /// @param views     of the images, as the tested camera sees them
 /// @param num_given  images with a board
-[[nodiscard]] Check ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
-                                   std::span<const HeldOutView> views, int num_given);
+[[nodiscard]] Diagnosis ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
+                                       std::span<const HeldOutView> views, int num_given);
 
 }  // namespace alidade
