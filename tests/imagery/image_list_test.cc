@@ -94,8 +94,8 @@ TEST_F(ImageList, ExpandsPatterns) {
 TEST_F(ImageList, SaysWhatAFolderWithoutImagesHolds) {
   touch({"d/notes.txt", "d/table.csv", "d/right/r1.png", "d/left/l1.png", "one/notes.txt"});
   fs::create_directory(folder_ / "empty");
-  EXPECT_THAT(errorFor("d"), AllOf(HasSubstr("contains 2 files, e.g. notes.txt"), HasSubstr("one level below"),
-                                   HasSubstr("give '" + path("d/left") + "'")));
+  EXPECT_THAT(errorFor("d"), AllOf(HasSubstr("contains 2 files, e.g. notes.txt"),
+                                   HasSubstr("one level below"), HasSubstr("give '" + path("d/left") + "'")));
   EXPECT_THAT(errorFor("one"), HasSubstr("contains 1 file, notes.txt"));
   EXPECT_THAT(errorFor("empty"), HasSubstr("it is empty"));
 }

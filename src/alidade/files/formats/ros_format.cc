@@ -172,9 +172,9 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
   const char* key = is_cut ? "roi" : above(root, "binning_x", 1) ? "binning_x" : "binning_y";
   if (!is_cut && !above(root, key, 1)) return;
   camera.remarks.push_back(
-      {"not_carried",
-       root.whereKey(key) + ": binning and roi are ignored, because this is the camera of the whole image; "
-                            "use alidade convert --crop and --bin for the camera of the part"});
+      {"not_carried", root.whereKey(key) +
+                          ": binning and roi are ignored, because this is the camera of the whole image; "
+                          "use alidade convert --crop and --bin for the camera of the part"});
 }
 
 // What to do about a distortion model that is none of ROS' own.
