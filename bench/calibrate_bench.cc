@@ -96,7 +96,7 @@ void runFisheye(benchmark::State& state) {
 void runAlidade(benchmark::State& state, const char* model) {
   const auto num_views = static_cast<int>(state.range(0));
   const auto result = calibrateViews(state, simulatedViews(num_views), model);
-  if (result) setCounters(state, rms(result->fit), result->camera.parameters()[0]);
+  if (result) setCounters(state, rms(result->fit), onlyCamera(result->fit).params[0]);
   state.counters["s_per_view"] = benchmark::Counter(
       num_views, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["peak_MB"] = peakMegabytes();

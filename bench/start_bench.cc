@@ -54,7 +54,7 @@ void printMiss(const alidade::SweepCell& cell, int number, const alidade::SweepO
     for (const double value : camera.parameters()) std::printf(" %.5g", value);
     std::printf("\n");
   };
-  print("found", outcome.result.camera);
+  print("found", outcome.result.camera());
   print("true", outcome.drawn.camera);
 }
 

@@ -130,7 +130,7 @@ class ConvertCommand final : public Command {
     if (!is_good) {
       printMessage(
           std::string("error: the converted camera must not be used") +
-          (is_kept ? "" : "; " + output_ + " was not written; --keep-untrustworthy writes it anyway"));
+          (is_kept ? "" : "; " + output_ + " was not written (use --keep-untrustworthy to write it anyway)"));
       return kUntrustworthyExit;
     }
     if (!common_.quiet && !to_stdout) printMessage("written to " + output_);

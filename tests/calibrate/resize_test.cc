@@ -54,8 +54,8 @@ TEST(Resize, FullCalibrationResizedAgreesWithThatOfHalfSizeImages) {
   }
   const EditedCamera resized = resizeCamera(full.camera(), kFull, kHalf);
   const Eigen::MatrixXd covariance =
-      resized.J_new_old * *full.uncertainty.covariance * resized.J_new_old.transpose() +
-      *half.uncertainty.covariance;
+      resized.J_new_old * full.uncertainty.covariance->view() * resized.J_new_old.transpose() +
+      half.uncertainty.covariance->view();
   int num_checked = 0;
   for (int i = 0; i < static_cast<int>(covariance.rows()); ++i) {
     const auto k = static_cast<std::size_t>(i);

@@ -166,7 +166,9 @@ TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
 }
 
 TEST(SurveyDiagnosis, NamesImagesWithoutTheWholeBoard) {
-  ImageOutcome outcome{.image = "a.png", .size = {}, .detection = {.reason = DetectionReason::kFound}};
+  ImageOutcome outcome;
+  outcome.image = "a.png";
+  outcome.detection.reason = DetectionReason::kFound;
   EXPECT_FALSE(diagnosisOf(outcome));
   outcome.detection.reason = DetectionReason::kPartial;
   outcome.detection.detail = "50 of 54 corners";

@@ -183,7 +183,7 @@ TEST_P(PhotoSetTest, IsFoundInTheRightOrder) {
 
 TEST(Photographs, CalibrateWithinTheirLimits) {
   const std::vector<PhotoSet> sets = setsThatAreThere();
-  std::map<std::string, EstimatedShape> shapes;
+  std::map<std::string, Calibration> by_set;
   for (const CalibrationCase& c : calibrationCases()) {
     const auto set =
         std::find_if(sets.begin(), sets.end(), [&](const PhotoSet& s) { return s.name == c.set; });
@@ -201,20 +201,22 @@ TEST(Photographs, CalibrateWithinTheirLimits) {
     EXPECT_LE(rms(result.fit), c.max_rms_px) << c.set;
     EXPECT_NEAR(onlyCamera(result.fit).params[0], c.fx, c.fx_spread) << c.set;
     EXPECT_TRUE(result.dropped.outliers.empty()) << c.set;
-    shapes[c.set] = result.choice.shape;
-    EXPECT_EQ(numCorners(result.fit), static_cast<int>(views.size()) * board.numCorners()) << c.set;
+    EXPECT_EQ(numCorners(result.fit), views.size() * static_cast<std::size_t>(board.numCorners())) << c.set;
+    by_set[c.set] = result;
   }
   // Two cameras looked at one board at the same moments, and agree on how it is bent.
-  if (!shapes.contains("opencv_left") || !shapes.contains("opencv_right")) return;
-  const EstimatedShape& left = shapes["opencv_left"];
-  const EstimatedShape& right = shapes["opencv_right"];
-  ASSERT_TRUE(left.is_estimated && right.is_estimated);
-  EXPECT_LT(std::abs(left.shape.bend_x_m - right.shape.bend_x_m),
-            3 * std::hypot(left.std_m.x(), right.std_m.x()));
-  EXPECT_LT(std::abs(left.shape.bend_y_m - right.shape.bend_y_m),
-            3 * std::hypot(left.std_m.y(), right.std_m.y()));
+  if (!by_set.contains("opencv_left") || !by_set.contains("opencv_right")) return;
+  const Calibration& left = by_set["opencv_left"];
+  const Calibration& right = by_set["opencv_right"];
+  ASSERT_TRUE(isShapeEstimated(left.fit) && isShapeEstimated(right.fit));
+  const BoardShape& one = onlyBoard(left.fit).shape;
+  const BoardShape& other = onlyBoard(right.fit).shape;
+  const Eigen::Vector2d& std_m = left.uncertainty.bend_std_m;
+  const Eigen::Vector2d& other_std_m = right.uncertainty.bend_std_m;
+  EXPECT_LT(std::abs(one.bend_x_m - other.bend_x_m), 3 * std::hypot(std_m.x(), other_std_m.x()));
+  EXPECT_LT(std::abs(one.bend_y_m - other.bend_y_m), 3 * std::hypot(std_m.y(), other_std_m.y()));
   // The views disagree by more than noise, so the sigma is that by the views.
-  EXPECT_GT(std::abs(left.shape.bend_y_m), 4 * left.std_m.y());
+  EXPECT_GT(std::abs(one.bend_y_m), 4 * std_m.y());
 }
 
 GrayImage cropOf(const GrayImage& image, int x0, int y0, int width, int height) {
@@ -298,7 +300,8 @@ TEST(Photographs, TellOneCameraFromAnother) {
     std::vector<View> halves[2];
     for (std::size_t i = 0; i < left.size(); ++i) halves[(i + first) % 2].push_back(left[i]);
     const Calibration half = calibrate(board, halves[0], {.model = "radtan"});
-    const ComparedCamera camera{&half.camera(), half.imageSize(), half.uncertainty.statedCovariance()};
+    const AnyCamera halves_camera = half.camera();
+    const ComparedCamera camera{&halves_camera, half.imageSize(), half.uncertainty.statedCovariance()};
     const HeldOutOptions options{.is_covariance_by_views = half.uncertainty.isNoiseExceeded()};
     for (const Diagnosis& check :
          heldOutChecks(judgeOnImages(camera, board, halves[1], options), kDefaultTolerancePx))

@@ -299,7 +299,7 @@ TEST(FormatContradictions, OfNerfFramesHaveCamerasOfTheirOwn) {
   EXPECT_EQ(two.cameras[1].image_size, (ImageSize{.width = 320, .height = 240}));
   EXPECT_EQ(two.cameras[1].camera.parameters()[0], 250.0);
   EXPECT_EQ(two.cameras[1].camera.parameters()[4], 0.1);
-  EXPECT_THAT(remarksOn(two.cameras[1]), HasSubstr("file:3: frames[1]: another camera"));
+  EXPECT_THAT(remarksOn(two.cameras[1]), HasSubstr("file:3: frames[1]: the frame states a different camera"));
   const CameraSource same = parseCameras(file(lens, R"("w":640.0,"h":480,"fl_x":500.0)"), "file");
   ASSERT_EQ(same.cameras.size(), 1U);
   EXPECT_EQ(remarksOn(same.cameras[0]), "");
@@ -307,7 +307,7 @@ TEST(FormatContradictions, OfNerfFramesHaveCamerasOfTheirOwn) {
   for (const std::string& frame : {std::string(R"("w":320,"h":240)"), R"("w":320,)" + half,
                                    std::string(R"("fl_x":250.0)"), std::string(R"("w":640,"h":481)")}) {
     EXPECT_THAT(complaintAbout(file(lens, frame)),
-                AllOf(HasSubstr("file:3: frames[1]."), HasSubstr(", where file:1: "), HasSubstr("add all")))
+                AllOf(HasSubstr("file:3: frames[1]."), HasSubstr(" where file:1: "), HasSubstr("add all")))
         << frame;
     ++num_refused;
   }
