@@ -103,11 +103,9 @@ std::string typeOf(const Keys& common) {
   if (!type) return of_model;
   const std::vector<std::string> known = {"PinHole", "Rectified", "KannalaBrandt8"};
   if (std::find(known.begin(), known.end(), type->text()) == known.end()) {
-    const auto nearest = nearestName(type->text(), known);
-    throw UnsupportedCamera(type->error("'" + type->text() + "'", join(known, ", "),
-                                        nearest
-                                            ? "did you mean '" + *nearest + "'?"
-                                            : "take another lens model in the program that made the file"));
+    throw UnsupportedCamera(type->error(
+        "'" + type->text() + "'", join(known, ", "),
+        didYouMean(type->text(), known, "take another lens model in the program that made the file")));
   }
   if (!of_model.empty() && of_model != type->text()) {
     throw type->error(

@@ -183,10 +183,8 @@ std::string adviceFor(const std::string& model, std::span<const StatedNumber> co
   if (std::all_of(coefficients.begin(), coefficients.end(),
                   [](const StatedNumber& n) { return n.value == 0; }))
     return "all coefficients are 0, which is the same lens as plumb_bob with zeros: write plumb_bob";
-  const auto nearest =
-      nearestName(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"});
-  return nearest ? "did you mean '" + *nearest + "'?"
-                 : "calibrate the camera's images: alidade calibrate, or ROS' camera_calibration";
+  return didYouMean(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"},
+                    "calibrate the camera's images: alidade calibrate, or ROS' camera_calibration");
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
