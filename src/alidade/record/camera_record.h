@@ -89,6 +89,7 @@ struct CameraRecord {
   std::vector<SelfCheckPoint> self_check;
   std::optional<CalibrationRecord> calibration;
   std::string created_by;
+  std::string user_keys = {};  ///< the user's own, x_..., and their values: lines of YAML
 };
 
 /// The record of a camera of which nothing else is known: with its domain and points to check itself by.
