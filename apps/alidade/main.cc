@@ -52,9 +52,8 @@ std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App
       if (argv[i][0] != '-') word = argv[i];
     }
     if (word != nullptr) {
-      const auto nearest = nearestName(word, known);
       return "unknown command '" + std::string(word) + "'; expected one of " + join(known, ", ") +
-             (nearest ? "\n  next: did you mean '" + *nearest + "'?" : "\n  next: alidade --help");
+             "\n  next: " + didYouMean(word, known, "alidade --help");
     }
     return "unknown flag '" + std::string(argv[1]) + "'; expected a command, or " + join(flagsOf(app), ", ") +
            flagAdvice({argv + 1, argv + argc}, flagsOf(app), "alidade --help");

@@ -32,11 +32,10 @@ void applySettingsFile(CLI::App& app, const std::string& path) {
   }
   for (const SettingEntry& entry : readSettingsFile(path)) {
     if (std::find(names.begin(), names.end(), entry.key) == names.end()) {
-      const auto nearest = nearestName(entry.key, names);
       throw inputError({.where = entry.where,
                         .found = "'" + entry.key + "' is not a flag of " + app.get_name(),
                         .expected = "one of " + join(names, ", "),
-                        .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
+                        .next_step = didYouMean(entry.key, names)});
     }
     CLI::Option* option = app.get_option("--" + entry.key);
     if (option->count() > 0) continue;  // given by hand

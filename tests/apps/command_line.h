@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "apps/run_program.h"
-#include "apps/scratch_folder.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 

@@ -37,6 +37,22 @@ std::string mildCamera() {
          "parameters: {fx: 535, fy: 534, cx: 322.5, cy: 238.1, k1: -1e-3, k2: 0, p1: 0, p2: 0, k3: 0}\n";
 }
 
+TEST(Convert, CarriesTheKeysOfTheUserToAFileOfItsOwn) {
+  const ScratchFolder scratch;
+  const std::string from = scratch.write("camera.yaml", smallCamera() + "x_note: [anything, {at: all}]\n");
+  int num_converted = 0;
+  for (const std::vector<std::string>& how :
+       std::vector<std::vector<std::string>>{{}, {"--resize", "320x240"}, {"--model", "rational"}}) {
+    ASSERT_THAT(convert(from, scratch.path("to.yaml"), how), EndsWith(0));
+    EXPECT_THAT(scratch.read("to.yaml"), HasSubstr("\nx_note: [anything, {at: all}]\n"));
+    EXPECT_THAT(runAlidade({"validate", scratch.path("to.yaml")}), EndsWith(0));
+    ++num_converted;
+  }
+  EXPECT_EQ(num_converted, 3);
+  ASSERT_THAT(convert(from, scratch.path("ros.yaml"), {"--to", "ros"}), EndsWith(0));
+  EXPECT_THAT(scratch.read("ros.yaml"), Not(HasSubstr("x_note")));
+}
+
 TEST(Convert, FourTurnsAreTheSameCamera) {
   const ScratchFolder scratch;
   std::string from = dataPath("camera.yaml");

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/command_line.h"
-#include "apps/scratch_folder.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {

@@ -5,7 +5,7 @@
 #include "alidade/files/camera_file.h"
 #include "command_line.h"
 #include "run_program.h"
-#include "scratch_folder.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {

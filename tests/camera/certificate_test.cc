@@ -6,6 +6,7 @@
 #include <string>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/image_folds.h"
 #include "support/brute_force_domain.h"
 #include "support/model_fixture.h"
 
@@ -88,13 +89,12 @@ TEST(Certificate, FindsAPoleTooNarrowForSampling) {
   }
 }
 
-// det > 0 everywhere does not keep a map that is no gradient from wrapping round: here the rim's image, and
-// it alone, tells that two rays meet in one pixel.
-TEST(Certificate, SeesARimThatCrossesItself) {
-  const auto spiral = [](const Eigen::Vector3d& ray, double* m, double* J) {
-    // exp(3 x) in the complex plane: never folds, and takes y and y + 2 pi / 3 to the same point.
-    const double x = ray.x() / ray.z();
-    const double y = ray.y() / ray.z();
+// exp(3 x) in the complex plane: never folds, and takes y and y + 2 pi / 3 to the same point.
+struct Spiral {
+  static bool hasValue(const double*, const double*) { return true; }
+  static void formula(const double*, const double* ray, double* m, double* J, double*) {
+    const double x = ray[0] / ray[2];
+    const double y = ray[1] / ray[2];
     const double e = std::exp(3 * x);
     m[0] = e * std::cos(3 * y);
     m[1] = e * std::sin(3 * y);
@@ -104,14 +104,18 @@ TEST(Certificate, SeesARimThatCrossesItself) {
                           .dmx_dy = -3 * m[1],
                           .dmy_dx = 3 * m[1],
                           .dmy_dy = 3 * m[0]},
-                         x, y, 1 / ray.z(), J);
-    return true;
-  };
+                         x, y, 1 / ray[2], J);
+  }
+};
+
+// det > 0 everywhere does not keep a map that is no gradient from wrapping round: here the rim's image, and
+// it alone, tells that two rays meet in one pixel.
+TEST(Certificate, SeesARimThatCrossesItself) {
   const ConeLimits limits{.model_rad = 1.4,
                           .closed_form_rad = 1.4,
                           .is_axially_symmetric = false,
                           .is_one_to_one_without_fold = false};
-  const CertifiedCone cone = certifyCone(spiral, limits);
+  const CertifiedCone cone = certifyCone(lensFunction<Spiral>(nullptr), limits);
   // The first rays to meet are those at y = +-pi / 3, x = 0.
   EXPECT_TRUE(cone.is_limited_by_fold);
   EXPECT_NEAR(cone.max_angle_rad, std::atan(std::numbers::pi / 3), 1e-3);
@@ -248,6 +252,15 @@ TEST(CertifyDomain, TellsWhetherEveryPixelHasARay) {
   ASSERT_TRUE(part.pixel_without_ray);
   EXPECT_GT((*part.pixel_without_ray - Eigen::Vector2d(319.5, 239.5)).norm(), 2.0 / 3 * 535 - 1e-2);
   EXPECT_EQ(part.min_relative_det, 0.0);
+
+  // The quick answer to one question of these is the same.
+  int num_folded = 0;
+  for (const std::vector<double>& params : {good, folded}) {
+    const AnyCamera camera = AnyCamera::make("radtan", params);
+    EXPECT_EQ(foldsInsideImage(camera, size), foldsInsideImage(certifyDomain(camera, size)));
+    num_folded += foldsInsideImage(camera, size) ? 1 : 0;
+  }
+  EXPECT_EQ(num_folded, 1);
 }
 
 }  // namespace

@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "alidade/core/error.h"
+#include "support/message_of.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {
@@ -29,40 +31,13 @@ using testing::Not;
 
 constexpr std::size_t kEnough = std::size_t{1} << 24;
 
-std::string messageOf(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kInput);
-    return error.what();
-  }
-  return "nothing was thrown";
-}
-
-class AtomicFile : public testing::Test {
+class AtomicFile : public ScratchTest {
  protected:
-  void SetUp() override {
-    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = fs::path(testing::TempDir()) / ("alidade_atomic_" + name + std::to_string(::getpid()));
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  [[nodiscard]] std::vector<std::string> names() const {
-    std::vector<std::string> result;
-    for (const auto& entry : fs::directory_iterator(folder_))
-      result.push_back(entry.path().filename().string());
-    std::sort(result.begin(), result.end());
-    return result;
-  }
   [[nodiscard]] unsigned modeOf(const std::string& name) const {
     struct stat status {};
     EXPECT_EQ(::stat(path(name).c_str(), &status), 0);
     return status.st_mode & 07777U;
   }
-
-  fs::path folder_;
 };
 
 TEST_F(AtomicFile, WritesAndReplaces) {
@@ -72,7 +47,7 @@ TEST_F(AtomicFile, WritesAndReplaces) {
   EXPECT_EQ(readBinaryFile(path("a"), kEnough), binary);
   writeFileAtomically(path("a"), "");
   EXPECT_EQ(readBinaryFile(path("a"), kEnough), "");
-  EXPECT_THAT(names(), ElementsAre("a"));
+  EXPECT_THAT(scratch_.list(), ElementsAre("a"));
 }
 
 TEST_F(AtomicFile, WritesIntoTheCurrentFolder) {
@@ -80,13 +55,13 @@ TEST_F(AtomicFile, WritesIntoTheCurrentFolder) {
   fs::current_path(folder_);
   writeFileAtomically("bare", "x");
   fs::current_path(previous);
-  EXPECT_THAT(names(), ElementsAre("bare"));
+  EXPECT_THAT(scratch_.list(), ElementsAre("bare"));
 }
 
 TEST_F(AtomicFile, WritesNamesOfTheGreatestLength) {
   const std::string name(255, 'n');
   writeFileAtomically(path(name), "x");
-  EXPECT_THAT(names(), ElementsAre(name));
+  EXPECT_THAT(scratch_.list(), ElementsAre(name));
   EXPECT_THAT(messageOf([&] { writeFileAtomically(path(name + "n"), "x"); }), HasSubstr("a shorter name"));
 }
 
@@ -157,7 +132,7 @@ TEST_F(AtomicFile, KeepsTheOldFileWhenWritingFails) {
 
   EXPECT_THAT(message, AllOf(HasSubstr(path("a")), HasSubstr("too large")));
   EXPECT_EQ(readTextFile(path("a"), kEnough), "old");
-  EXPECT_THAT(names(), ElementsAre("a"));
+  EXPECT_THAT(scratch_.list(), ElementsAre("a"));
 }
 
 TEST_F(AtomicFile, RefusesPlacesThatCannotBeWritten) {
@@ -168,7 +143,7 @@ TEST_F(AtomicFile, RefusesPlacesThatCannotBeWritten) {
   EXPECT_THAT(messageOf([&] { writeFileAtomically(folder_.string(), "x"); }), HasSubstr("add a file name"));
   EXPECT_THAT(messageOf([&] { writeFileAtomically(path("new/"), "x"); }), HasSubstr("add a file name"));
   EXPECT_THAT(messageOf([] { writeFileAtomically("", "x"); }), HasSubstr("''"));
-  EXPECT_THAT(names(), ElementsAre("file"));
+  EXPECT_THAT(scratch_.list(), ElementsAre("file"));
 }
 
 TEST_F(AtomicFile, RespectsWriteProtection) {
@@ -207,7 +182,7 @@ TEST_F(AtomicFile, LeavesAWholeFileAndNothingElseWhenTerminated) {
     num_terminated += WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM ? 1 : 0;
     const std::string content = readBinaryFile(path("a"), kEnough);
     EXPECT_TRUE(content == contents[0] || content == contents[1]);
-    EXPECT_THAT(names(), ElementsAre("a"));
+    EXPECT_THAT(scratch_.list(), ElementsAre("a"));
   }
   EXPECT_EQ(num_terminated, kNumRuns);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <gmock/gmock.h>
+#include <yaml-cpp/yaml.h>
 
 #include "alidade/core/error.h"
 #include "alidade/files/camera_source.h"
@@ -43,6 +44,47 @@ TEST(CameraRecord, ReadsBackAGridWithPixelsWithoutARay) {
     ++num_read;
   }
   EXPECT_EQ(num_read, 2);
+}
+
+TEST(CameraRecord, KeepsTheKeysOfTheUser) {
+  const std::string camera =
+      "alidade_camera: 1\nmodel: pinhole\nimage_size: &size {width: 640, height: 480}\n"
+      "parameters: {fx: 500, fy: 500, cx: 320, cy: 240}\n";
+  const std::string own =
+      "x_serial: \"0012\"\nx_rig:\n  cameras: [left, {name: right, offset: 0.12}]\n  notes:\n    - &n first\n"
+      "    - *n\n    - ~\nx_size: *size\nx_tagged: !mine 1\nx_text: |\n  two\n  lines\n";
+  const CameraRecord file = parseCameraFile(camera + own, "camera.yaml");
+  const std::string written = cameraFileText(file);
+  EXPECT_THAT(written, testing::HasSubstr("x_serial: \"0012\"\n"));
+  // Ours is still what it was, and theirs says the same.
+  const CameraRecord again = parseCameraFile(written, "again.yaml");
+  EXPECT_EQ(cameraFileText(again), written);
+  const YAML::Node before = YAML::Load(camera + own);
+  const YAML::Node after = YAML::Load(written);
+  int num_keys = 0;
+  for (const char* key : {"x_serial", "x_rig", "x_size", "x_tagged", "x_text"}) {
+    ASSERT_TRUE(after[key]) << key;
+    EXPECT_EQ(YAML::Dump(after[key]), YAML::Dump(before[key])) << key;
+    EXPECT_EQ(after[key].Tag(), before[key].Tag()) << key;
+    ++num_keys;
+  }
+  EXPECT_EQ(num_keys, 5);
+  EXPECT_EQ(parseCameraFile(camera, "camera.yaml").user_keys, "");
+}
+
+// Each level ten times the one below: what is shared stays shared.
+TEST(CameraRecord, DoesNotUnfoldSharedValuesOfTheUser) {
+  std::string text =
+      "alidade_camera: 1\nmodel: pinhole\nimage_size: {width: 640, height: 480}\n"
+      "parameters: {fx: 500, fy: 500, cx: 320, cy: 240}\nx_0: &x0 [1, 1]\n";
+  constexpr int kNumLevels = 20;
+  for (int i = 1; i <= kNumLevels; ++i) {
+    const std::string below = "*x" + std::to_string(i - 1);
+    text += "x_" + std::to_string(i) + ": &x" + std::to_string(i) + " [" + below;
+    for (int k = 1; k < 10; ++k) text += ", " + below;
+    text += "]\n";
+  }
+  EXPECT_LT(parseCameraFile(text, "camera.yaml").user_keys.size(), 3 * text.size());
 }
 
 std::string keysText(std::string_view model) {

@@ -10,23 +10,16 @@
 
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {
 
-class SaveCamera : public testing::Test {
+class SaveCamera : public ScratchTest {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
   CameraRecord record_ =
       bareRecord(AnyCamera::make("radtan", std::vector<double>{500, 501, 320, 240, -0.25, 0.0625, 0, 0, 0}),
                  {640, 480}, "test");
-
- private:
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "alidade_save_camera_test";
 };
 
 TEST_F(SaveCamera, IsReadBackInEveryFormatThatHoldsTheModel) {

@@ -21,6 +21,8 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/image_container.h"
 #include "support/exif.h"
+#include "support/message_of.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {
@@ -69,26 +71,8 @@ std::string_view view(const Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-std::string messageOf(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kInput);
-    return error.what();
-  }
-  return "nothing was thrown";
-}
-
-class ImageFile : public testing::Test {
+class ImageFile : public ScratchTest {
  protected:
-  void SetUp() override {
-    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = fs::path(testing::TempDir()) / ("alidade_image_" + name + std::to_string(::getpid()));
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   [[nodiscard]] std::string write(const std::string& name, const Bytes& bytes) const {
     writeFileAtomically(path(name), view(bytes));
     return path(name);
@@ -103,8 +87,6 @@ class ImageFile : public testing::Test {
     EXPECT_THAT(message, AllOf(HasSubstr(file), HasSubstr("next: ")));
     return message;
   }
-
-  fs::path folder_;
 };
 
 double worstDifference(const GrayImage& image, const std::function<double(int, int)>& expected) {

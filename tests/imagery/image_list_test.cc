@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "alidade/core/error.h"
-#include "alidade/files/atomic_file.h"
+#include "support/message_of.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {
@@ -20,22 +21,11 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-class ImageList : public testing::Test {
+class ImageList : public ScratchTest {
  protected:
-  void SetUp() override {
-    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = fs::path(testing::TempDir()) / ("alidade_list_" + name + std::to_string(::getpid()));
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   /// The content of images does not matter here.
   void touch(const std::vector<std::string>& names) const {
-    for (const std::string& name : names) {
-      fs::create_directories(fs::path(path(name)).parent_path());
-      writeFileAtomically(path(name), "x");
-    }
+    for (const std::string& name : names) scratch_.write(name, "x");
   }
   /// Lists and gives the paths without the test's folder.
   [[nodiscard]] std::vector<std::string> list(const std::vector<std::string>& names) const {
@@ -46,17 +36,10 @@ class ImageList : public testing::Test {
     return paths;
   }
   [[nodiscard]] std::string errorFor(const std::string& name) const {
-    try {
-      (void)list({name});
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::kInput);
-      EXPECT_THAT(error.what(), AllOf(HasSubstr(path(name)), HasSubstr("next: ")));
-      return error.what();
-    }
-    return "nothing was thrown";
+    std::string message = messageOf([&] { (void)list({name}); });
+    EXPECT_THAT(message, AllOf(HasSubstr(path(name)), HasSubstr("next: ")));
+    return message;
   }
-
-  fs::path folder_;
 };
 
 TEST_F(ImageList, ListsTheImagesOfAFolderInNaturalOrder) {

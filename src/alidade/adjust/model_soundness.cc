@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "alidade/adjust/covariance.h"
+#include "alidade/camera/image_folds.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade {
@@ -35,11 +36,10 @@ std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
   const AnyCamera camera = AnyCamera::make(of.model, of.params);
   if (numCornersOutside(fit, camera) > 0)
     return Unsoundness{.id = "corners_outside_domain", .text = "it cannot project all of the corners"};
-  const DomainCertificate domain = certifyDomain(camera, of.size);
-  if (!foldsInsideImage(domain)) return std::nullopt;
+  if (!foldsInsideImage(camera, of.size)) return std::nullopt;
   return Unsoundness{.id = "folds_in_image",
                      .text = "it folds over inside the image, " +
-                             numberText("%.0f", domain.cone.max_angle_rad * 180 / std::numbers::pi) +
+                             numberText("%.0f", camera.cone().max_angle_rad * 180 / std::numbers::pi) +
                              " degrees from the axis",
                      .folds = true};
 }

@@ -12,6 +12,7 @@
 #include "alidade/adjust/scaled_inverse.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/image_folds.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/geometry/symmetric_eigen.h"
@@ -59,10 +60,6 @@ LeastKnown leastKnown(const Eigen::MatrixXd& covariance, const LensScale& scale)
           .direction = solver.eigenvectors().col(num_lens - 1)};
 }
 
-bool foldsInImage(const AnyCamera& camera, ImageSize size) {
-  return camera.cone().is_limited_by_fold && foldsInsideImage(certifyDomain(camera, size));
-}
-
 AnyCamera cameraOf(const Fit& fit) {
   return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
 }
@@ -94,7 +91,7 @@ class Ladder {
   [[nodiscard]] bool isSound(const Fit& fit) const {
     if (!isSteady(fit) || largest(fit) > kRunawaySizes) return false;
     const AnyCamera camera = cameraOf(fit);
-    return !foldsInImage(camera, onlyCamera(fit).size) && numCornersOutside(fit, camera) == 0;
+    return !foldsInsideImage(camera, onlyCamera(fit).size) && numCornersOutside(fit, camera) == 0;
   }
 
   // The widest prior that holds the lens together, or none if it turns out not to be needed; nothing where

@@ -9,6 +9,7 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_variant.h"
+#include "alidade/camera/image_folds.h"
 #include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
@@ -27,11 +28,10 @@ void withModel(std::string_view id, F&& f) {
     f(tag);
   });
   if (is_known) return;
-  const auto nearest = nearestName(id, modelIds());
   throw usageError({.where = "camera model",
                     .found = "'" + std::string(id) + "'",
                     .expected = "one of " + join(modelIds(), ", "),
-                    .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
+                    .next_step = didYouMean(id, modelIds())});
 }
 
 template <CameraModel M>
@@ -170,17 +170,7 @@ DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
       }
       result.min_relative_det = std::min(result.min_relative_det, det(*ray) / axis_det);
     };
-    // The border runs along the outer edges of the outer pixels.
-    const double right = size.width - 0.5;
-    const double bottom = size.height - 0.5;
-    for (int x = 0; x <= size.width; ++x) {
-      look(x - 0.5, -0.5);
-      look(x - 0.5, bottom);
-    }
-    for (int y = 1; y < size.height; ++y) {
-      look(-0.5, y - 0.5);
-      look(right, y - 0.5);
-    }
+    for (const Eigen::Vector2d& pixel : imageBorder(size)) look(pixel.x(), pixel.y());
     constexpr int kGrid = 24;  // the inside matters for the determinant only
     for (int j = 1; j < kGrid; ++j) {
       for (int i = 1; i < kGrid; ++i)

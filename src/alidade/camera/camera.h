@@ -32,14 +32,11 @@ class Camera {
   /// Certifies the cone for `params` (fx fy cx cy, then the lens; all finite, fx and fy positive).
   explicit Camera(const Params& params)
       : params_(params),
-        cone_(certifyCone(
-            [&params](const Eigen::Vector3d& ray, double* m, double* J) {
-              return M::lensJacobian(params.data() + 4, ray.data(), m, J, nullptr);
-            },
-            {.model_rad = M::kMaxAngle,
-             .closed_form_rad = M::maxAngle(params.data() + 4),
-             .is_axially_symmetric = M::isAxiallySymmetric(params.data() + 4),
-             .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})),
+        cone_(certifyCone(lensFunction<M>(params.data() + 4),
+                          {.model_rad = M::kMaxAngle,
+                           .closed_form_rad = M::maxAngle(params.data() + 4),
+                           .is_axially_symmetric = M::isAxiallySymmetric(params.data() + 4),
+                           .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})),
         cos_max_angle_(std::cos(cone_.max_angle_rad)),
         rim_radius_(rimRadius()),
         start_(M::makeStart(params_.data() + 4, cone_.max_angle_rad)) {}

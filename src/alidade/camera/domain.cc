@@ -21,38 +21,91 @@ constexpr double kSameAngle = 1e-9;
 // Below this firmness, a pixel's own rounding moves its ray by more than 1e-9 rad.
 constexpr double kMinFirmness = 2.2e-7;
 
+// Field angles from the axis to the limit, at which all azimuths look.
+struct Angles {
+  std::vector<double> angle, sine, cosine;
+
+  Angles(double limit, int num_angles) {
+    const double step = limit / num_angles;
+    add(0.0);
+    for (int i = 1; angle.back() < limit * (1 - 2e-12); ++i) {
+      // Next to a pole, on which the limit lies or near which it is, a lens turns within ever smaller angles.
+      const double rest = limit - angle.back();
+      const double short_step = kShareOfRest * rest;
+      const double longest = short_step < step ? angle.back() + short_step : i * step;
+      add(rest <= kLastStep ? limit * (1 - 1e-12) : longest);
+    }
+  }
+
+ private:
+  void add(double next) {
+    angle.push_back(next);
+    sine.push_back(std::sin(next));
+    cosine.push_back(std::cos(next));
+  }
+};
+
 // How firmly a pixel determines its ray: the smaller singular value of the Jacobian on the sphere, with the
 // determinant's sign, over the size of the numbers in the plane, in which rounding is counted. 1/sqrt(2) on
 // the axis and about that along all of a perspective plane; -1 where the lens has no value.
 class Firmness {
  public:
-  explicit Firmness(const LensJacobianFunction& lens) : lens_(lens) {
-    std::array<double, 2> m{};
+  explicit Firmness(const LensFunction& lens) : lens_(lens) {
+    LensBlock block{};
+    block.ray[2][0] = 1.0;
+    lens_(block, 1);
+    if (std::isnan(block.m[0][0])) return;
     std::array<double, 6> J{};
-    const Eigen::Vector3d axis(0, 0, 1);
-    if (lens_(axis, m.data(), J.data())) axis_scale_ = std::sqrt(std::abs(sphereDeterminant(J.data(), axis)));
+    for (std::size_t e = 0; e < 6; ++e) J[e] = block.J_m_ray[e][0];
+    axis_scale_ = std::sqrt(std::abs(sphereDeterminant(J.data(), Eigen::Vector3d::UnitZ())));
   }
 
-  // `azimuth` as a unit vector, which many angles share.
+  // `azimuth` as a unit vector.
   double operator()(double angle, const Eigen::Vector2d& azimuth) const {
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
-    const double ca = azimuth.x();
-    const double sa = azimuth.y();
-    std::array<double, 2> m{};
-    std::array<double, 6> J{};
-    if (!lens_({s * ca, s * sa, c}, m.data(), J.data())) return -1.0;
-    const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J.data());
-    const Eigen::Vector2d along = J_m_ray * Eigen::Vector3d(c * ca, c * sa, -s);
-    const Eigen::Vector2d across = J_m_ray * Eigen::Vector3d(-sa, ca, 0.0);
-    const double det = along.x() * across.y() - along.y() * across.x();
-    const double size = std::sqrt(along.squaredNorm() + across.squaredNorm());
-    const double value = det / size / (axis_scale_ + std::sqrt(m[0] * m[0] + m[1] * m[1]));
-    return std::isfinite(value) ? value : -1.0;
+    const double sine = std::sin(angle);
+    const double cosine = std::cos(angle);
+    double value = 0;
+    look(azimuth, &sine, &cosine, 1, &value);
+    return value;
+  }
+
+  // The same for angles from the i-th on, at most a block of them.
+  void operator()(const Angles& angles, std::size_t i, const Eigen::Vector2d& azimuth,
+                  LensBlock::Column& values) const {
+    const std::size_t count = std::min(LensBlock::kMaxRays, angles.angle.size() - i);
+    look(azimuth, angles.sine.data() + i, angles.cosine.data() + i, count, values.data());
   }
 
  private:
-  const LensJacobianFunction& lens_;
+  void look(const Eigen::Vector2d& azimuth, const double* sine, const double* cosine, std::size_t count,
+            double* values) const {
+    const double ca = azimuth.x();
+    const double sa = azimuth.y();
+    LensBlock block;
+    for (std::size_t i = 0; i < count; ++i) {
+      block.ray[0][i] = sine[i] * ca;
+      block.ray[1][i] = sine[i] * sa;
+      block.ray[2][i] = cosine[i];
+    }
+    lens_(block, count);
+    const auto& J = block.J_m_ray;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double s = sine[i];
+      const double c = cosine[i];
+      const double along_x = J[0][i] * (c * ca) + J[1][i] * (c * sa) - J[2][i] * s;
+      const double along_y = J[3][i] * (c * ca) + J[4][i] * (c * sa) - J[5][i] * s;
+      const double across_x = J[1][i] * ca - J[0][i] * sa;
+      const double across_y = J[4][i] * ca - J[3][i] * sa;
+      const double det = along_x * across_y - along_y * across_x;
+      const double size =
+          std::sqrt((along_x * along_x + along_y * along_y) + (across_x * across_x + across_y * across_y));
+      const double radius = std::sqrt(block.m[0][i] * block.m[0][i] + block.m[1][i] * block.m[1][i]);
+      const double value = det / size / (axis_scale_ + radius);
+      values[i] = std::isfinite(value) ? value : -1.0;
+    }
+  }
+
+  const LensFunction& lens_;
   double axis_scale_ = 0;
 };
 
@@ -82,9 +135,9 @@ double goldenMinimum(const F& f, double a, double b, int num_iterations) {
   return 0.5 * (a + b);
 }
 
-// First angle in (0, limit) at which the lens folds along one azimuth, or a value above the limit. A fold
-// that all but happens counts as lying kFoldMargin farther out, so that the margin ends where it begins.
-double firstFold(const Firmness& firmness, double limit, double azimuth, int num_angles) {
+// First of the angles at which the lens folds along one azimuth, or a value above all. A fold that all but
+// happens counts as lying kFoldMargin farther out, so that the margin ends where it begins.
+double firstFold(const Firmness& firmness, const Angles& angles, double limit, double azimuth) {
   const Eigen::Vector2d direction(std::cos(azimuth), std::sin(azimuth));
   const auto f = [&](double angle) { return firmness(angle, direction); };
   const auto bisect = [&](double good, double bad, double level) {
@@ -99,27 +152,20 @@ double firstFold(const Firmness& firmness, double limit, double azimuth, int num
     const double beyond = std::min(weak + kFoldMargin, limit);
     return f(beyond) > 0 ? beyond : bisect(weak, beyond, 0.0);
   };
-  const double step = limit / num_angles;
-  double earlier = 0;
-  double previous = 0;
-  double before = f(0.0);
-  if (!(before > kMinFirmness)) return 0.0;
-  double here = before;
-  for (int i = 1; previous < limit * (1 - 2e-12); ++i) {
-    // Next to a pole, on which the limit lies or near which it is, a lens turns within ever smaller angles.
-    const double rest = limit - previous;
-    const double short_step = kShareOfRest * rest;
-    double angle = short_step < step ? previous + short_step : i * step;
-    if (rest <= kLastStep) angle = limit * (1 - 1e-12);
-    const double next = f(angle);
-    if (!(next > kMinFirmness)) return foldIn(previous, angle);
+  LensBlock::Column values{};
+  double before = 0;
+  double here = 0;
+  for (std::size_t i = 0; i < angles.angle.size(); ++i) {
+    const std::size_t in_block = i % LensBlock::kMaxRays;
+    if (in_block == 0) firmness(angles, i, direction, values);
+    const double next = values[in_block];
+    if (!(next > kMinFirmness)) return i == 0 ? 0.0 : foldIn(angles.angle[i - 1], angles.angle[i]);
     // A dip that touches zero between two samples: look at its bottom.
     if (i >= 2 && here <= before && here <= next && here < 0.5) {
-      const double bottom = goldenMinimum(f, earlier, angle, 40);
+      const double earlier = angles.angle[i - 2];
+      const double bottom = goldenMinimum(f, earlier, angles.angle[i], 40);
       if (!(f(bottom) > kMinFirmness)) return foldIn(earlier, bottom);
     }
-    earlier = previous;
-    previous = angle;
     before = here;
     here = next;
   }
@@ -128,7 +174,8 @@ double firstFold(const Firmness& firmness, double limit, double azimuth, int num
 
 // Smallest of the first folds over all azimuths.
 double firstFoldAround(const Firmness& firmness, double limit) {
-  const auto fold = [&](double azimuth) { return firstFold(firmness, limit, azimuth, kNumAngles); };
+  const Angles angles(limit, kNumAngles);
+  const auto fold = [&](double azimuth) { return firstFold(firmness, angles, limit, azimuth); };
   const double step = 2 * std::numbers::pi / kNumAzimuths;
   std::vector<double> folds(kNumAzimuths);
   for (int i = 0; i < kNumAzimuths; ++i) folds[static_cast<std::size_t>(i)] = fold(i * step);
@@ -148,14 +195,17 @@ double firstFoldAround(const Firmness& firmness, double limit) {
 }
 
 // True if the cone's rim has an image that does not cross itself.
-bool hasSimpleRim(const LensJacobianFunction& lens, double angle) {
+bool hasSimpleRim(const LensFunction& lens, double angle) {
   std::vector<Eigen::Vector2d> rim(kNumRimPoints);
   for (int i = 0; i < kNumRimPoints; ++i) {
     const double azimuth = 2 * std::numbers::pi * i / kNumRimPoints;
     const Eigen::Vector3d ray(std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth),
                               std::cos(angle));
-    std::array<double, 6> J{};
-    if (!lens(ray, rim[static_cast<std::size_t>(i)].data(), J.data())) return false;
+    LensBlock block{};
+    for (std::size_t c = 0; c < 3; ++c) block.ray[c][0] = ray[static_cast<Eigen::Index>(c)];
+    lens(block, 1);
+    if (std::isnan(block.m[0][0])) return false;
+    rim[static_cast<std::size_t>(i)] = {block.m[0][0], block.m[1][0]};
   }
   const auto side = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
     return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()) > 0;
@@ -172,7 +222,7 @@ bool hasSimpleRim(const LensJacobianFunction& lens, double angle) {
 }
 
 // Largest angle up to max_angle with a simple rim; a small enough one always is.
-double largestSimpleRim(const LensJacobianFunction& lens, double max_angle) {
+double largestSimpleRim(const LensFunction& lens, double max_angle) {
   double good = 0;
   double bad = max_angle;
   for (int i = 0; i < 40; ++i) {
@@ -190,11 +240,12 @@ double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
   return J_m_ray.row(0).cross(J_m_ray.row(1)).dot(ray);
 }
 
-CertifiedCone certifyCone(const LensJacobianFunction& lens, const ConeLimits& limits) {
+CertifiedCone certifyCone(const LensFunction& lens, const ConeLimits& limits) {
   const double limit = std::min(limits.model_rad, limits.closed_form_rad);
   const Firmness firmness(lens);
-  double first = limits.is_axially_symmetric ? firstFold(firmness, limit, 0.0, kNumAnglesSymmetric)
-                                             : firstFoldAround(firmness, limit);
+  double first = limits.is_axially_symmetric
+                     ? firstFold(firmness, Angles(limit, kNumAnglesSymmetric), limit, 0.0)
+                     : firstFoldAround(firmness, limit);
   if (limits.closed_form_rad < limits.model_rad) first = std::min(first, limits.closed_form_rad);
   CertifiedCone cone;
   cone.is_limited_by_fold = first <= limits.model_rad;

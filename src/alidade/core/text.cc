@@ -102,6 +102,12 @@ std::optional<std::string> nearestName(std::string_view name, std::span<const st
   return *best;
 }
 
+std::string didYouMean(std::string_view name, std::span<const std::string> candidates,
+                       std::string otherwise) {
+  const auto nearest = nearestName(name, candidates);
+  return nearest ? "did you mean '" + *nearest + "'?" : std::move(otherwise);
+}
+
 bool naturalLess(std::string_view a, std::string_view b) {
   const std::string_view whole_a = a;
   const std::string_view whole_b = b;

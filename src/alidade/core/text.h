@@ -25,6 +25,10 @@ namespace alidade {
 [[nodiscard]] std::optional<std::string> nearestName(std::string_view name,
                                                      std::span<const std::string> candidates);
 
+/// "did you mean 'fx'?" where there is such a candidate, for Error::next_step; else `otherwise`.
+[[nodiscard]] std::string didYouMean(std::string_view name, std::span<const std::string> candidates,
+                                     std::string otherwise = "");
+
 /// True if `a` comes before `b` as a person sorts file names: runs of digits compare by their value
 /// (img2 before img10). A strict total order.
 [[nodiscard]] bool naturalLess(std::string_view a, std::string_view b);

@@ -8,8 +8,10 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_node.h"
 #include "alidade/files/pose_node.h"
+#include "alidade/files/user_keys.h"
 #include "alidade/files/yaml_node.h"
 
 namespace alidade {
@@ -202,7 +204,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
 
 }  // namespace
 
-CameraRecord detail::readCameraRoot(const YamlNode& root) {
+CameraRecord detail::readCameraRoot(const YamlNode& root, const std::string& text) {
   if (!root.isMap() || !root.has("alidade_camera")) {
     throw root.error("a file without the key 'alidade_camera'", "an Alidade camera file",
                      "add the line: alidade_camera: 1");
@@ -226,6 +228,8 @@ CameraRecord detail::readCameraRoot(const YamlNode& root) {
   if (const auto n = root.find("calibration"))
     file.calibration = readCalibration(*n, file.camera.parameterNames());
   if (const auto n = root.find("created_by")) file.created_by = n->text();
+  const std::vector<std::string> keys = root.keys();
+  if (std::any_of(keys.begin(), keys.end(), detail::isUserKey)) file.user_keys = detail::userKeys(text);
   return file;
 }
 
@@ -254,13 +258,11 @@ void requireSelfCheck(const CameraRecord& file, const std::string& where) {
 }
 
 CameraRecord readCameraFile(const std::string& path) {
-  CameraRecord file = detail::readCameraRoot(YamlNode::readFile(path));
-  requireSelfCheck(file, path);
-  return file;
+  return parseCameraFile(readTextFile(path, YamlNode::kMaxBytes), path);
 }
 
 CameraRecord parseCameraFile(const std::string& text, const std::string& name) {
-  CameraRecord file = detail::readCameraRoot(YamlNode::parse(text, name));
+  CameraRecord file = detail::readCameraRoot(YamlNode::parse(text, name), text);
   requireSelfCheck(file, name);
   return file;
 }

@@ -61,9 +61,8 @@ AnyCamera readCamera(const YamlNode& root) {
   const YamlNode model = root.at("model");
   const std::string id = model.text();
   if (std::find(modelIds().begin(), modelIds().end(), id) == modelIds().end()) {
-    const auto nearest = nearestName(id, modelIds());
     throw model.error("unknown camera model '" + id + "'", "one of " + join(modelIds(), ", "),
-                      nearest ? "did you mean '" + *nearest + "'?" : "");
+                      didYouMean(id, modelIds()));
   }
   const YamlNode parameters = root.at("parameters");
   allowParameters(parameters, parameterNames(id));

@@ -21,6 +21,7 @@ namespace alidade::detail {
 void allowParameters(const YamlNode& map, std::span<const std::string_view> names);
 
 /// Reads a whole camera file of this program's own format.
-[[nodiscard]] CameraRecord readCameraRoot(const YamlNode& root);
+/// @param text  from which the root was parsed
+[[nodiscard]] CameraRecord readCameraRoot(const YamlNode& root, const std::string& text);
 
 }  // namespace alidade::detail

@@ -6,6 +6,7 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/pose_node.h"
+#include "alidade/files/yaml_writer.h"
 #include "alidade/geometry/rotation_conversions.h"
 
 namespace alidade {
@@ -110,15 +111,7 @@ FramedPose readFramedPose(const YamlNode& node, const std::vector<std::string>& 
 void writePose(YAML::Emitter& out, const SE3& pose) {
   Eigen::Vector4d q = pose.rotation.quaternion().coeffs();
   if (q.w() < 0) q = -q;
-  const auto write = [&out](const char* key, const auto& values) {
-    out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginSeq;
-    for (const double value : values) out << exactText(value);
-    out << YAML::EndSeq;
-  };
-  out << YAML::Flow << YAML::BeginMap;
-  write("quaternion_xyzw", q);
-  write("translation_m", pose.translation);
-  out << YAML::EndMap;
+  flowMap("quaternion_xyzw", q, "translation_m", pose.translation)(out);
 }
 
 }  // namespace detail

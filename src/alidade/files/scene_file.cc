@@ -10,6 +10,7 @@
 #include "alidade/files/camera_node.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/pose_node.h"
+#include "alidade/files/yaml_writer.h"
 
 namespace alidade {
 namespace {
@@ -174,13 +175,11 @@ std::string posesText(const std::vector<std::string>& images, const std::vector<
   YAML::Emitter out;
   out << YAML::BeginSeq;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    out << YAML::Flow << YAML::BeginMap << YAML::Key << "image" << YAML::Value << images[i];
-    out << YAML::Key << "camera_from_board" << YAML::Value;
-    detail::writePose(out, camera_from_board[i]);
-    out << YAML::EndMap;
+    const auto writePose = [&](YAML::Emitter& to) { detail::writePose(to, camera_from_board[i]); };
+    detail::flowMap("image", images[i], "camera_from_board", writePose)(out);
   }
   out << YAML::EndSeq;
-  return std::string(out.c_str(), out.size()) + "\n";
+  return detail::documentText(out);
 }
 
 }  // namespace alidade

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/settings_file.h"
 
+#include "alidade/files/user_keys.h"
 #include "alidade/files/yaml_node.h"
 
 namespace alidade {
@@ -12,7 +13,7 @@ std::vector<SettingEntry> readRoot(const detail::YamlNode& root) {
   root.allowKeys(root.keys());  // a doubled key
   std::vector<SettingEntry> entries;
   for (const std::string& key : root.keys()) {
-    if (key.starts_with("x_")) continue;
+    if (detail::isUserKey(key)) continue;
     const detail::YamlNode value = root.at(key);
     SettingEntry entry{.key = key, .values = {}, .where = value.where()};
     if (value.isSequence()) {

@@ -11,11 +11,10 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
+#include "alidade/files/user_keys.h"
 
 namespace alidade::detail {
 namespace {
-
-constexpr std::size_t kMaxFileBytes = 64u << 20u;
 
 // "cam.yaml:4"
 std::string placeInFile(const std::string& file, const YAML::Mark& mark) {
@@ -86,7 +85,7 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML:
 }
 
 YamlNode YamlNode::readFile(const std::string& path) {
-  return parse(readTextFile(path, kMaxFileBytes), path);
+  return parse(readTextFile(path, kMaxBytes), path);
 }
 
 void YamlNode::allowKeys(const std::vector<std::string>& allowed) const {
@@ -96,10 +95,9 @@ void YamlNode::allowKeys(const std::vector<std::string>& allowed) const {
     const YamlNode key(entry.first, file_, path_);
     const std::string name = key.text();
     if (!seen.insert(name).second) throw key.error("the key '" + name + "' twice", "each key only once");
-    if (name.starts_with("x_") || std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
-    const auto nearest = nearestName(name, allowed);
+    if (isUserKey(name) || std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
     throw key.error("unknown key '" + name + "'", "one of " + join(allowed, ", "),
-                    nearest ? "did you mean '" + *nearest + "'?" : "your own keys must start with x_");
+                    didYouMean(name, allowed, "your own keys must start with x_"));
   }
 }
 

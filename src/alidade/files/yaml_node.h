@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +18,8 @@ namespace alidade::detail {
 /// a value is what was asked for or an Error (kInput) with line, found, expected and next step.
 class YamlNode {
  public:
+  static constexpr std::size_t kMaxBytes = 64u << 20u;  ///< of a file
+
   /// Parses a document; `file` is only a name for messages. `inspector` is told what the document holds
   /// before any of it is kept, and may throw.
   [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file,

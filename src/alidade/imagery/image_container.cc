@@ -2,10 +2,11 @@
 #include "alidade/imagery/image_container.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <string_view>
+
+#include <boost/crc.hpp>
 
 namespace alidade {
 namespace {
@@ -124,20 +125,11 @@ ContainerInfo parseJpeg(Bytes bytes) {
   return info;
 }
 
-/// CRC-32 as in PNG, annex D.
-std::uint32_t crc32(Bytes bytes) {
-  static const std::array<std::uint32_t, 256> kTable = [] {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < table.size(); ++i) {
-      std::uint32_t value = i;
-      for (int bit = 0; bit < 8; ++bit) value = (value & 1) != 0 ? 0xEDB88320U ^ (value >> 1) : value >> 1;
-      table[i] = value;
-    }
-    return table;
-  }();
-  std::uint32_t crc = 0xFFFFFFFFU;
-  for (const std::uint8_t byte : bytes) crc = kTable[(crc ^ byte) & 0xFF] ^ (crc >> 8);
-  return ~crc;
+/// As in PNG, annex D.
+std::uint32_t checksumOf(Bytes bytes) {
+  boost::crc_32_type crc;
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
 }
 
 ContainerInfo parsePng(Bytes bytes) {
@@ -150,7 +142,7 @@ ContainerInfo parsePng(Bytes bytes) {
     if (!checksum) break;
     const Bytes data = chunk->subspan(4);
     const bool is_critical = ((*chunk)[0] & 0x20) == 0;  // upper case: a decoder cannot do without
-    if (is_critical && crc32(*chunk) != *checksum) info.intact = false;
+    if (is_critical && checksumOf(*chunk) != *checksum) info.intact = false;
     if (startsWith(*chunk, "IHDR")) {
       info.size = makeSize(readUint(data, 0, 4, ByteOrder::kBig), readUint(data, 4, 4, ByteOrder::kBig));
     } else if (startsWith(*chunk, "eXIf")) {

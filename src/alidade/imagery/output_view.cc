@@ -38,11 +38,10 @@ ViewProjection projectionOf(std::string_view name) {
        {ViewProjection::kRectilinear, ViewProjection::kCylindrical, ViewProjection::kEquirectangular}) {
     if (projectionName(projection) == name) return projection;
   }
-  const auto nearest = nearestName(name, projectionNames());
   throw usageError({.where = "projection",
                     .found = "'" + std::string(name) + "'",
                     .expected = "one of " + join(projectionNames(), ", "),
-                    .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
+                    .next_step = didYouMean(name, projectionNames())});
 }
 
 std::optional<Eigen::Vector2d> planeFromRay(ViewProjection projection, const Eigen::Vector3d& ray) {

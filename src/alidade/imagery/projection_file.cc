@@ -4,22 +4,17 @@
 #include <yaml-cpp/yaml.h>
 
 #include "alidade/core/error.h"
-#include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_node.h"
 #include "alidade/files/yaml_node.h"
+#include "alidade/files/yaml_writer.h"
 
 namespace alidade {
 namespace {
 
+using detail::flowMap;
+using detail::writeEntries;
 using detail::YamlNode;
-
-template <class Vector>
-void writeNumbers(YAML::Emitter& out, const Vector& values) {
-  out << YAML::Flow << YAML::BeginSeq;
-  for (const double value : values) out << exactText(value);
-  out << YAML::EndSeq;
-}
 
 void writeSelfCheck(YAML::Emitter& out, const OutputView& view) {
   out << YAML::BeginSeq;
@@ -27,12 +22,7 @@ void writeSelfCheck(YAML::Emitter& out, const OutputView& view) {
     for (const double x : {0.02, 0.5, 0.98}) {
       const Eigen::Vector2d pixel(x * (view.size.width - 1), y * (view.size.height - 1));
       const auto ray = view.rayFromPixel(pixel);
-      if (!ray) continue;
-      out << YAML::Flow << YAML::BeginMap << YAML::Key << "pixel" << YAML::Value;
-      writeNumbers(out, pixel);
-      out << YAML::Key << "ray" << YAML::Value;
-      writeNumbers(out, ray->normalized());
-      out << YAML::EndMap;
+      if (ray) flowMap("pixel", pixel, "ray", ray->normalized())(out);
     }
   }
   out << YAML::EndSeq;
@@ -83,21 +73,14 @@ std::string projectionFileText(const ProjectionFile& file) {
   written.scale_px.setConstant(1 / step);
   YAML::Emitter out;
   out << YAML::BeginMap;
-  out << YAML::Key << "alidade_projection" << YAML::Value << 1;
-  out << YAML::Key << "projection" << YAML::Value << std::string(projectionName(view.projection));
-  out << YAML::Key << "image_size" << YAML::Value << YAML::Flow << YAML::BeginMap  //
-      << YAML::Key << "width" << YAML::Value << view.size.width                    //
-      << YAML::Key << "height" << YAML::Value << view.size.height << YAML::EndMap;
-  out << YAML::Key << "radians_per_pixel" << YAML::Value << exactText(step);
-  out << YAML::Key << "axis_pixel" << YAML::Value << YAML::Flow << YAML::BeginMap  //
-      << YAML::Key << "u" << YAML::Value << exactText(view.axis_px.x())            //
-      << YAML::Key << "v" << YAML::Value << exactText(view.axis_px.y()) << YAML::EndMap
-      << YAML::Comment("of the optical axis; (0, 0) is the centre of the top-left pixel");
-  out << YAML::Key << "self_check" << YAML::Value;
-  writeSelfCheck(out, written);
-  if (!file.created_by.empty()) out << YAML::Key << "created_by" << YAML::Value << file.created_by;
+  writeEntries(out, "alidade_projection", 1, "projection", projectionName(view.projection), "image_size",
+               flowMap("width", view.size.width, "height", view.size.height), "radians_per_pixel", step,
+               "axis_pixel", flowMap("u", view.axis_px.x(), "v", view.axis_px.y()));
+  out << YAML::Comment("of the optical axis; (0, 0) is the centre of the top-left pixel");
+  writeEntries(out, "self_check", [&written](YAML::Emitter& to) { writeSelfCheck(to, written); });
+  if (!file.created_by.empty()) writeEntries(out, "created_by", file.created_by);
   out << YAML::EndMap;
-  return std::string(out.c_str(), out.size()) + "\n";
+  return detail::documentText(out);
 }
 
 void writeProjectionFile(const std::string& path, const ProjectionFile& file) {

@@ -90,6 +90,7 @@ struct CameraRecord {
   std::vector<SelfCheckPoint> self_check;
   std::optional<CalibrationRecord> calibration;
   std::string created_by;
+  std::string user_keys = {};  ///< the user's own, x_..., and their values: lines of YAML
 };
 
 /// A record of a camera without calibration data, with its domain and self-check points.

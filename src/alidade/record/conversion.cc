@@ -87,7 +87,8 @@ CameraRecord convertedRecord(const CameraRecord& source, const Conversion& conve
       .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
       .self_check = makeSelfCheck(camera, size),
       .calibration = {},
-      .created_by = std::move(created_by)};
+      .created_by = std::move(created_by),
+      .user_keys = source.user_keys};
   // A model that reaches no pixel has no error. A file needs a number, and has the finding that says it.
   const double fit_rms_px =
       conversion.fit && std::isfinite(conversion.fit->rms_px) ? conversion.fit->rms_px : 0.0;

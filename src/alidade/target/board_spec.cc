@@ -92,10 +92,9 @@ Checkerboard parseBoardSpec(std::string_view spec) {
   const std::string kind(parts.front());
   if (kind != "checkerboard") {
     const std::vector<std::string> kinds = {"checkerboard"};
-    const auto nearest = nearestName(kind, kinds);
     throw wrongSpec(spec, "board kind '" + kind + "'",
                     "checkerboard, or a YAML file that describes the board",
-                    nearest ? "did you mean '" + *nearest + "'?" : kExample);
+                    didYouMean(kind, kinds, kExample));
   }
   if (parts.size() != 3) {
     throw wrongSpec(spec, std::to_string(parts.size()) + " part" + (parts.size() == 1 ? "" : "s"),

@@ -6,10 +6,10 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "apps/run_program.h"
-#include "apps/scratch_folder.h"
 #include "files/formats/reading.h"
 #include "support/model_fixture.h"
 #include "support/peer.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {

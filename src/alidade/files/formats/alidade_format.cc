@@ -17,7 +17,7 @@ bool recognises(const detail::CameraDocument& document) {
 }
 
 StatedCameras read(const detail::CameraDocument& document, const ReadOptions&) {
-  CameraRecord file = detail::readCameraRoot(document.root());
+  CameraRecord file = detail::readCameraRoot(document.root(), document.treeText());
   StatedCamera camera{.name = "",
                       .number = 0,
                       .camera = file.camera,

@@ -85,7 +85,8 @@ void dropTransformMatrices(std::string& text) {
   });
 }
 
-YamlNode parseTree(std::string text, const std::string& file) {
+// Makes YAML of the text.
+YamlNode parseTree(std::string& text, const std::string& file) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && text[first] == '<') {
     text = xmlAsYaml(text, file);
@@ -111,9 +112,9 @@ YamlNode parseTree(std::string text, const std::string& file) {
 }  // namespace
 
 CameraDocument::CameraDocument(std::string text, std::string file)
-    : text_(std::move(text)), file_(std::move(file)) {
+    : text_(std::move(text)), file_(std::move(file)), tree_text_(text_) {
   try {
-    root_ = parseTree(text_, file_);
+    root_ = parseTree(tree_text_, file_);
   } catch (const Error& e) {
     error_ = e;
   }

@@ -20,6 +20,8 @@ class CameraDocument {
 
   /// The tree's root. @throws Error (kInput) with the place where the text is no tree
   [[nodiscard]] const YamlNode& root() const;
+  /// The text as YAML, from which the tree was read.
+  [[nodiscard]] const std::string& treeText() const { return tree_text_; }
   /// Is there a tree whose root is a map?
   [[nodiscard]] bool isMap() const { return root_ && root_->isMap(); }
   /// Is there a tree whose root is a map with this key?
@@ -28,6 +30,7 @@ class CameraDocument {
  private:
   std::string text_;
   std::string file_;
+  std::string tree_text_;
   std::optional<YamlNode> root_;
   std::optional<Error> error_;  ///< why there is no tree
 };

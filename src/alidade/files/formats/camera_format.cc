@@ -42,11 +42,10 @@ const CameraFormat& cameraFormat(std::string_view id) {
     if (format->id == id) return *format;
     ids.emplace_back(format->id);
   }
-  const auto nearest = nearestName(id, ids);
   throw usageError({.where = "camera format",
                     .found = "'" + std::string(id) + "'",
                     .expected = "one of " + join(ids, ", "),
-                    .next_step = nearest ? "did you mean '" + *nearest + "'?" : ""});
+                    .next_step = didYouMean(id, ids)});
 }
 
 namespace {

@@ -104,11 +104,9 @@ bool isFisheyeModel(const YamlNode& model) {
   std::string upper = name;
   std::transform(upper.begin(), upper.end(), upper.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  const auto nearest = nearestName(upper, known);
-  throw UnsupportedCamera(
-      model.error("'" + name + "'", "one of " + join(known, ", "),
-                  nearest ? "did you mean '" + *nearest + "'?"
-                          : "use one of these models in the program that calibrated the images"));
+  throw UnsupportedCamera(model.error(
+      "'" + name + "'", "one of " + join(known, ", "),
+      didYouMean(upper, known, "use one of these models in the program that calibrated the images")));
 }
 
 bool isFisheye(const Intrinsics& intrinsics) {

@@ -104,11 +104,9 @@ std::string typeOf(const Keys& common) {
   if (!type) return of_model;
   const std::vector<std::string> known = {"PinHole", "Rectified", "KannalaBrandt8"};
   if (std::find(known.begin(), known.end(), type->text()) == known.end()) {
-    const auto nearest = nearestName(type->text(), known);
-    throw UnsupportedCamera(type->error("'" + type->text() + "'", join(known, ", "),
-                                        nearest
-                                            ? "did you mean '" + *nearest + "'?"
-                                            : "use another lens model in the program that wrote the file"));
+    throw UnsupportedCamera(type->error(
+        "'" + type->text() + "'", join(known, ", "),
+        didYouMean(type->text(), known, "use another lens model in the program that wrote the file")));
   }
   if (!of_model.empty() && of_model != type->text()) {
     throw type->error(

@@ -182,10 +182,8 @@ std::string adviceFor(const std::string& model, std::span<const StatedNumber> co
   if (std::all_of(coefficients.begin(), coefficients.end(),
                   [](const StatedNumber& n) { return n.value == 0; }))
     return "all coefficients are 0: write plumb_bob, which is the same lens";
-  const auto nearest =
-      nearestName(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"});
-  return nearest ? "did you mean '" + *nearest + "'?"
-                 : "calibrate the camera again with alidade calibrate or ROS camera_calibration";
+  return didYouMean(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"},
+                    "calibrate the camera again with alidade calibrate or ROS camera_calibration");
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {

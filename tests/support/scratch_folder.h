@@ -63,4 +63,13 @@ class ScratchFolder {
   std::filesystem::path folder_;
 };
 
+/// A test with a folder of its own.
+class ScratchTest : public testing::Test {
+ protected:
+  [[nodiscard]] std::string path(std::string_view name) const { return scratch_.path(name); }
+
+  ScratchFolder scratch_;
+  std::filesystem::path folder_ = scratch_.path();
+};
+
 }  // namespace alidade
