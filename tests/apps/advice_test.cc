@@ -28,7 +28,7 @@ json jsonOf(std::vector<std::string> args, const std::string& input = cornersPat
 TEST(Advice, StandsInTheSummary) {
   const RunResult result = runAlidade({"calibrate", cornersPath()});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("\nCoverage corners in "), HasSubstr("\nNext     the board"),
+  EXPECT_THAT(result.out, AllOf(HasSubstr("\nCoverage board corners in "), HasSubstr("\nNext     the board"),
                                 HasSubstr("worst projection uncertainty from "), Not(HasSubstr("\nTarget"))));
 }
 

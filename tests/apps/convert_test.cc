@@ -314,7 +314,7 @@ TEST(Convert, WritesNothingWhenTheModelDoesNotReachThePixels) {
       scratch.write("wide.yaml", replaced(smallCamera(), "fx: 500, fy: 501", "fx: 0.1, fy: 0.1"));
   const RunResult result = convert(wide, scratch.path("out.yaml"), {"--model", "radtan"});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("[unreached_pixels]"), HasSubstr("accepted 0.1 %")));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("[unreached_pixels]"), HasSubstr("limit 0.1 %")));
   EXPECT_FALSE(scratch.has("out.yaml"));
 
   // No pixel at all leaves no error to state, and still a file that can be read.

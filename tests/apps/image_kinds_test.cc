@@ -100,8 +100,9 @@ TEST(ImageKinds, LeavesOutImagesOfAnotherSize) {
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("640x480 px"), HasSubstr("12 given"), HasSubstr("10 used"),
-                    HasSubstr("view_001.png: other_size: 641x481, while most images are 640x480"),
-                    HasSubstr("view_002.png: other_size"), HasSubstr("images of several sizes were given")));
+                    HasSubstr("view_001.png: other_size: is 641x481, while most images are 640x480"),
+                    HasSubstr("view_002.png: other_size"),
+                    HasSubstr("images of several different sizes were given")));
 }
 
 TEST(ImageKinds, UsesPixelsAsStoredWhateverExifSays) {

@@ -20,7 +20,7 @@ TEST(ModelChoice, IsPrintedWrittenAndRead) {
   const std::string output = scratch.path("camera.yaml");
   const RunResult text = runAlidade({"calibrate", dataPath("corners.csv"), "-o", output});
   ASSERT_THAT(text, EndsWith(0));
-  EXPECT_THAT(text.out, AllOf(HasSubstr("Held-out "), HasSubstr("for a field of 6"),
+  EXPECT_THAT(text.out, AllOf(HasSubstr("Held-out "), HasSubstr("for a field of view of 6"),
                               ContainsRegex("radtan +9 .*chosen"),
                               ContainsRegex("pinhole +4 .*times  predicts corners worse than radtan"),
                               ContainsRegex("rational +12 .*fits no better than radtan")));

@@ -55,9 +55,10 @@ TEST(SelfCheck, StopsEveryCommandThatComputes) {
     const RunResult result = runAlidade(command);
     EXPECT_THAT(
         result,
-        FailsWith(1, AllOf(HasSubstr("slip.yaml: self_check["), HasSubstr("px away from its stated pixel ("),
-                           HasSubstr("a number in the file was changed; expected at most 1e-06 px"),
-                           HasSubstr("next: alidade validate "), HasSubstr("delete self_check"))))
+        FailsWith(
+            1, AllOf(HasSubstr("slip.yaml: self_check["), HasSubstr("px away from its stated pixel ("),
+                     HasSubstr("a number in the file was changed; expected a difference of at most 1e-06 px"),
+                     HasSubstr("next: alidade validate "), HasSubstr("delete self_check"))))
         << command.front();
     num_stopped += result.exit_code == 1 ? 1 : 0;
     EXPECT_FALSE(scratch.has("out")) << command.front();

@@ -106,7 +106,9 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"simulate", "scene.yaml"}, "no --output", "-o FOLDER"},
       {{"calibrate", "photos"}, "no --board", "--board checkerboard:9x6:25mm"},
       {{"detect", "photos"}, "no --board", "--board checkerboard:9x6:25mm"},
-      {{"detect", "photos", "--board", kBoard, "--camera", "a\nb"}, "line break in --camera", "one line"},
+      {{"detect", "photos", "--board", kBoard, "--camera", "a\nb"},
+       "line break in --camera",
+       "without line breaks"},
   };
   std::size_t num_refused = 0;
   for (const Case& c : cases) {

@@ -175,7 +175,7 @@ TEST(FitModel, CountsPixelsThatItsSourceOrItsTargetCannotSee) {
     ADD_FAILURE() << "a camera without rays was fitted";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ErrorCode::kInput);
-    EXPECT_THAT(e.what(), HasSubstr("rays for 0 of 19200 pixels"));
+    EXPECT_THAT(e.what(), HasSubstr("rays for 0 of 19200 sampled pixels"));
   }
 }
 

@@ -59,7 +59,7 @@ std::string blurText(const SurveyNote& note, const BoardSurvey& survey) {
 std::string orientationText(const SurveyNote& note) {
   const bool is_one = note.images.size() == 1;
   return std::to_string(note.images.size()) + (is_one ? " image has" : " images have") +
-         " an Exif orientation ( " + describeExifOrientation(note.exif_orientation) +
+         " an Exif orientation (" + describeExifOrientation(note.exif_orientation) +
          "); it is ignored, and the camera file applies to the pixels as stored";
 }
 
