@@ -32,29 +32,30 @@ class CalibrateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml\n"
-        "Exit code 3: done, but the result is not to be trusted; no camera file is written then.");
+        "Exit code 3: done, but the camera must not be used; no camera file is written.");
     app.add_option("input", inputs_, "Folders, image files or patterns; or one corners file (.csv)");
     addBoardOption(app, board_);
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(
         "--model", model_,
-        fmt::format("Camera model: {}; or auto: the smallest that predicts corners it has not seen "
-                    "as well as any, with --init that of its file",
+        fmt::format("Camera model: {}; or auto: the smallest model that no larger one significantly beats in "
+                    "cross-validation, or with --init the model of its file",
                     fmt::join(models, ", ")));
     models.emplace_back(kAutoModel);
     app.get_option("--model")->check(CLI::IsMember(models))->capture_default_str();
     app.add_option(
         "--init", init_,
-        "Camera file to start from, of the same image size; another model is converted. Default: a "
-        "search that needs no guess");
-    app.add_option("--fix", fixed_,
-                   "Parameters that keep their value, for example cx,cy,k3: that of --init; without it the "
-                   "image's centre for cx and cy, 0 for the lens. With --model auto cx and cy alone")
+        "Camera file to start from, with the same image size; another model is converted. Default: an "
+        "automatic initial guess");
+    app.add_option(
+           "--fix", fixed_,
+           "Parameters to keep fixed, for example cx,cy,k3: at the values of --init, or else at the image "
+           "centre (cx, cy) or 0 (lens). With --model auto, only cx and cy")
         ->delimiter(',');
     app.add_flag("--same-focal", same_focal_, "One focal length: fx = fy");
     app.add_option(
            "--board-shape", board_shape_,
-           "flat: the board is taken as flat; warp: its bend is estimated; auto: if the views agree on one")
+           "flat: assume a flat board; warp: estimate its bend; auto: estimate it if the views agree on one")
         ->check(CLI::IsMember({"flat", "warp", "auto"}))
         ->capture_default_str();
     addDebugOption(app, debug_);
@@ -62,15 +63,13 @@ class CalibrateCommand final : public Command {
                    "Camera file to write (YAML); - for standard output instead of the summary");
     app.add_option(
            "--target-sigma", target_sigma_,
-           "Worst projection uncertainty that is wanted, for example 0.1px: the summary says whether it "
-           "is reached, and if not about how many more views it takes")
+           "Required worst projection uncertainty, for example 0.1px. The summary states whether it is "
+           "reached, and if not about how many more views are needed")
         ->check(pixelComplaint, "");
-    app.add_option(
-        "--next-view", next_view_,
-        "SVG file to draw the view to take next into: where the board goes, and where the camera is "
-        "uncertain");
+    app.add_option("--next-view", next_view_,
+                   "SVG file to write: the suggested next view and the current projection uncertainty");
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
-                 "Write the camera file even if the result is not to be trusted");
+                 "Write the camera file even if the camera must not be used");
     addCommonOptions(app, common_, true);
   }
 
@@ -131,7 +130,7 @@ class CalibrateCommand final : public Command {
       printResult(summaryText(result, input, advice));
     }
     if (!is_good) {
-      printMessage(std::string("error: the calibration is not to be trusted") +
+      printMessage(std::string("error: the camera must not be used") +
                    (is_kept || output_.empty()
                         ? ""
                         : "; " + output_ + " was not written (--keep-untrustworthy writes it)"));

@@ -39,7 +39,7 @@ class DiffCommand final : public Command {
         "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
         "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
         "inverse rotation and the same differences.\nExit code 3: the cameras cannot be compared, or they "
-        "differ by more than the tolerance.");
+        "differ significantly and by more than the tolerance.");
     app.add_option(
         "files", files_,
         "Two camera files of any format, A and B; FILE#NAME selects one camera of a file with several");

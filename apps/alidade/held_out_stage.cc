@@ -38,12 +38,13 @@ bool isAnyUndecided(const std::vector<Diagnosis>& checks) {
 void HeldOutStage::addOptions(CLI::App& app) {
   app.add_option(
       "--images", images_,
-      "Images of a board that the camera was not calibrated from: folders, files or patterns, or one "
+      "Images of a board that were not used for the calibration: folders, files or patterns, or one "
       "corners file (.csv)");
   addBoardOption(app, board_);
-  app.add_option("--against", against_, "Camera file to compare with, of any format");
-  app.add_option("--tolerance", tolerance_px_,
-                 "Pixels by which 95 % of the image may be off, for --images and --against")
+  app.add_option("--against", against_, "Camera file (any format) to compare with");
+  app.add_option(
+         "--tolerance", tolerance_px_,
+         "Largest accepted error in pixels (95th percentile over the image), for --images and --against")
       ->check(positiveNumber(), "above 0")
       ->capture_default_str();
 }

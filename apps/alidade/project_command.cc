@@ -28,7 +28,8 @@ class ProjectCommand final : public StreamCommand {
         "YAML list of poses; a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera);\nor a "
         "table with a header that names tx,ty,tz, a rotation qx,qy,qz,qw or rx,ry,rz (rotation vector), and "
         "optionally id\nor timestamp.\nPoints are processed as they arrive, in constant memory. With --poses "
-        "all points are kept, at 24 bytes each.\n--jacobian appends the derivatives of u, then those of v: "
+        "all points are kept in memory, at 24 bytes each.\n--jacobian appends the derivatives of u, then "
+        "those of v: "
         "du_dx,du_dy,du_dz with respect to the point as given,\ndu_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz "
         "with respect to the pose, camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and "
         "du_dfx and so on with respect to the camera parameters.");

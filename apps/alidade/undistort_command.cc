@@ -61,7 +61,8 @@ class UndistortCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov and --keep, the focal "
-        "length, the image centre and the image size do not change.\nWrites PNG files with the colours and "
+        "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
+        "colours and "
         "bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching pinhole "
         "camera. The other projections get projection.yaml instead.");
     app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");

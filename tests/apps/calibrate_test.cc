@@ -263,7 +263,7 @@ TEST(Calibrate, SaysNoWhereTheFocalLengthCannotBeSeen) {
       EXPECT_THAT(result.out, AllOf(HasSubstr("FAILED"), HasSubstr("[fronto_parallel]"),
                                     HasSubstr("next: add views with the board tilted")));
       EXPECT_THAT(result.err,
-                  AllOf(HasSubstr("not to be trusted"), HasSubstr("--keep-untrustworthy writes it")));
+                  AllOf(HasSubstr("must not be used"), HasSubstr("--keep-untrustworthy writes it")));
       EXPECT_FALSE(scratch.has(name + "/out.yaml"));
       ++num_refused;
     }

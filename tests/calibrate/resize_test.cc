@@ -54,7 +54,7 @@ TEST(Resize, FullCalibrationResizedAgreesWithThatOfHalfSizeImages) {
   }
   const EditedCamera resized = resizeCamera(full.camera(), kFull, kHalf);
   const Eigen::MatrixXd covariance =
-      resized.J_new_old * full.uncertainty.covariance->view() * resized.J_new_old.transpose() +
+      resized.J_new_old.view() * full.uncertainty.covariance->view() * resized.J_new_old.view().transpose() +
       half.uncertainty.covariance->view();
   int num_checked = 0;
   for (int i = 0; i < static_cast<int>(covariance.rows()); ++i) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/batch.h"
+#include "alidade/camera/camera_variant.h"
 
 #include <cmath>
 

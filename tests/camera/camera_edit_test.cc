@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/camera_edit.h"
+#include "alidade/camera/camera_variant.h"
 
 #include <functional>
 #include <limits>

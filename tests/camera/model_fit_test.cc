@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/model_fit.h"
+#include "alidade/camera/camera_variant.h"
 
 #include <algorithm>
 #include <cmath>

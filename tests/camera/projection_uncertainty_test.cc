@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/camera/camera_variant.h"
 
 #include <cmath>
 #include <limits>

@@ -116,7 +116,7 @@ TEST(DifferenceSignificance, IsSymmetricWhateverTheResolution) {
   const AnyCamera other = drawn(25 * typicalCovariance(), random);
   const EditedCamera half = resizeCamera(other, kSize, {.width = 320, .height = 240});
   const EditedCamera turned = rotateCamera(half.camera, half.size, 3);
-  const Eigen::MatrixXd J = turned.J_new_old * half.J_new_old;
+  const Eigen::MatrixXd J = turned.J_new_old.view() * half.J_new_old.view();
   const ComparedCamera in_a{&a, kSize, typicalCovariance()};
   const ComparedCamera in_b{&turned.camera, turned.size, J * typicalCovariance() * J.transpose()};
   int num_checked = 0;

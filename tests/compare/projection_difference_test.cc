@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/camera/camera_edit.h"
+#include "alidade/camera/camera_variant.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "alidade/camera/camera_variant.h"
 #include "support/fit_set.h"
 #include "support/model_fixture.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "files/formats/format_tables.h"
+#include "alidade/camera/camera_variant.h"
 
 #include <map>
 #include <optional>

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "alidade/camera/camera_variant.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "alidade/camera/camera_variant.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "apps/run_program.h"

@@ -16,7 +16,7 @@ struct ChangeEvidence {
   const PosedViews* held = nullptr;   ///< posed for the camera as it is
   const PosedViews* freed = nullptr;  ///< the same views, posed for the camera that they give; may be nothing
   double noise_variance = 0;          ///< px^2
-  std::optional<Eigen::MatrixXd> covariance;  ///< of the tested camera
+  std::optional<DenseMatrix> covariance;  ///< of the tested camera
 };
 
 /// A camera changed in one way until nothing more is gained by it.

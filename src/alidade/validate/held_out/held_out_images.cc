@@ -159,7 +159,7 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
   const ComparedCamera other{&camera, freed.imageSize(),
                              known.isNoiseExceeded()
                                  ? known.statedCovariance()
-                                 : Eigen::MatrixXd(judgement.variance_ratio * known.covariance->view())};
+                                 : DenseMatrix(judgement.variance_ratio * known.covariance->view())};
   const DifferenceOptions options{.pixels = covered};
   judgement.difference = projectionDifference(tested, other, options);
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
@@ -243,7 +243,8 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   // A file that states its uncertainty by noise alone was made from images like these.
   ComparedCamera tested = camera;
   if (judgement.freed) judgement.variance_ratio = varianceRatio(*judgement.freed);
-  if (tested.covariance && !options.is_covariance_by_views) *tested.covariance *= judgement.variance_ratio;
+  if (tested.covariance && !options.is_covariance_by_views)
+    tested.covariance = DenseMatrix(judgement.variance_ratio * tested.covariance->view());
   if (judgement.freed) compareWithFreed(tested, covered, judgement);
   testAsItIs(tested, held, covered, judgement);
   return judgement;

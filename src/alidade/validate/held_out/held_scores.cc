@@ -89,7 +89,7 @@ bool OverallTest::isSignificant() const {
 
 std::optional<HeldScores> HeldScores::make(const AnyCamera& camera, const PosedViews& held,
                                            const PosedViews* freed, double noise_variance,
-                                           std::optional<Eigen::MatrixXd> covariance) {
+                                           std::optional<DenseMatrix> covariance) {
   constexpr std::size_t kFewestViews = 3;
   if (held.fit.views.size() < kFewestViews || !(noise_variance > 0)) return std::nullopt;
   HeldScores scores;
@@ -142,7 +142,7 @@ std::optional<StepEstimate> HeldScores::along(const Eigen::VectorXd& direction) 
   const double moderated =
       (freedom_by_views * by_views + freedom_of_all * excess_.value_or(0) * by_noise) / freedom;
   const double of_images = std::max(moderated, by_noise);
-  const double own = covariance_ ? all.dot(*covariance_ * all) / (information * information) : 0.0;
+  const double own = covariance_ ? all.dot(covariance_->view() * all) / (information * information) : 0.0;
   const double variance = of_images + own;
   if (!(variance > 0)) return std::nullopt;
   estimate.std = std::sqrt(variance);
@@ -162,7 +162,7 @@ OverallTest HeldScores::overall() const {
   const bool is_by_views = by_views.trace() > by_noise.trace();
   const Eigen::MatrixXd& of_images = is_by_views ? by_views : by_noise;
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(m, m);
-  if (covariance_) own = basis.transpose() * information_ * *covariance_ * information_ * basis;
+  if (covariance_) own = basis.transpose() * information_ * covariance_->view() * information_ * basis;
   const auto num = static_cast<double>(m);
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(m, m);
   const double variance = of_images.trace() / num;

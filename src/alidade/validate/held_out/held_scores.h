@@ -9,6 +9,7 @@
 #include "alidade/adjust/reduced.h"
 #include "alidade/adjust/view_shares.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
 
@@ -63,7 +64,7 @@ class HeldScores {
   /// @returns nothing for less than three views, or views that say nothing of the parameters
   [[nodiscard]] static std::optional<HeldScores> make(const AnyCamera& camera, const PosedViews& held,
                                                       const PosedViews* freed, double noise_variance,
-                                                      std::optional<Eigen::MatrixXd> covariance);
+                                                      std::optional<DenseMatrix> covariance);
 
   /// Of one change by itself: a statement of one number, for which a few views suffice where an estimate of
   /// all parameters would be lost in their uncertainty. Nothing where the views say nothing of it.
@@ -88,7 +89,7 @@ class HeldScores {
   Eigen::MatrixXd noise_;             // what the corners' noise makes of the gradient's covariance
   std::optional<ViewShares> shares_;  // with all parameters free
   std::optional<double> excess_;      // variance by the views over that by noise, over all directions
-  std::optional<Eigen::MatrixXd> covariance_;
+  std::optional<DenseMatrix> covariance_;
 };
 
 }  // namespace alidade
