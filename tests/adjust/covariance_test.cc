@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "alidade/adjust/solve.h"
+#include "alidade/camera/radtan.h"
 #include "support/corner_cost.h"
 #include "support/fit_set.h"
 

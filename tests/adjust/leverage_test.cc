@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/leverage.h"
+#include "alidade/camera/radtan.h"
 
 #include <gtest/gtest.h>
 

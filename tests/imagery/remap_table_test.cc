@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/imagery/remap_table.h"
+#include "alidade/camera/camera_variant.h"
 
 #include <gmock/gmock.h>
 
