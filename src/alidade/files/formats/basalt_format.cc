@@ -48,9 +48,10 @@ const LensLayout& lensOf(const YamlNode& type) {
   if (const LensLayout* lens = detail::findLayout(kLenses, type.text())) return *lens;
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
-  throw UnsupportedCamera(type.error(
-      "'" + type.text() + "'", join(names, ", "),
-      didYouMean(type.text(), names, "calibrate with one of these types, or remove the camera from the file")));
+  throw UnsupportedCamera(
+      type.error("'" + type.text() + "'", join(names, ", "),
+                 didYouMean(type.text(), names,
+                            "calibrate with one of these types, or remove the camera from the file")));
 }
 
 // The radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Where the lens ends

@@ -55,10 +55,9 @@ const Lens& lensOf(const YamlNode& type) {
     if (type.text() == lens.layout.name) return lens;
     names.emplace_back(lens.layout.name);
   }
-  throw type.error(
-      "'" + type.text() + "'", join(names, ", "),
-      didYouMean(type.text(), names,
-                 "calibrate with one of these models, in camodocal or with alidade calibrate"));
+  throw type.error("'" + type.text() + "'", join(names, ", "),
+                   didYouMean(type.text(), names,
+                              "calibrate with one of these models, in camodocal or with alidade calibrate"));
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
