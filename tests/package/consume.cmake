@@ -31,7 +31,7 @@ if(WAY STREQUAL "haswell")
   string(APPEND CXX_FLAGS " -march=haswell")
 elseif(WAY STREQUAL "sanitized")
   # Hardly optimised, so that functions are called that are inlined otherwise.
-  set(build_type "")
+  set(build_type "None")
   string(APPEND CXX_FLAGS " -O1 -fsanitize=address")
   if(haswell_works)
     string(APPEND CXX_FLAGS " -march=haswell")
