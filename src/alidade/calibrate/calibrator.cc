@@ -42,7 +42,7 @@ SE3 settled(SE3 pose) {
   return pose;
 }
 
-// As the caller knows the views: with their names, and by the indices that he gave them.
+// As the caller knows the views: with their names, and by their indices among those that were given.
 void nameViews(const PreparedViews& given, Calibration& calibration) {
   for (FitView& view : calibration.fit.views) {
     view.image = given.views[view.source].image;

@@ -261,9 +261,9 @@ void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 
 void domainEndsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.domain.full_image) return;
-  std::string where;
+  std::string evidence = numberText("%.0f", degrees(of.domain.cone.max_angle_rad)) + " degrees from the axis";
   if (const auto& pixel = of.domain.pixel_without_ray) {
-    where =
+    evidence +=
         ", pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
   }
   if (!foldsInsideImage(of.domain)) {
@@ -272,8 +272,7 @@ void domainEndsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
         {.severity = Severity::kWarning,
          .id = "pixels_without_ray",
          .cause = "the model ends inside the image",
-         .evidence =
-             numberText("%.0f", degrees(of.domain.cone.max_angle_rad)) + " degrees from the axis" + where,
+         .evidence = evidence,
          .next_step = "look whether the lens leaves these pixels dark; if it does not, use another model"});
     return;
   }
@@ -281,8 +280,7 @@ void domainEndsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
       {.severity = Severity::kFailure,
        .id = "folds_in_image",
        .cause = "the distortion folds over inside the image",
-       .evidence =
-           numberText("%.0f", degrees(of.domain.cone.max_angle_rad)) + " degrees from the axis" + where,
+       .evidence = evidence,
        .next_step = "add views that reach the image's corners, or use a model that suits the lens",
        .is_undecided = true});
 }
