@@ -2,6 +2,8 @@
 # Warnings and sanitizers, for our own targets only: nothing reaches a parent project or a consumer.
 function(alidade_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
+  # Most of the time goes into Eigen's templates, which each compilation instantiates anew.
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${ALIDADE_UNITY} UNITY_BUILD_BATCH_SIZE 8)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # g++ 12 warns of overlapping copies inside std::string's operator+ (GCC bug 105651).

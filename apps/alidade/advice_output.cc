@@ -10,15 +10,12 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/guide/image_region.h"
+#include "command.h"
 
 namespace alidade {
 namespace {
 
 using nlohmann::json;
-
-json orNull(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
 
 // The first line behind a label, the others under it.
 std::string labelled(std::string_view label, std::string_view lines) {

@@ -6,15 +6,12 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include "command.h"
 
 namespace alidade {
 namespace {
 
 using nlohmann::json;
-
-json orNull(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
 
 // "1.02 +- 0.01"
 std::string millimetres(double value_m, double std_m) {

@@ -25,7 +25,6 @@
 namespace alidade {
 namespace {
 
-constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
 
 class CalibrateCommand final : public Command {
  public:

@@ -107,10 +107,6 @@ std::string verdictText(const Calibration& result) {
   return text;
 }
 
-json orNull(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
 json viewsJson(const Calibration& result) {
   const std::vector<ViewSummary> summaries = viewSummaries(result);
   const std::vector<ViewInfluence>& influences = result.uncertainty.influences;

@@ -9,6 +9,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/core/cancel.h"
+#include "alidade/core/error.h"
 
 namespace CLI {
 class App;
@@ -70,6 +71,12 @@ void addBoardOption(CLI::App& app, std::string& board);
 
 /// A document as text. Names of files may be anything; bytes that are not UTF-8 become U+FFFD.
 [[nodiscard]] std::string jsonText(const nlohmann::json& document);
+
+/// JSON has no number for what is not finite: null.
+[[nodiscard]] nlohmann::json orNull(double value);
+
+/// The exit code where the work is done and the answer is no.
+inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
 
 /// `inputs` and the images that they stand for. Without the images if the inputs are at fault: reading them
 /// says how.

@@ -22,7 +22,6 @@
 namespace alidade {
 namespace {
 
-constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
 constexpr std::string_view kOwnFormat = "alidade";
 
 // One camera of the input and what became of it.

@@ -14,6 +14,7 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "command.h"
 
 namespace alidade {
 namespace {
@@ -22,10 +23,6 @@ using nlohmann::json;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kRoundingPx = 1e-9;  // projecting one camera twice differs by less
-
-json orNull(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
 
 // Up to `most` of `count` places, from the first to the last.
 std::vector<int> spread(int count, int most) {

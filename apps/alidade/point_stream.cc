@@ -19,7 +19,7 @@ namespace {
 using detail::TableColumn;
 using detail::TableLines;
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 18U;
+constexpr std::size_t kReadBytes = std::size_t{1} << 18U;
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16U;
 
 bool isStandardInput(const std::string& path) {
@@ -51,7 +51,7 @@ PointReader::PointReader(const std::string& path, std::vector<TableColumn> colum
       fd_(openInput(path)),
       columns_(std::move(columns)),
       before_read_(std::move(before_read)),
-      buffer_(kBufferBytes + 1),  // and the end of a last line that has none
+      buffer_(kReadBytes + 1),  // and the end of a last line that has none
       begin_(buffer_.data()),
       lines_end_(begin_),
       end_(begin_) {}
@@ -80,7 +80,7 @@ void PointReader::refill() {
   before_read_();
   ssize_t got = 0;
   do {
-    got = ::read(fd_, buffer_.data() + kept, kBufferBytes - kept);
+    got = ::read(fd_, buffer_.data() + kept, kReadBytes - kept);
   } while (got < 0 && errno == EINTR);
   if (got < 0) throw lines_.error(std::strerror(errno), "readable data");
   char* end = buffer_.data() + kept + got;

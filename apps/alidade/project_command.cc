@@ -155,7 +155,7 @@ class ProjectCommand final : public StreamCommand {
         return is_clipped_ && !isInImage(pixel, size) ? Status::kOutOfImage : Status::kOk;
       case ProjectStatus::kBehind:
         return Status::kBehind;
-      case ProjectStatus::kOutside:
+      case ProjectStatus::kOutsideDomain:
         break;
     }
     return Status::kOutside;

@@ -12,7 +12,8 @@
 namespace alidade {
 namespace {
 
-constexpr std::array<std::string_view, 4> kStatusNames = {"behind", "ok", "out_of_image", "outside"};
+const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kBehind), statusId(ProjectStatus::kOk),
+                                                      "out_of_image", statusId(ProjectStatus::kOutsideDomain)};
 
 }  // namespace
 

@@ -8,15 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/record/camera_record.h"
+#include "command.h"
 
 namespace alidade {
 namespace {
 
 using nlohmann::json;
-
-json orNull(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
 
 // "0.012 px at the image's centre, at worst 0.31 px at pixel (0, 0)"
 std::string gridText(const UncertaintyGrid& grid) {

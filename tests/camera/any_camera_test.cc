@@ -32,7 +32,7 @@ TEST(AnyCamera, ListsModelsAndParameterNames) {
 }
 
 TEST(AnyCamera, RefusesUnknownModelsWithTheNearestName) {
-  const std::string message = messageOf([] { static_cast<void>(AnyCamera::make("radtn", {})); });
+  const std::string message = messageOf([] { static_cast<void>(AnyCamera::make("radtn", std::vector<double>{})); });
   EXPECT_THAT(message, HasSubstr("'radtn'"));
   EXPECT_THAT(message, HasSubstr("pinhole, radtan, rational"));
   EXPECT_THAT(message, HasSubstr("did you mean 'radtan'?"));
@@ -48,6 +48,27 @@ TEST(AnyCamera, RefusesParametersThatAreNone) {
   EXPECT_THAT(message({-500, 500, 320, 240}), HasSubstr("parameter fx: -500; expected a positive"));
   EXPECT_THAT(message({500, 500, 320, std::numeric_limits<double>::infinity()}), HasSubstr("parameter cy"));
   EXPECT_EQ(message({500, 500, 320, 240}), "no error");
+}
+
+TEST(AnyCamera, IsMadeFromParametersByName) {
+  std::map<std::string, double> params = {{"cy", 240}, {"fx", 500}, {"alpha", 0.6}, {"fy", 510}, {"cx", 320}};
+  const AnyCamera camera = AnyCamera::make("ucm", params);
+  EXPECT_THAT(camera.parameters(), ElementsAre(500, 510, 320, 240, 0.6));
+  EXPECT_EQ(camera.parameter("alpha"), 0.6);
+  EXPECT_THAT(messageOf([&] { static_cast<void>(camera.parameter("beta")); }),
+              HasSubstr("parameters of model ucm: unknown name 'beta'; expected fx, fy, cx, cy, alpha"));
+  params["beta"] = 1;
+  const auto make = [&] { static_cast<void>(AnyCamera::make("ucm", params)); };
+  EXPECT_THAT(messageOf(make), HasSubstr("unknown name 'beta'"));
+  params.erase("fy");
+  EXPECT_THAT(messageOf(make), HasSubstr("parameters of model ucm: no fy; expected fx, fy, cx, cy, alpha"));
+}
+
+TEST(AnyCamera, NamesTheStatusOfAProjection) {
+  const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240});
+  EXPECT_EQ(statusId(camera.project({0, 0, 1}).status), "ok");
+  EXPECT_EQ(statusId(camera.project({0, 0, -1}).status), "behind");
+  EXPECT_EQ(statusId(camera.project({0, 0, 0}).status), "outside");
 }
 
 TEST(AnyCamera, RefusesLensParametersOutOfRange) {
@@ -78,7 +99,7 @@ TEST(AnyCamera, BatchEqualsOneByOne) {
     }
   }
   EXPECT_EQ(batch[2].status, ProjectStatus::kBehind);
-  EXPECT_EQ(batch[3].status, ProjectStatus::kOutside);
+  EXPECT_EQ(batch[3].status, ProjectStatus::kOutsideDomain);
 }
 
 TEST(AnyCamera, StartsUndistortedAtTheImagesMiddle) {

@@ -71,7 +71,7 @@ TEST(BatchJacobians, ChainPointPoseAndParameters) {
     if (!camera.project(pose * point, J_px_cam.data(), J_px_params.data()).ok()) return;  // a ray on the rim
     double u = 0;
     double v = 0;
-    ProjectStatus status = ProjectStatus::kOutside;
+    ProjectStatus status = ProjectStatus::kOutsideDomain;
     Matrix23 by_point;
     Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose;
     Eigen::Matrix<double, 2, kParams, Eigen::RowMajor> by_params;
@@ -94,7 +94,7 @@ TEST(BatchJacobians, OfRaysAreTheInverseOfTheProjectionsOnTheSphere) {
     const Projection projection = camera.project(ray, J_px_ray.data(), nullptr);
     if (!projection.ok()) return;  // a ray on the rim
     Eigen::Vector3d found;
-    ProjectStatus status = ProjectStatus::kOutside;
+    ProjectStatus status = ProjectStatus::kOutsideDomain;
     Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray_px;
     unprojectBatch(AnyCamera(camera), {{&projection.pixel[0], 1}, {&projection.pixel[1], 1}},
                    {{&found[0], 1}, {&found[1], 1}, {&found[2], 1}, {&status, 1}}, J_ray_px.data());

@@ -72,7 +72,7 @@ TEST(Certificate, GivesNothingBeyondAPoleInsideTheImage) {
   EXPECT_NEAR(camera.cone().max_angle_rad, std::numbers::pi / 4 - kFoldMargin, 1e-9);
   int num_beyond = 0;
   for (double angle = std::numbers::pi / 4 + 1e-6; angle < 1.57; angle += 1e-4) {
-    EXPECT_EQ(camera.project(rayAt(angle, 0.3)).status, ProjectStatus::kOutside);
+    EXPECT_EQ(camera.project(rayAt(angle, 0.3)).status, ProjectStatus::kOutsideDomain);
     ++num_beyond;
   }
   EXPECT_GT(num_beyond, 7000);
@@ -230,7 +230,7 @@ TEST(Certificate, RefusesTheRaysThatOtherLibrariesFoldIntoTheImage) {
       const bool is_in_image = px[0] > -0.5 && px[0] < 1919.5 && px[1] > -0.5 && px[1] < 1199.5;
       const Projection projection = camera.project(ray);
       if (deg * std::numbers::pi / 180 > camera.cone().max_angle_rad) {
-        EXPECT_EQ(projection.status, ProjectStatus::kOutside);
+        EXPECT_EQ(projection.status, ProjectStatus::kOutsideDomain);
         num_folded_in += is_in_image ? 1 : 0;
       }
     }

@@ -71,7 +71,7 @@ int main() {
         if (is_mine) return 1;
         ++num_behind;
         break;
-      case alidade::ProjectStatus::kOutside:
+      case alidade::ProjectStatus::kOutsideDomain:
         num_folded += is_mine ? 1 : 0;  // mine gives a pixel, the lens has none
         break;
     }

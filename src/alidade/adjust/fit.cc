@@ -79,6 +79,11 @@ Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, cons
   return fit;
 }
 
+double cornersCost(const Fit& fit) {
+  const FitCamera& camera = onlyCamera(fit);
+  return fit.summary.cost - camera.weak_prior.prior.cost(camera.params);
+}
+
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board) {
   fit.placements.push_back({.frame = fit.placements.size()});
   FitView view{.placement = fit.placements.size() - 1, .source = source, .corners = std::move(corners)};

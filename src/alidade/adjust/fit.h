@@ -115,6 +115,9 @@ void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_bo
 /// Over all views.
 [[nodiscard]] std::size_t numCorners(const Fit& fit);
 
+/// The cost without that of the prior; of a fit of one camera.
+[[nodiscard]] double cornersCost(const Fit& fit);
+
 /// Adds a view of the first camera and the first board, in a separate frame. Views stay sorted by source.
 /// @param source  see FitView
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board);

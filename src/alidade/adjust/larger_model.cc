@@ -48,12 +48,6 @@ Fit solvedLarger(Fit larger, int max_iterations, const CancelFlag* cancel) {
       {.max_iterations = max_iterations, .function_tolerance = kFunctionTolerance, .cancel = cancel});
 }
 
-// A prior's share is no error that a larger model could explain.
-double cornersCost(const Fit& fit) {
-  const FitCamera& camera = onlyCamera(fit);
-  return fit.summary.cost - camera.weak_prior.prior.cost(camera.params);
-}
-
 // Is the gain real? F test of the further parameters: the drop of the sum of squares for each of them over
 // the variance that the larger model leaves; 1 on average if they are not needed. A lens without distortion
 // is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to the last
@@ -63,7 +57,7 @@ bool isGain(const Fit& lean, const Fit& larger) {
   constexpr double kWorthwhileShare = 0.1;  // of the sum of squares: 5 % of the RMS
   const std::size_t num_params = onlyCamera(lean).params.size();
   const std::size_t num_larger_params = onlyCamera(larger).params.size();
-  const double needed_share = num_params > kAffineParamNames.size() ? kWorthwhileShare : 0.0;
+  const double needed_share = num_params > kNumAffine ? kWorthwhileShare : 0.0;
   const std::size_t num_corners = numCorners(lean);
   const auto extra = static_cast<double>(num_larger_params - num_params);
   const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -

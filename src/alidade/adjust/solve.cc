@@ -238,7 +238,7 @@ class Ranges {
         using M = typename decltype(tag)::Model;
         if (M::kId != camera.model) return;
         for (int i = 0; i < M::kNumLensParams; ++i) {
-          const int index = static_cast<int>(kAffineParamNames.size()) + i;
+          const int index = static_cast<int>(kNumAffine) + i;
           const auto& fixed = camera.constraint.held;
           if (std::find(fixed.begin(), fixed.end(), index) == fixed.end())
             ranges_.push_back({{c, index}, M::kLensRanges[static_cast<std::size_t>(i)]});

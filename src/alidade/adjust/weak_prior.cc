@@ -20,7 +20,6 @@
 namespace alidade {
 namespace {
 
-constexpr std::size_t kNumAffine = kAffineParamNames.size();
 // Widths of priors in natural sizes; at 100, rounding drowns the prior.
 constexpr std::array<double, 6> kWidths = {0.03, 0.1, 0.3, 1, 3, 10};
 // Lenses are taken to lie about their model's start by no less than this, whatever the prior's width.
@@ -66,10 +65,6 @@ AnyCamera cameraOf(const Fit& fit) {
 
 const WeakPrior& priorOf(const Fit& fit) {
   return onlyCamera(fit).weak_prior;
-}
-
-double cornersCost(const Fit& fit) {
-  return fit.summary.cost - priorOf(fit).prior.cost(onlyCamera(fit).params);
 }
 
 bool isFixed(const Fit& fit, std::size_t i) {

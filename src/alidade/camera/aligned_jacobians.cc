@@ -12,7 +12,7 @@ namespace {
 
 // Two rows each: the change of the pixel by the parameters, and by the rotation and, in units of the
 // distance, by the position of the points.
-struct PixelJacobians {
+struct JacobianRows {
   Eigen::MatrixXd by_params;
   Eigen::MatrixXd by_pose;
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params = {};  // of one pixel
@@ -40,7 +40,7 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
   const auto num_rows = num_fitted + static_cast<Eigen::Index>(2 * others.size());
   const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
   const Eigen::Index num_freed = !freed ? 0 : *freed == Freed::kRotation ? 3 : 6;
-  PixelJacobians jacobians{.by_params = Eigen::MatrixXd::Zero(num_rows, num_params),
+  JacobianRows jacobians{.by_params = Eigen::MatrixXd::Zero(num_rows, num_params),
                            .by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed)};
   AlignedJacobians result;
   Eigen::Index row = 0;

@@ -34,10 +34,24 @@ void withModel(std::string_view id, F&& f) {
                     .next_step = didYouMean(id, modelIds())});
 }
 
+std::string parametersOf(std::string_view model_id) {
+  return "parameters of model " + std::string(model_id);
+}
+
+std::string list(std::span<const std::string_view> names) {
+  return join(std::vector<std::string>(names.begin(), names.end()), ", ");
+}
+
+Error unknownParameter(std::string_view model_id, std::string_view name) {
+  return usageError({.where = parametersOf(model_id),
+                     .found = "unknown name '" + std::string(name) + "'",
+                     .expected = list(alidade::parameterNames(model_id))});
+}
+
 template <CameraModel M>
 Camera<M> makeCamera(std::span<const double> params) {
   if (params.size() != static_cast<std::size_t>(kNumParams<M>)) {
-    throw inputError({.where = "parameters of model " + std::string(M::kId),
+    throw inputError({.where = parametersOf(M::kId),
                       .found = std::to_string(params.size()) + " numbers",
                       .expected = std::to_string(kNumParams<M>)});
   }
@@ -70,6 +84,12 @@ std::span<const std::string_view> parameterNames(std::string_view model_id) {
   return names;
 }
 
+std::optional<std::size_t> parameterIndex(std::span<const std::string_view> names, std::string_view name) {
+  const auto at = std::find(names.begin(), names.end(), name);
+  if (at == names.end()) return std::nullopt;
+  return static_cast<std::size_t>(at - names.begin());
+}
+
 std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size) {
   std::vector<double> params = {focal_px, focal_px, 0.5 * (size.width - 1), 0.5 * (size.height - 1)};
   withModel(model_id, [&](auto tag) {
@@ -85,10 +105,43 @@ std::vector<double> startParameters(std::string_view model_id, double focal_px, 
   return params;
 }
 
+std::string_view statusId(ProjectStatus status) {
+  switch (status) {
+    case ProjectStatus::kOk:
+      return "ok";
+    case ProjectStatus::kBehind:
+      return "behind";
+    case ProjectStatus::kOutsideDomain:
+      break;
+  }
+  return "outside";
+}
+
 AnyCamera AnyCamera::make(std::string_view model_id, std::span<const double> params) {
   std::optional<AnyCamera> camera;
   withModel(model_id, [&](auto tag) { camera.emplace(makeCamera<typename decltype(tag)::Model>(params)); });
   return *camera;
+}
+
+AnyCamera AnyCamera::make(std::string_view model_id, const std::map<std::string, double>& params) {
+  const auto names = alidade::parameterNames(model_id);
+  std::vector<double> values;
+  for (const std::string_view name : names) {
+    const auto value = params.find(std::string(name));
+    if (value == params.end())
+      throw inputError({.where = parametersOf(model_id), .found = "no " + std::string(name), .expected = list(names)});
+    values.push_back(value->second);
+  }
+  for (const auto& [name, value] : params) {
+    if (!parameterIndex(names, name)) throw unknownParameter(model_id, name);
+  }
+  return make(model_id, values);
+}
+
+double AnyCamera::parameter(std::string_view name) const {
+  const auto i = parameterIndex(parameterNames(), name);
+  if (!i) throw unknownParameter(modelId(), name);
+  return parameters()[*i];
 }
 
 std::string_view AnyCamera::modelId() const {

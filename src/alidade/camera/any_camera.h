@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -28,15 +30,18 @@ class Camera;
 /// Why a point has no pixel.
 enum class ProjectStatus : std::uint8_t {
   kOk,
-  kBehind,   ///< not in front of a camera that can only look forward
-  kOutside,  ///< beyond the first fold or the model's domain, or not a point (not finite, at the camera
-             ///< centre or beyond all lengths, 1e-100 to 1e100)
+  kBehind,         ///< not in front of a camera that can only look forward
+  kOutsideDomain,  ///< beyond the first fold or the model's domain, or not a point (not finite, or its
+                   ///< distance from the camera is not within 1e-100 to 1e100)
 };
+
+/// "ok", "behind" or "outside", as `alidade project` prints it.
+[[nodiscard]] std::string_view statusId(ProjectStatus status);
 
 /// Where a point of the camera frame appears. `pixel` holds NaN unless the status is kOk.
 struct Projection {
   Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  ProjectStatus status = ProjectStatus::kOutside;
+  ProjectStatus status = ProjectStatus::kOutsideDomain;
 
   [[nodiscard]] bool ok() const { return status == ProjectStatus::kOk; }
 };
@@ -53,6 +58,10 @@ struct CertifiedCone {
 /// Names of a model's parameters in storage order (fx fy cx cy, then the lens).
 /// @throws Error (kUsage) for an unknown id, naming the known ones.
 [[nodiscard]] std::span<const std::string_view> parameterNames(std::string_view model_id);
+
+/// The index of `name` among the names of parameters.
+[[nodiscard]] std::optional<std::size_t> parameterIndex(std::span<const std::string_view> names,
+                                                        std::string_view name);
 
 /// Parameters of the model's initial guess, with the principal point at the image centre and the given focal
 /// length in pixels per radian on the axis. In models with their own scale, fx and fy are other numbers.
@@ -73,19 +82,27 @@ class AnyCamera {
   /// @throws Error (kUsage) for an unknown id; Error (kInput) for a wrong count, a number that is not finite,
   /// a focal length that is not positive, or a lens parameter out of its range, naming the parameter.
   [[nodiscard]] static AnyCamera make(std::string_view model_id, std::span<const double> params);
+  /// The same from all parameters by name, in any order: make("pinhole", {{"fx", 500}, {"fy", 500}, ...}).
+  /// @throws also Error (kInput) for a missing name; Error (kUsage) for an unknown one
+  [[nodiscard]] static AnyCamera make(std::string_view model_id, const std::map<std::string, double>& params);
 
   [[nodiscard]] std::string_view modelId() const;
   [[nodiscard]] std::span<const std::string_view> parameterNames() const;
   [[nodiscard]] std::span<const double> parameters() const&;
   std::span<const double> parameters() const&& = delete;  ///< would outlive the camera
+  /// A parameter by its name. @throws Error (kUsage) for a name that the model does not have
+  [[nodiscard]] double parameter(std::string_view name) const;
   [[nodiscard]] const CertifiedCone& cone() const;
 
-  /// See Camera<M>.
+  /// Pixel of a point of the camera frame, in any unit of length, or why there is none. The camera does not
+  /// know the size of its image: the pixel may lie outside of it.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const;
   /// With the row-major Jacobians J_px_cam (2x3) and J_px_params (2xN); null = not wanted. Nothing is written
   /// to them unless the status is kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const;
+  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
+  /// With the row-major Jacobian J_ray_pixel (3x2), which is written only if there is a ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel) const;
 

@@ -45,7 +45,7 @@ void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const
 void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
                   const PixelResults& pixels, const PixelJacobians& jacobians = {});
 
-/// Rays of many pixels, equal to those of AnyCamera::unproject() to 1e-12. The status is kOutside where no
+/// Rays of many pixels, equal to those of AnyCamera::unproject() to 1e-12. The status is kOutsideDomain where no
 /// ray projects to the pixel. `J_ray_pixel`, if not null, receives n row-major 3x2 Jacobians.
 /// @pre all arrays have one length
 void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,

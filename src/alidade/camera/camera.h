@@ -64,7 +64,7 @@ class Camera {
             ? projectFormula<M>(params_.data(), p_cam.data(), px)
             : projectFormulaJacobian<M>(params_.data(), p_cam.data(), px, J_px_cam, J_px_params);
     if (!has_value || !std::isfinite(px[0]) || !std::isfinite(px[1])) {
-      result.status = ProjectStatus::kOutside;
+      result.status = ProjectStatus::kOutsideDomain;
       return result;
     }
     result.pixel = {px[0], px[1]};
@@ -97,9 +97,9 @@ class Camera {
     constexpr double kMinLength = 1e-100;
     constexpr double kMaxLength = 1e100;
     const double norm = p.norm();
-    if (!(norm >= kMinLength && norm <= kMaxLength)) return ProjectStatus::kOutside;
+    if (!(norm >= kMinLength && norm <= kMaxLength)) return ProjectStatus::kOutsideDomain;
     if (M::kMaxAngle <= std::numbers::pi / 2 && p.z() <= 0.0) return ProjectStatus::kBehind;
-    return p.z() >= cos_max_angle_ * norm ? ProjectStatus::kOk : ProjectStatus::kOutside;
+    return p.z() >= cos_max_angle_ * norm ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
   }
 
   // A ray on the very rim of the cone comes back from its pixel with rounding, which may put it outside. It

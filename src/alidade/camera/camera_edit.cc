@@ -56,11 +56,6 @@ EditedCamera scale(const AnyCamera& camera, double sx, double sy, ImageSize new_
   return apply(map, camera, new_size);
 }
 
-Eigen::Index indexOf(std::span<const std::string_view> names, std::string_view name) {
-  const auto found = std::find(names.begin(), names.end(), name);
-  return found == names.end() ? -1 : static_cast<Eigen::Index>(found - names.begin());
-}
-
 // Whether nothing but the vectors above gives the lens a direction. A model of which this is not so needs its
 // parameters added to them.
 bool isTurnedByVectors(const AnyCamera& camera) {
@@ -80,7 +75,9 @@ bool isTurnedByVectors(const AnyCamera& camera) {
 EditedCamera quarterTurn(const AnyCamera& camera, ImageSize size) {
   // In the plane (mx, my) becomes (-my, mx), and u = height - 1 - v, v = u.
   ParameterMap map(camera);
-  const auto swap = [&map](Eigen::Index i, Eigen::Index j, double sign_i) {
+  const auto swap = [&map](std::size_t first, std::size_t second, double sign_i) {
+    const auto i = static_cast<Eigen::Index>(first);
+    const auto j = static_cast<Eigen::Index>(second);
     map.J(i, i) = map.J(j, j) = 0;
     map.J(i, j) = sign_i;
     map.J(j, i) = 1;
@@ -89,9 +86,9 @@ EditedCamera quarterTurn(const AnyCamera& camera, ImageSize size) {
   swap(kCx, kCy, -1);
   map.offset(kCx) = size.height - 1;
   for (const auto& [x_name, y_name] : kVectorParams) {
-    const Eigen::Index x = indexOf(camera.parameterNames(), x_name);
-    const Eigen::Index y = indexOf(camera.parameterNames(), y_name);
-    if (x >= 0 && y >= 0) swap(x, y, -1);
+    const auto x = parameterIndex(camera.parameterNames(), x_name);
+    const auto y = parameterIndex(camera.parameterNames(), y_name);
+    if (x && y) swap(*x, *y, -1);
   }
   EditedCamera edited = apply(map, camera, {.width = size.height, .height = size.width});
   edited.new_from_old << 0, -1, 0,  //

@@ -96,6 +96,7 @@ struct LensFormula {
 
 /// Parameters of the affine step, which every model stores first.
 inline constexpr std::array<std::string_view, 4> kAffineParamNames = {"fx", "fy", "cx", "cy"};
+inline constexpr std::size_t kNumAffine = kAffineParamNames.size();
 
 template <CameraModel M>
 inline constexpr int kNumParams = 4 + M::kNumLensParams;

@@ -10,21 +10,15 @@
 namespace alidade {
 namespace {
 
-std::optional<std::size_t> indexOf(std::span<const std::string_view> names, std::string_view name) {
-  const auto at = std::find(names.begin(), names.end(), name);
-  if (at == names.end()) return std::nullopt;
-  return static_cast<std::size_t>(at - names.begin());
-}
-
 // Where a lens is a quotient of polynomials in r^2 (k1 k2 k3 over k4 k5 k6), both multiplied by 1 + c r^2 up
 // to its sixth power: nearly the same lens, from which the solver takes another way.
 std::vector<std::vector<double>> quotientLenses(std::string_view model_id, const std::vector<double>& plain) {
   const auto names = parameterNames(model_id);
-  const auto k1 = indexOf(names, "k1");
-  const auto k2 = indexOf(names, "k2");
-  const auto k3 = indexOf(names, "k3");
-  const auto k4 = indexOf(names, "k4");
-  if (!k1 || !k2 || !k3 || !k4 || !indexOf(names, "k6")) return {};
+  const auto k1 = parameterIndex(names, "k1");
+  const auto k2 = parameterIndex(names, "k2");
+  const auto k3 = parameterIndex(names, "k3");
+  const auto k4 = parameterIndex(names, "k4");
+  if (!k1 || !k2 || !k3 || !k4 || !parameterIndex(names, "k6")) return {};
   std::vector<std::vector<double>> lenses;
   for (const double c : {0.5, 2.0, -0.3}) {
     std::vector<double> params = plain;
@@ -86,7 +80,7 @@ std::vector<double> parametersByName(std::string_view from_id, std::span<const d
   const auto own = parameterNames(from_id);
   std::vector<double> named;
   for (const std::string_view name : parameterNames(model_id)) {
-    const auto i = indexOf(own, name);
+    const auto i = parameterIndex(own, name);
     named.push_back(i ? params[*i] : 0.0);
   }
   return named;

@@ -115,7 +115,7 @@ class ProjectLoop {
 
   static ALIDADE_ALWAYS_INLINE ProjectStatus statusOf(bool is_ok, bool is_behind) {
     if (is_ok) return ProjectStatus::kOk;
-    return is_behind ? ProjectStatus::kBehind : ProjectStatus::kOutside;
+    return is_behind ? ProjectStatus::kBehind : ProjectStatus::kOutsideDomain;
   }
 
   typename Camera<M>::Params params_;

@@ -66,7 +66,7 @@ class UnprojectLoop {
   // The rim, what Newton's method does not come by at once, and pixels without a ray.
   void tryHarder(const Eigen::Vector2d& pixel, const UnprojectArrays& a, std::size_t i) const {
     const auto ray = camera_.unproject(pixel);
-    a.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutside;
+    a.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
     if (!ray) return;
     a.x[i] = ray->x();
     a.y[i] = ray->y();

@@ -13,7 +13,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Differences below this are rounding, whatever the covariance says.
 constexpr double kRoundingPx = 1e-9;
 
@@ -65,7 +65,7 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
 
   const auto n = static_cast<double>(compared.size());
   DifferenceSignificance result;
-  result.std_px.assign(difference.pixels.size(), kNan);
+  result.std_px.assign(difference.pixels.size(), kUnknown);
   result.expected_rms_px = std::sqrt(factor.squaredNorm() / n);
   Eigen::VectorXd weighted(factor.rows());
   int num_beyond = 0;

@@ -33,7 +33,7 @@ constexpr std::size_t kMinPlaced = 8;  // corners that are worth placing on the 
 constexpr double kMinSpacingPx = 5;
 
 // A mesh at one level of the pyramid, and how it lies on the board.
-struct Candidate {
+struct BoardCandidate {
   CornerMesh mesh;
   MeshSides sides{};
   int level = 0;
@@ -48,7 +48,7 @@ struct Candidate {
 
 // A mesh might also be a piece of another board, or of a pattern without end. It counts as this board where
 // enough of the border is seen.
-bool isConvincing(const Candidate& candidate, const Checkerboard& board) {
+bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
   const auto num = [&](MeshSide side) {
     return std::count(candidate.sides.begin(), candidate.sides.end(), side);
   };
@@ -67,7 +67,7 @@ bool isConvincing(const Candidate& candidate, const Checkerboard& board) {
   return num_closing >= 2 || (spans_board && share >= kNearlyAll && is_large && num_closing >= 1);
 }
 
-bool overlap(const Candidate& a, const Candidate& b) {
+bool overlap(const BoardCandidate& a, const BoardCandidate& b) {
   constexpr double kShare = 0.25;  // of the smaller one
   const Eigen::AlignedBox2d common = a.box.intersection(b.box);
   return !common.isEmpty() && common.volume() > kShare * std::min(a.box.volume(), b.box.volume());
@@ -76,21 +76,21 @@ bool overlap(const Candidate& a, const Candidate& b) {
 // The largest mesh, at the finest level where it was found. Another one may only be preferred, because it can
 // be placed, if it is somewhere else: what can be placed only where less of it is seen is not to be trusted.
 // Candidates are sorted that way.
-const Candidate& choose(const std::vector<Candidate>& candidates) {
+const BoardCandidate& choose(const std::vector<BoardCandidate>& candidates) {
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_placed) continue;
     const bool is_contradicted = std::any_of(
         candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(c),
-        [&](const Candidate& larger) { return !larger.is_placed && overlap(larger, candidates[c]); });
+        [&](const BoardCandidate& larger) { return !larger.is_placed && overlap(larger, candidates[c]); });
     if (!is_contradicted) return candidates[c];
   }
   return candidates.front();
 }
 
 // True if another board fits as well as the chosen one, elsewhere in the image.
-bool isOneOfSeveral(const std::vector<Candidate>& candidates, const Candidate& chosen) {
+bool isOneOfSeveral(const std::vector<BoardCandidate>& candidates, const BoardCandidate& chosen) {
   constexpr double kAsLarge = 0.75;
-  return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& other) {
+  return std::any_of(candidates.begin(), candidates.end(), [&](const BoardCandidate& other) {
     return other.is_placed && other.level == chosen.level && !overlap(other, chosen) &&
            static_cast<double>(other.mesh.size()) >= kAsLarge * static_cast<double>(chosen.mesh.size());
   });
@@ -138,14 +138,14 @@ CornerMesh inWholeImage(const CornerMesh& mesh, int level) {
 
 // Meshes of a level, laid on the board, are added to `candidates`.
 void searchLevel(const GrayImage& image, int level, const Checkerboard& board,
-                 std::vector<Candidate>& candidates) {
+                 std::vector<BoardCandidate>& candidates) {
   const SmoothImage smooth = smoothed(image);
   std::vector<CornerMesh> meshes = joinCorners(smooth, findXCorners(smooth), kMinMesh);
   if (meshes.size() > kMaxMeshes) meshes.resize(kMaxMeshes);
   for (CornerMesh& mesh : meshes) {
     completeMesh(smooth, mesh);
     if (mesh.size() < kMinPlaced) continue;
-    Candidate candidate;
+    BoardCandidate candidate;
     candidate.sides = lookAtSides(smooth, mesh);
     candidate.placements = possiblePlacements(mesh, candidate.sides, board);
     const bool is_unique = areEquivalent(candidate.placements, mesh, board);
@@ -156,7 +156,7 @@ void searchLevel(const GrayImage& image, int level, const Checkerboard& board,
     candidate.mesh = std::move(mesh);
     candidate.is_placed = is_unique && isConvincing(candidate, board);
     // Two pieces of one board both grow into all of it.
-    const auto is_same = [&](const Candidate& other) {
+    const auto is_same = [&](const BoardCandidate& other) {
       return other.level == level && other.mesh.size() == candidate.mesh.size() && overlap(other, candidate);
     };
     if (std::none_of(candidates.begin(), candidates.end(), is_same))
@@ -196,7 +196,7 @@ Detection refused(Detection detection, DetectionReason reason, std::string detai
   return detection;
 }
 
-SeenGrid seenGrid(const Candidate& candidate) {
+SeenGrid seenGrid(const BoardCandidate& candidate) {
   const CornerMesh& mesh = candidate.mesh;
   const int along_i = mesh.max().i - mesh.min().i + 1;
   const int along_j = mesh.max().j - mesh.min().j + 1;
@@ -208,7 +208,7 @@ SeenGrid seenGrid(const Candidate& candidate) {
 }
 
 // Why a mesh does not go on the board in one way.
-Detection describeUnplaced(Detection detection, const Candidate& candidate, const Checkerboard& board) {
+Detection describeUnplaced(Detection detection, const BoardCandidate& candidate, const Checkerboard& board) {
   const SeenGrid& seen = *detection.seen;
   const std::string seen_counts = countsText(seen.columns, seen.rows);
   const std::string asked = countsText(board.columns, board.rows);
@@ -275,7 +275,7 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
                                         : "the others are outside the image, covered or not clear enough");
 }
 
-Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, const Checkerboard& board) {
+Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate, const Checkerboard& board) {
   Detection detection;
   detection.seen = seenGrid(candidate);
   if (!candidate.is_placed) return describeUnplaced(std::move(detection), candidate, board);
@@ -320,16 +320,16 @@ Detection placeAndRefine(const GrayImage& image, const Candidate& candidate, con
 Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");
   Pyramid pyramid(image);
-  std::vector<Candidate> candidates;
+  std::vector<BoardCandidate> candidates;
   for (const int level : levelsToSearch(image)) {
     searchLevel(pyramid.level(level), level, board, candidates);
-    std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    std::stable_sort(candidates.begin(), candidates.end(), [](const BoardCandidate& a, const BoardCandidate& b) {
       return a.mesh.size() != b.mesh.size() ? a.mesh.size() > b.mesh.size() : a.level < b.level;
     });
     if (!candidates.empty() && choose(candidates).isWhole(board)) break;
   }
   if (candidates.empty()) return refused({}, DetectionReason::kNoBoard, "no checkerboard pattern found");
-  const Candidate& chosen = choose(candidates);
+  const BoardCandidate& chosen = choose(candidates);
   if (chosen.is_placed && isOneOfSeveral(candidates, chosen)) {
     return refused({}, DetectionReason::kSeveralBoards,
                    "shows two boards or more that could be the one ; cover all but one");

@@ -80,7 +80,7 @@ void startLevels(const EdgePixels& pixels, EdgeModel& model) {
   model[EdgeModel::kAmplitude] = (product - sign * grey / count) / count;
 }
 
-struct Candidate {
+struct WindowFit {
   EdgeModel model;
   EdgeQuality quality;
   Eigen::Matrix2d covariance;
@@ -125,7 +125,7 @@ bool isPlausible(const CornerTask& task, const EdgeModel& model) {
 // An X-corner shows the contrast of its squares on all four arms, above the noise.
 // Fits that had to be softened are held to closer limits: what kept them from converging may be an object in
 // front of the board.
-bool isCrossing(const Candidate& candidate, bool is_softened) {
+bool isCrossing(const WindowFit& candidate, bool is_softened) {
   const double kLeastArm = is_softened ? 0.6 : 0.5;
   const double kMostArm = is_softened ? 1.5 : 1.7;
   const double kMostResidual = is_softened ? 0.2 : 1.0;  // of the squared amplitude
@@ -209,7 +209,7 @@ class Refinement {
 
   // A fit in a window of half size `share`, from a model that is nearly right. Nothing if the window is too
   // small.
-  [[nodiscard]] std::optional<Candidate> fit(const EdgeModel& start, double share) {
+  [[nodiscard]] std::optional<WindowFit> fit(const EdgeModel& start, double share) {
     if (!hasRoom(start, share)) return std::nullopt;
     const EdgeWindow window = windowFor(start, share);
     gatherBands(task_.image, window, task_.origin, start, kBandBlurs, pixels_);
@@ -226,7 +226,7 @@ class Refinement {
     }
     if (!solution.converged || !isPlausible(task_, solution.model)) return std::nullopt;
     evaluateResiduals(pixels_, solution.model, residuals_);
-    Candidate candidate{.model = solution.model,
+    WindowFit candidate{.model = solution.model,
                         .quality = assessEdgeFit(pixels_, solution.model, residuals_, window.reachPx()),
                         .covariance = {},
                         .window = share,
@@ -240,21 +240,21 @@ class Refinement {
   }
 
   // The largest window that is described as well as the smaller ones.
-  [[nodiscard]] std::optional<Candidate> fitBestWindow(const EdgeModel& start) {
+  [[nodiscard]] std::optional<WindowFit> fitBestWindow(const EdgeModel& start) {
     const double approach = std::min(kSafeShare, kApproachPx / task_.spacing);
-    std::optional<Candidate> best = fit(start, approach);
+    std::optional<WindowFit> best = fit(start, approach);
     if (best && isBlurOff(start, best->model)) best = fit(best->model, approach);
     if ((!best || isSuspicious(*best)) && approach > kNarrowShare) {
-      const std::optional<Candidate> narrow = fit(best ? best->model : start, kNarrowShare);
+      const std::optional<WindowFit> narrow = fit(best ? best->model : start, kNarrowShare);
       if (narrow && !(best && isAsGood(*best, *narrow))) best = narrow;
     }
     // Without a smaller window to judge it by, the full one counts only where there is no room for that.
     if (!best && hasAmpleRoom(start, approach)) return std::nullopt;
-    const std::optional<Candidate> full = fit(best ? best->model : start, kFullShare);
+    const std::optional<WindowFit> full = fit(best ? best->model : start, kFullShare);
     if (!best) return full;
     if (full && isAsGood(*full, *best)) return full;
     if (best->window < kSafeShare) {
-      const std::optional<Candidate> safe = fit(best->model, kSafeShare);
+      const std::optional<WindowFit> safe = fit(best->model, kSafeShare);
       if (safe && isAsGood(*safe, *best)) return safe;
     }
     return best;
@@ -272,7 +272,7 @@ class Refinement {
 
   // Something in the window may not be of the corner: an arm shows less or more contrast than the others, or
   // the residuals grow outwards.
-  static bool isSuspicious(const Candidate& candidate) {
+  static bool isSuspicious(const WindowFit& candidate) {
     constexpr double kUnevenArm = 0.12;
     constexpr double kGrowth = 2.5;
     constexpr double kRounding = 0.5;  // squared grey levels
@@ -282,7 +282,7 @@ class Refinement {
     return candidate.quality.outer_variance > kGrowth * candidate.quality.inner_variance + kRounding;
   }
 
-  static bool isAsGood(const Candidate& large, const Candidate& small) {
+  static bool isAsGood(const WindowFit& large, const WindowFit& small) {
     // Variances from few cross-sections vary by themselves; taking whichever looks less would promise too
     // much.
     constexpr double kMoreSigma = 1.3;
@@ -290,7 +290,7 @@ class Refinement {
     constexpr double kMoreScatter = 3.0;
     constexpr double kRounding = 0.2;  // squared grey levels; noise below this is not compared
     constexpr double kMaxSigmas = 4.0;
-    const auto scatter = [](const Candidate& c) {
+    const auto scatter = [](const WindowFit& c) {
       return 0.5 * (c.quality.line_variance[0] + c.quality.line_variance[1]);
     };
     const double moved = (large.model.corner() - small.model.corner()).norm();
@@ -305,7 +305,7 @@ class Refinement {
   EdgeResiduals& residuals_;
 };
 
-CornerFit asFit(const CornerTask& task, const Candidate& candidate) {
+CornerFit asFit(const CornerTask& task, const WindowFit& candidate) {
   const EdgeModel& model = candidate.model;
   CornerFit fit;
   fit.pixel = model.corner() + task.origin.cast<double>();
@@ -330,7 +330,7 @@ std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerG
   if (!task) return std::nullopt;
   Refinement refinement(*task, pixels_, residuals_);
   const std::optional<EdgeModel> start = refinement.search();
-  const std::optional<Candidate> best = start ? refinement.fitBestWindow(*start) : std::nullopt;
+  const std::optional<WindowFit> best = start ? refinement.fitBestWindow(*start) : std::nullopt;
   // Where there is room for edges, what they refuse is no corner.
   constexpr double kSmallSpacingPx = 30;
   if (best && !refinement.isShort(best->model, best->window)) {

@@ -9,7 +9,7 @@
 namespace alidade {
 namespace {
 
-Checkerboard readRoot(const detail::YamlNode& root) {
+Checkerboard boardFrom(const detail::YamlNode& root) {
   root.allowKeys({"kind", "columns", "rows", "square"});
   const detail::YamlNode kind = root.at("kind");
   if (kind.text() != "checkerboard") throw kind.error("'" + kind.text() + "'", "checkerboard");
@@ -29,7 +29,7 @@ Checkerboard readRoot(const detail::YamlNode& root) {
 }  // namespace
 
 Checkerboard parseBoard(const std::string& text, const std::string& name) {
-  return readRoot(detail::YamlNode::parse(text, name));
+  return boardFrom(detail::YamlNode::parse(text, name));
 }
 
 Checkerboard readBoard(const std::string& source) {
@@ -37,7 +37,7 @@ Checkerboard readBoard(const std::string& source) {
   const bool is_file = source.ends_with(".yaml") || source.ends_with(".yml") ||
                        (source.find(':') == std::string::npos && std::filesystem::exists(source, ignored));
   if (!is_file) return parseBoardSpec(source);
-  return readRoot(detail::YamlNode::readFile(source));
+  return boardFrom(detail::YamlNode::readFile(source));
 }
 
 }  // namespace alidade

@@ -7,7 +7,7 @@
 
 namespace alidade {
 
-/// A board from the argument of --board: a SPEC (see parseBoardSpec), or a YAML file with the keys kind
+/// A board from the argument of --board: a SPEC such as checkerboard:9x6:25mm, or a YAML file with the keys kind
 /// (checkerboard), columns, rows (inner corners) and square (a length such as 25mm).
 /// @throws Error (kUsage for a SPEC, kInput for a file)
 [[nodiscard]] Checkerboard readBoard(const std::string& spec_or_path);

@@ -16,7 +16,7 @@
 namespace alidade {
 namespace {
 
-constexpr std::size_t kMaxFileBytes = 64U << 20U;
+constexpr std::size_t kMaxCameraFileBytes = 64U << 20U;
 
 struct PathAndName {
   std::string path;
@@ -163,7 +163,7 @@ CameraSource parsedAsStated(const std::string& text, const std::string& name, co
 
 CameraSource readAsStated(const std::string& path, const ReadOptions& options) {
   const auto [file, name] = splitPath(path);
-  const std::string text = readTextFile(file, kMaxFileBytes);
+  const std::string text = readTextFile(file, kMaxCameraFileBytes);
   ReadOptions one = options;
   one.only = name;
   CameraSource source = parsedAsStated(text, file, one);
@@ -214,7 +214,7 @@ std::string cameraFilePath(const std::string& path) {
 
 FileKind kindOfFile(const std::string& path) {
   try {
-    const detail::CameraDocument document(readTextFile(path, kMaxFileBytes), path);
+    const detail::CameraDocument document(readTextFile(path, kMaxCameraFileBytes), path);
     if (formatOf(document) != nullptr) return FileKind::kCamera;
     // Any text may stand in a .txt; the other extensions promise a tree.
     if (path.ends_with(".txt")) return FileKind::kOther;

@@ -24,11 +24,11 @@ struct CameraSource {
 /// `path` without "#NAME".
 [[nodiscard]] std::string cameraFilePath(const std::string& path);
 
-/// Reads a camera file of any format (cameraFormats); the format is detected from the content. `path` may end
+/// Reads a camera file of any format that docs/formats.md lists; the format is detected from the content. `path` may end
 /// in "#NAME" to select one camera of several, by its name or its number from 0.
 /// @throws Error (kInput) for a file that cannot be read, is of no known format, contains no camera, or lacks
 /// the selected camera (the message lists the available ones); for an Alidade camera file that fails its
-/// self-check, see requireSelfCheck()
+/// self-check: its points do not project to its pixels
 [[nodiscard]] CameraSource loadCameras(const std::string& path, const ReadOptions& options = {});
 
 /// The same without the self-check, only for reports about the files. Do not compute with these

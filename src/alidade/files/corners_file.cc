@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kHeader = "camera,image,width,height,board,corner_id,col,row,u,v,sigma_px";
 constexpr std::size_t kNumColumns = 11;
-constexpr std::size_t kMaxFileBytes = std::size_t{1} << 32U;
+constexpr std::size_t kMaxCornersFileBytes = std::size_t{1} << 32U;
 
 class Parser {
  public:
@@ -200,7 +200,7 @@ CornersFile parseCornersFile(const std::string& text, const std::string& name) {
 }
 
 CornersFile readCornersFile(const std::string& path) {
-  return parseCornersFile(readTextFile(path, kMaxFileBytes), path);
+  return parseCornersFile(readTextFile(path, kMaxCornersFileBytes), path);
 }
 
 }  // namespace alidade

@@ -19,7 +19,7 @@ using detail::TableColumn;
 using detail::TableLines;
 using detail::YamlNode;
 
-constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20U;
+constexpr std::size_t kMaxPoseFileBytes = std::size_t{256} << 20U;
 
 const std::vector<std::string> kTumNames = {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
 const std::vector<TableColumn> kTranslation = {{"tx", "m"}, {"ty", "m"}, {"tz", "m"}};
@@ -215,7 +215,7 @@ PoseList parsePoseList(const std::string& text, const std::string& name,
 }
 
 PoseList readPoseList(const std::string& path, std::optional<PoseDirection> direction) {
-  return parsePoseList(readTextFile(path, kMaxFileBytes), path, direction);
+  return parsePoseList(readTextFile(path, kMaxPoseFileBytes), path, direction);
 }
 
 }  // namespace alidade

@@ -133,7 +133,7 @@ void readViews(const YamlNode& node, Scene& scene) {
   if (scene.camera_from_board.empty()) throw node.at("poses").error("no pose", "at least one");
 }
 
-Scene readRoot(const YamlNode& root, const std::string& name) {
+Scene sceneFrom(const YamlNode& root, const std::string& name) {
   root.allowKeys(
       {"alidade_scene", "camera", "board", "views", "seed", "random", "render", "corner_noise_px"});
   const YamlNode version = root.at("alidade_scene");
@@ -163,11 +163,11 @@ Scene readRoot(const YamlNode& root, const std::string& name) {
 }  // namespace
 
 Scene readSceneFile(const std::string& path) {
-  return readRoot(YamlNode::readFile(path), path);
+  return sceneFrom(YamlNode::readFile(path), path);
 }
 
 Scene parseSceneFile(const std::string& text, const std::string& name) {
-  return readRoot(YamlNode::parse(text, name), name);
+  return sceneFrom(YamlNode::parse(text, name), name);
 }
 
 std::string posesText(const std::vector<std::string>& images, const std::vector<SE3>& camera_from_board) {

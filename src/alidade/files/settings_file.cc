@@ -7,7 +7,7 @@
 namespace alidade {
 namespace {
 
-std::vector<SettingEntry> readRoot(const detail::YamlNode& root) {
+std::vector<SettingEntry> settingsFrom(const detail::YamlNode& root) {
   if (!root.isMap())
     throw root.error("no map", "a map with flags as keys, for example\n  board: checkerboard:9x6:25mm");
   root.allowKeys(root.keys());  // a doubled key
@@ -29,11 +29,11 @@ std::vector<SettingEntry> readRoot(const detail::YamlNode& root) {
 }  // namespace
 
 std::vector<SettingEntry> readSettingsFile(const std::string& path) {
-  return readRoot(detail::YamlNode::readFile(path));
+  return settingsFrom(detail::YamlNode::readFile(path));
 }
 
 std::vector<SettingEntry> parseSettings(const std::string& text, const std::string& name) {
-  return readRoot(detail::YamlNode::parse(text, name));
+  return settingsFrom(detail::YamlNode::parse(text, name));
 }
 
 }  // namespace alidade

@@ -21,9 +21,9 @@ struct Corner {
 
 /// One image of a board by one camera. Corners are in rising order of id.
 struct View {
-  std::string image;  ///< name or path, for messages and files
-  ImageSize size;
-  std::vector<Corner> corners;
+  std::string image = {};  ///< name or path, for messages and files; each view has its own
+  ImageSize size = {};     ///< of the image, in pixels; as camera files state it
+  std::vector<Corner> corners = {};
 };
 
 }  // namespace alidade

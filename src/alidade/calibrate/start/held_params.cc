@@ -18,19 +18,18 @@ namespace {
 constexpr int kFx = 0;
 constexpr int kFy = 1;
 constexpr int kCx = 2;
-constexpr int kNumAffine = static_cast<int>(kAffineParamNames.size());
 
 // Can the parameter be held without being given? A focal length cannot, nor a lens parameter that may not be
 // zero.
 bool hasOwnValue(std::string_view model_id, int i) {
-  if (i < kNumAffine) return i >= kCx;
+  if (static_cast<std::size_t>(i) < kNumAffine) return i >= kCx;
   bool may_be_zero = true;
   forEachModel(AllModels{}, [&](auto tag) {
     using M = typename decltype(tag)::Model;
     if (M::kId != model_id) return;
     for (int k = 0; k < M::kNumLensParams; ++k) {
       const ParamRange range = M::kLensRanges[static_cast<std::size_t>(k)];
-      if (k == i - kNumAffine) may_be_zero = range.min <= 0 && range.max >= 0;
+      if (k == i - static_cast<int>(kNumAffine)) may_be_zero = range.min <= 0 && range.max >= 0;
     }
   });
   return may_be_zero;
@@ -100,7 +99,7 @@ bool applyConstraint(const CalibratorOptions& options, const ParamConstraint& co
   if (!options.initial) {
     for (const int i : constraint.held) {
       const double centre = i == kCx ? 0.5 * (size.width - 1) : 0.5 * (size.height - 1);
-      params[static_cast<std::size_t>(i)] = i < kNumAffine ? centre : 0.0;
+      params[static_cast<std::size_t>(i)] = static_cast<std::size_t>(i) < kNumAffine ? centre : 0.0;
     }
   }
   if (constraint.same_focal) {

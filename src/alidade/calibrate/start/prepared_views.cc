@@ -14,6 +14,13 @@ namespace alidade {
 namespace {
 
 void checkView(const Checkerboard& board, const View& view, ImageSize size) {
+  if (view.image.empty())
+    throw inputError({.where = "views", .found = "a view without a name", .expected = "View::image"});
+  if (view.size.width <= 0 || view.size.height <= 0) {
+    throw inputError({.where = view.image,
+                      .found = "an image of " + sizeText(view.size),
+                      .expected = "the size of the image in pixels"});
+  }
   if (view.size != size) {
     throw inputError({.where = view.image,
                       .found = "an image of " + sizeText(view.size),

@@ -10,7 +10,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kBeyondSigmas = 3;
+constexpr double kDifferentSigmas = 3;
 
 std::optional<ModelSpread> spreadTo(const RivalCamera& rival, const AnyCamera& camera,
                                     std::span<const Eigen::Vector2d> corners, const UncertaintyGrid& grid) {
@@ -25,7 +25,7 @@ std::optional<ModelSpread> spreadTo(const RivalCamera& rival, const AnyCamera& c
     ++num_seen;
     if (!std::isfinite(differences[i])) continue;
     ++num_compared;
-    if (differences[i] > kApartPx && differences[i] > kBeyondSigmas * grid.std_px[i]) ++num_apart;
+    if (differences[i] > kApartPx && differences[i] > kDifferentSigmas * grid.std_px[i]) ++num_apart;
     if (differences[i] >= spread.worst_px) {
       spread.worst_px = differences[i];
       spread.worst_pixel = grid.pixels[i];

@@ -48,7 +48,7 @@ struct Uncertainty {
   /// inverse.
   DenseMatrix information;
   DenseMatrix free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
-  double scaled_condition = 0;  ///< see IntrinsicsInformation
+  double scaled_condition = 0;  ///< of `information`, its diagonal scaled to 1; near 0: undetermined
   /// What statedCovariance() makes of the pixel of a point: infinitely far away with the best rotation taken
   /// out, and near with the best pose. Nothing where there is no covariance.
   std::optional<UncertaintyGrid> projection_far;
@@ -72,7 +72,7 @@ struct Uncertainty {
   /// was ignored, that of the camera with the bend, and on top the square of what the bend would change.
   /// Exactly symmetric: its lower triangle, as files state it, is all of it. There must be a covariance.
   [[nodiscard]] DenseMatrix statedCovariance() const;
-  /// Its one standard deviation of parameter i; NaN without a covariance.
+  /// The standard deviation of parameter i to report, from statedCovariance(); NaN without a covariance.
   [[nodiscard]] double statedStd(int i) const;
   /// Two parameters of which the views tell a combination well and each alone badly.
   struct Correlation {

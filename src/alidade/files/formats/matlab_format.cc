@@ -159,7 +159,7 @@ std::vector<StatedNumber> readCoefficients(const YamlNode& node, const char* key
 }
 
 // Empty where the calibration never knew.
-std::optional<ImageSize> readImageSize(const YamlNode& node) {
+std::optional<ImageSize> statedImageSize(const YamlNode& node) {
   const auto list = node.find("ImageSize");
   if (!list || list->isNull()) return std::nullopt;
   const std::vector<YamlNode> sides = list->items();
@@ -181,7 +181,7 @@ StatedCamera readOne(const YamlNode& outer, const std::string& name) {
   detail::append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
   parameters = detail::storageOrder(kLens, parameters);
   detail::takeOrigin(parameters, kOrigin);
-  StatedCamera camera = detail::stateCamera(node.where(), name, kLens.model, parameters, readImageSize(node));
+  StatedCamera camera = detail::stateCamera(node.where(), name, kLens.model, parameters, statedImageSize(node));
   for (const char* key : {"RadialDistortion", "TangentialDistortion"}) {
     if (node.has(key)) continue;
     camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; assumed to be zero"});

@@ -14,7 +14,7 @@ bool isKeyCharacter(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
 }
 
-bool isBlank(char c) {
+bool isSpace(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n';
 }
 
@@ -26,7 +26,7 @@ std::size_t tightColonOf(const std::string& text, std::size_t begin) {
   if (i == text.size() || (std::isalpha(static_cast<unsigned char>(text[i])) == 0 && text[i] != '_'))
     return std::string::npos;
   while (i < text.size() && isKeyCharacter(text[i])) ++i;
-  const bool is_tight = i + 1 < text.size() && text[i] == ':' && !isBlank(text[i + 1]);
+  const bool is_tight = i + 1 < text.size() && text[i] == ':' && !isSpace(text[i + 1]);
   return is_tight ? i : std::string::npos;
 }
 
@@ -48,17 +48,17 @@ class Scanner {
     if (is_comment_) {
       is_comment_ = c != '\n';
     } else if (c == '#') {
-      is_comment_ = isBlank(last_);  // "a#b" is none
+      is_comment_ = isSpace(last_);  // "a#b" is none
     } else if (c == '\'' || c == '"') {
       // They open a text only where a value may start, not in "don't"; but '' within one goes on with it.
       const auto isOneOf = [](std::string_view marks, char mark) {
         return marks.find(mark) != std::string_view::npos;
       };
-      const bool is_start = (isBlank(last_) || isOneOf("[{,:", last_)) && isOneOf("\n[{,:-", last_mark_);
+      const bool is_start = (isSpace(last_) || isOneOf("[{,:", last_)) && isOneOf("\n[{,:-", last_mark_);
       if (is_start || (c == '\'' && is_just_closed && last_ == '\'')) quote_ = c;
     }
     last_ = c;
-    if (!isBlank(c) || c == '\n') last_mark_ = c;
+    if (!isSpace(c) || c == '\n') last_mark_ = c;
   }
 
  private:
