@@ -2,12 +2,10 @@
 # Warnings and sanitizers, for our own targets only: nothing reaches a parent project or a consumer.
 function(alidade_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
-  # Most of the time goes into Eigen's templates, which each compilation instantiates anew.
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${ALIDADE_UNITY} UNITY_BUILD_BATCH_SIZE 8)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # g++ 12 warns of overlapping copies inside std::string's operator+ (GCC bug 105651).
-    target_compile_options(${target} PRIVATE -Wno-restrict)
+    # g++ 12 warns of copies inside std::string's operator+ (GCC bugs 105329, 105651).
+    target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow)
   endif()
   if(ALIDADE_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
@@ -35,6 +33,11 @@ if(NOT ALIDADE_CAN_SEAL)
   message(STATUS "Programs that use the installed libraries must be compiled with the libraries' flags")
 endif()
 
+# Most of a build goes into templates, which each compilation instantiates anew.
+function(alidade_compile_together target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${ALIDADE_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+endfunction()
+
 # One folder, one target: alidade_add_library(core HEADERS a.h SOURCES a.cc PUBLIC dep PRIVATE dep).
 # The links are the import rule: a layer that does not link another one cannot use it.
 function(alidade_add_library name)
@@ -43,6 +46,7 @@ function(alidade_add_library name)
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(alidade::${name} ALIAS ${target})
   alidade_compile_options(${target})
+  alidade_compile_together(${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
                                              VERIFY_INTERFACE_HEADER_SETS ON)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})

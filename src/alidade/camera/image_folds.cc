@@ -23,7 +23,8 @@ std::vector<Eigen::Vector2d> imageBorder(ImageSize size) {
 }
 
 bool foldsInsideImage(const AnyCamera& camera, ImageSize size) {
-  DomainCertificate domain{.cone = camera.cone()};  // of an image that is not seen whole
+  DomainCertificate domain;  // of an image that is not seen whole
+  domain.cone = camera.cone();
   if (!foldsInsideImage(domain)) return false;
   const std::vector<Eigen::Vector2d> border = imageBorder(size);
   std::vector<double> u;
