@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/// Calibrates a camera from corners: calibrate() finds the camera, its uncertainty and the diagnoses, and
-/// recordOf() makes of them what saveCamera() writes. Component `calibrate`. Errors are alidade::Error.
+/// Calibrates a camera from corners: calibrate() estimates the camera and its uncertainty and reports
+/// diagnoses. recordOf() converts the result to the record that saveCamera() writes. Component `calibrate`.
+/// Errors are thrown as alidade::Error.
 #pragma once
 
 #include "alidade/calibrate/calibrator.h"

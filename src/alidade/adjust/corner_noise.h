@@ -7,7 +7,8 @@
 
 namespace alidade {
 
-/// No corner is known better than this; it keeps the loss and the weights meaningful on noise-free data.
+/// The smallest standard deviation assumed for a corner; it keeps the loss and the weights meaningful on
+/// noise-free data.
 inline constexpr double kMinSigmaPx = 0.003;
 
 /// The error of a corner, with its standard deviation and leverage.
@@ -20,13 +21,13 @@ struct CornerResidual {
 /// The weight of each corner. The variance of a corner's coordinate is sigma^2 + tau^2: sigma is stated by
 /// the detector. tau is the same for all corners and covers errors that the detector cannot know: a board
 /// that is not flat, a lens that the model does not describe, printing errors. The weight of a corner is
-/// inverse to that variance, and the mean weight is 1.
+/// inversely proportional to that variance, and the mean weight is 1.
 ///
-/// Only ratios of variances matter to the estimate: their overall scale is estimated from the residuals.
-/// Where the stated sigmas are equal, or none is stated, all weights are exactly 1.
+/// Only ratios of variances matter to the estimate: their overall scale is estimated from the residuals. If
+/// the stated sigmas are equal, or no sigma is stated, all weights are exactly 1.
 class CornerNoise {
  public:
-  /// Nothing known: all weights are 1.
+  /// Without sigmas: all weights are 1.
   CornerNoise() = default;
   /// Uses the given sigmas. An unknown sigma is replaced by the median of the known ones. All weights are 1
   /// until tau is estimated.
@@ -34,7 +35,7 @@ class CornerNoise {
 
   /// True if any corner states a sigma.
   [[nodiscard]] bool isStated() const { return is_stated_; }
-  /// True if all weights are exactly 1, whatever tau.
+  /// True if all weights are exactly 1 for every tau.
   [[nodiscard]] bool isUniform() const { return is_uniform_; }
   /// Estimates tau from reprojection errors as a variance component by restricted maximum likelihood
   /// (Patterson and Thompson 1971), with squared errors clipped to limit the influence of outliers.
@@ -42,9 +43,9 @@ class CornerNoise {
 
   /// Relative weight of a corner whose detection states `sigma_px`; NaN = unknown.
   [[nodiscard]] double weight(double sigma_px) const;
-  /// The stated variance in px^2 as used: bounded, and the typical one if unknown.
+  /// The variance in px^2 that is used for a stated sigma: bounded; the typical variance if unknown.
   [[nodiscard]] double statedVariance(double sigma_px) const;
-  /// tau, px. 0 where the stated sigmas explain the errors, or overstate them.
+  /// tau, px. 0 if the stated sigmas explain the errors or overstate them.
   [[nodiscard]] double unexplainedSigma() const;
 
  private:

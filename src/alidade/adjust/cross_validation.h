@@ -17,7 +17,7 @@ namespace alidade {
 struct HeldOutErrors {
   int num_folds = 0;
   /// Projected minus observed, px, not weighted, in the order of the views' corners; NaN for a corner that
-  /// the camera of the other views does not see. A view whose corners do not give two poses has none.
+  /// the camera of the other views does not see. A view has no errors if its corners do not give two poses.
   std::vector<std::vector<Eigen::Vector2d>> px;
 };
 
@@ -26,17 +26,17 @@ struct HeldOutErrors {
 /// held-out view then gets a pose from one half of its corners and errors on the other half, and vice versa:
 /// the two colours of a checkerboard, (column + row) even and odd, which both span the board.
 ///
-/// Nothing if the other views do not determine a camera.
+/// Returns std::nullopt if the other views do not determine a camera.
 /// @param fit  the solution for all views, of one camera and one board; the board's shape is not estimated
 ///             again
 [[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel = nullptr);
 
 /// The fold of view v of num_views in order of name, from 0 to numFolds() - 1.
 ///
-/// Each fold is four stretches of neighbouring views, a stretch each from every quarter of the sequence (with
-/// fewer than 20 views, single views). Frames of a video are nearly the same as their neighbours: if
-/// neighbours were all in different folds, a near-copy of each held-out view would take part in the fit; if a
-/// fold were a single stretch, the other views might not cover the same part of the image.
+/// Each fold consists of four runs of consecutive views, one from each quarter of the sequence (with fewer
+/// than 20 views, single views). Neighbouring frames of a video are nearly the same: in different folds, a
+/// near-copy of each held-out view would take part in the fit. If a fold were a single run, the other views
+/// might not cover the same part of the image.
 [[nodiscard]] int foldOf(std::size_t v, std::size_t num_views);
 [[nodiscard]] int numFolds(std::size_t num_views);
 

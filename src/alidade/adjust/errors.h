@@ -11,29 +11,29 @@
 
 namespace alidade {
 
-/// Errors (projected minus observed, px, not weighted) of all corners of a view, from where their p_board
-/// says that they are; NaN where a corner cannot be projected.
+/// Errors (projected minus observed, px, not weighted) of all corners of a view, whose board positions are
+/// p_board; NaN if a corner cannot be projected.
 [[nodiscard]] std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id,
                                                               std::span<const double> params,
                                                               const SE3& camera_from_board,
                                                               std::span<const Observation> corners);
 
-/// Of a view where the fit is.
+/// The same for a view of a fit, at its current parameters and poses.
 [[nodiscard]] std::vector<Eigen::Vector2d> viewErrors(const Fit& fit, const FitView& view);
 
-/// Half the sum of rho, as the solver counts it; NaN if a corner does not project.
+/// Half the sum of rho, like the cost of the solver; NaN if a corner does not project.
 [[nodiscard]] double viewCost(std::string_view model_id, std::span<const double> params, const SE3& pose,
                               std::span<const Observation> corners, HuberLoss loss);
 
-// The rest reads FitView::errors.
+// The functions below use FitView::errors.
 
-/// Errors times the roots of their weights, view by view.
+/// Errors times the square roots of their weights, view by view.
 [[nodiscard]] std::vector<Eigen::Vector2d> weightedErrors(const Fit& fit);
 
-/// Sum over all corners of weight (dx^2 + dy^2) over their number, px^2.
+/// Mean over all corners of weight (dx^2 + dy^2), px^2.
 [[nodiscard]] double meanWeightedSquare(const Fit& fit);
 
-/// Root of the same, px.
+/// The square root of meanWeightedSquare(), px.
 [[nodiscard]] double weightedRms(const Fit& fit);
 
 /// sqrt(mean over all corners of dx^2 + dy^2), px.

@@ -51,8 +51,8 @@ struct FitPlacement {
 struct FitView {
   std::size_t camera = 0;                    ///< index into Fit::cameras
   std::size_t placement = 0;                 ///< index into Fit::placements
-  std::size_t source = 0;                    ///< index of the view among those that were given
-  std::vector<Observation> corners = {};     ///< in use, in rising order of id; on the flat board
+  std::size_t source = 0;                    ///< index of the view among the input views
+  std::vector<Observation> corners = {};     ///< in use, in ascending order of id; on the flat board
   std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
   std::string image = {};                    ///< its name; empty before a calibration is finished
 };
@@ -67,7 +67,7 @@ enum class Termination {
 /// Stable name for files and JSON.
 [[nodiscard]] std::string_view terminationName(Termination termination);
 
-/// Lens parameter of a camera of a fit.
+/// A parameter of one camera of a fit.
 struct FitParam {
   std::size_t camera = 0;
   int index = 0;
@@ -101,7 +101,7 @@ struct Fit {
 void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board);
 
 /// The only camera, or the only board, of a fit.
-/// @throws std::logic_error where there are others
+/// @throws std::logic_error if there are several
 [[nodiscard]] const FitCamera& onlyCamera(const Fit& fit);
 [[nodiscard]] FitCamera& onlyCamera(Fit& fit);
 [[nodiscard]] const FitBoard& onlyBoard(const Fit& fit);
@@ -112,10 +112,10 @@ void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_bo
                                                std::span<const Observation> flat);
 [[nodiscard]] std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view);
 
-/// Over all views.
+/// The number of corners in all views.
 [[nodiscard]] std::size_t numCorners(const Fit& fit);
 
-/// The cost without that of the prior; of a fit of one camera.
+/// The cost without the prior, for a fit of one camera.
 [[nodiscard]] double cornersCost(const Fit& fit);
 
 /// Adds a view of the first camera and the first board, in a separate frame. Views stay sorted by source.

@@ -17,11 +17,11 @@ namespace alidade {
 struct LensPrior {
   std::vector<double> mean;  ///< N, in storage order
   /// N: variance of a coordinate of a corner of weight 1 over that of the parameter, px^2; zero for
-  /// parameters without a prior. So the prior term in the cost has the unit of the corner terms.
+  /// parameters without a prior. The prior term in the cost therefore has the unit of the corner terms.
   std::vector<double> precision;
 
   [[nodiscard]] bool isNone() const { return precision.empty(); }
-  /// Half the sum of squares, as the solver counts it.
+  /// Half the sum of squares, like the cost of the solver.
   [[nodiscard]] double cost(std::span<const double> params) const;
   /// Adds the prior to an information matrix and a gradient whose first rows are the parameters.
   void addTo(std::span<const double> params, Eigen::MatrixXd& information, Eigen::VectorXd& gradient) const;
@@ -41,14 +41,14 @@ struct LensScale {
   [[nodiscard]] double distance(std::span<const double> params, std::size_t i) const;
 };
 
-/// A parameter of more units belongs to no real lens: the solver diverged along a valley in which other
-/// parameters compensate it, where even undetermined parameters seem to be determined.
+/// No real lens has a parameter of more units: the solver diverged along a valley in which other parameters
+/// compensate for it. There, even undetermined parameters seem to be determined.
 inline constexpr double kRunawaySizes = 10;
 
 /// The prior that regularises a lens, if there is one; see regularised().
 struct WeakPrior {
   double width = 0;      ///< standard deviation in units; 0 without a prior
-  LensPrior prior = {};  ///< none: the views determine the lens, or no prior could help
+  LensPrior prior = {};  ///< empty: the views determine the lens, or no prior could help
   LensScale scale = {};
   std::vector<double> free_params = {};  ///< the solution without the prior
   std::vector<int> least_known = {};     ///< the parameters that the views determine least

@@ -31,7 +31,7 @@ bool improvePoses(std::string_view model_id, std::span<const std::vector<Observa
 /// The same for a fit of one camera.
 bool improvePoses(Fit& fit);
 
-/// The fit with all poses estimated from rays; nothing if that fails for a view.
+/// The fit with all poses estimated from rays; std::nullopt if that fails for a view.
 [[nodiscard]] std::optional<Fit> posedAnew(Fit fit);
 
 }  // namespace alidade

@@ -21,13 +21,13 @@ namespace alidade {
 /// about the intrinsics and any further columns, with a free pose.
 struct Reduced {
   Eigen::MatrixXd information;  ///< J^T W J, K x K for N parameters and K - N further columns, per px^2
-  Eigen::VectorXd gradient;  ///< J^T W psi, psi being the error times the loss' weight; 0 over all views at
+  Eigen::VectorXd gradient;  ///< J^T W psi, psi being the error times the loss weight; 0 over all views at
                              ///< the optimum, in the columns of free parameters
   double squares = 0;   ///< weighted sum of squared errors that no pose removes, px^2; with LossWeights::kUse
   int num_corners = 0;  ///< projected
 };
 
-/// Whether the loss' weights enter the information. They always enter the gradient.
+/// Whether the weights of the loss enter the information. They always enter the gradient.
 enum class LossWeights {
   kLeaveOut,  ///< information of a fit without a loss
   kUse,       ///< information of iteratively reweighted least squares
@@ -50,8 +50,8 @@ struct ExtraElements {
   std::array<double, kCount> value;  ///< with the root of the corner's weight
 };
 
-/// Columns that are appended to the Jacobian behind the intrinsics: the derivative of the corner's pixel by
-/// something other than pose and intrinsics. Few of them are non-zero in any row.
+/// Columns that are appended to the Jacobian after the intrinsics: the derivatives of the corner's pixel with
+/// respect to something other than pose and intrinsics. Few of them are non-zero in any row.
 template <class Extra>
 concept ExtraColumns = requires(const Extra& extra, const CornerRows& rows, int axis) {
   { extra.size() } -> std::convertible_to<int>;

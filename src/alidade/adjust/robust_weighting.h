@@ -11,10 +11,10 @@ inline constexpr double kLossSigmas = 3.0;
 /// Maximum number of rounds of a fit that changes its own weights, after which it counts as not converged.
 inline constexpr int kMaxRounds = 10;
 
-/// One standard deviation of the coordinate of a corner of weight 1, as the loss has it, px.
+/// The standard deviation of a coordinate of a corner of weight 1, as used by the loss, px.
 [[nodiscard]] double noiseSigma(const Fit& fit);
 
-/// A fit whose weights and loss were estimated from its own errors.
+/// A fit whose weights and loss were estimated from its residuals.
 struct SettledFit {
   Fit fit;
   bool is_settled = true;  ///< weights and loss no longer change

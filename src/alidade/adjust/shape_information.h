@@ -13,7 +13,7 @@
 
 namespace alidade {
 
-/// Number of columns behind the intrinsics' that stand for BoardShape.
+/// Number of columns for BoardShape, after those of the intrinsics.
 inline constexpr int kNumBends = 2;
 
 /// bend_x and bend_y of the board's shape as further columns.
@@ -35,8 +35,8 @@ struct ShapeInformation {
   Eigen::Vector2d step_m;       ///< the change of the bend to the minimum of a parabola
   Eigen::VectorXd params_step;  ///< the change of the intrinsics with it
   double drop = 0;              ///< of twice the cost by this step, px^2 of a corner of weight 1
-  /// (J^T W J)^-1 restricted to the bend, m^2 / px^2, and to the intrinsics, with bend and poses free: times
-  /// the variance of a corner of weight 1, covariances.
+  /// (J^T W J)^-1 restricted to the bend, m^2 / px^2, and to the intrinsics, with bend and poses free.
+  /// Multiplied by the variance of a corner of weight 1, they are covariances.
   Eigen::Matrix2d bend_inverse;
   Eigen::MatrixXd params_inverse;
   /// The information of each view at the end of the step, without the weights of the loss.
@@ -44,11 +44,11 @@ struct ShapeInformation {
   Eigen::MatrixXd prior;  ///< the prior information, per px^2, with rows like those of the pulls
 };
 
-/// Free directions of the intrinsics, see freeDirections(), and behind them the two of the bend.
+/// Free directions of the intrinsics, see freeDirections(), followed by the two of the bend.
 [[nodiscard]] Eigen::MatrixXd withBend(const Eigen::MatrixXd& directions);
 
 /// @param fit  of one camera and one board, at the optimum for the board's present shape
-/// @returns nothing if the views do not determine bend and intrinsics
+/// @returns std::nullopt if the views do not determine bend and intrinsics
 [[nodiscard]] std::optional<ShapeInformation> shapeInformation(const Fit& fit);
 
 }  // namespace alidade

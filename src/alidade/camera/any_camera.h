@@ -27,10 +27,10 @@ struct CameraVariant;  // see camera_variant.h
 template <class M>
 class Camera;
 
-/// Why a point has no pixel.
+/// Whether a point has a pixel, and if not, why.
 enum class ProjectStatus : std::uint8_t {
   kOk,
-  kBehind,         ///< not in front of a camera that can only look forward
+  kBehind,         ///< not in front of a camera that sees only forward
   kOutsideDomain,  ///< beyond the first fold or the model's domain, or not a point (not finite, or its
                    ///< distance from the camera is not within 1e-100 to 1e100)
 };
@@ -38,7 +38,7 @@ enum class ProjectStatus : std::uint8_t {
 /// "ok", "behind" or "outside", as `alidade project` prints it.
 [[nodiscard]] std::string_view statusId(ProjectStatus status);
 
-/// Where a point of the camera frame appears. `pixel` holds NaN unless the status is kOk.
+/// The projection of a point in the camera frame. `pixel` is NaN unless the status is kOk.
 struct Projection {
   Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   ProjectStatus status = ProjectStatus::kOutsideDomain;
@@ -49,7 +49,7 @@ struct Projection {
 /// The cone about the optical axis in which a camera is one-to-one.
 struct CertifiedCone {
   double max_angle_rad = std::numbers::pi;  ///< largest field angle that may be used
-  bool is_limited_by_fold = false;          ///< or by a pole; false: the model's own limit, neither below it
+  bool is_limited_by_fold = false;          ///< by a fold or pole; false: by the model itself
 };
 
 /// Ids of all models, in the list's order.
@@ -64,21 +64,21 @@ struct CertifiedCone {
                                                         std::string_view name);
 
 /// Parameters of the model's initial guess, with the principal point at the image centre and the given focal
-/// length in pixels per radian on the axis. In models with their own scale, fx and fy are other numbers.
+/// length in pixels per radian on the axis. In some models, fx and fy differ from this focal length.
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
-/// A camera of any model in the list, with value semantics. It never changes, so copies share their memory.
+/// A camera of any model in the list, with value semantics. It is immutable, so copies share memory.
 class AnyCamera {
  public:
   /// Defined in camera_variant.h, which is not installed.
   template <class M>
   explicit AnyCamera(const Camera<M>& camera);
-  // Not moved: a camera that was moved from would be none.
+  // Not movable: a moved-from camera would be empty.
   AnyCamera(const AnyCamera&) = default;
   AnyCamera& operator=(const AnyCamera&) = default;
   ~AnyCamera() = default;
 
-  /// Makes a camera from a model's id and its parameters in storage order.
+  /// Creates a camera from a model's id and its parameters in storage order.
   /// @throws Error (kUsage) for an unknown id; Error (kInput) for a wrong count, a number that is not finite,
   /// a focal length that is not positive, or a lens parameter out of its range, naming the parameter.
   [[nodiscard]] static AnyCamera make(std::string_view model_id, std::span<const double> params);
@@ -89,27 +89,27 @@ class AnyCamera {
   [[nodiscard]] std::string_view modelId() const;
   [[nodiscard]] std::span<const std::string_view> parameterNames() const;
   [[nodiscard]] std::span<const double> parameters() const&;
-  std::span<const double> parameters() const&& = delete;  ///< would outlive the camera
+  std::span<const double> parameters() const&& = delete;  ///< the span would outlive the camera
   /// A parameter by its name. @throws Error (kUsage) for a name that the model does not have
   [[nodiscard]] double parameter(std::string_view name) const;
   [[nodiscard]] const CertifiedCone& cone() const;
 
-  /// Pixel of a point of the camera frame, in any unit of length, or why there is none. The camera does not
-  /// know the size of its image: the pixel may lie outside of it.
+  /// The pixel of a point in the camera frame, in any unit of length, or why it has none. The camera does not
+  /// know its image size: the pixel may lie outside the image.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const;
-  /// With the row-major Jacobians J_px_cam (2x3) and J_px_params (2xN); null = not wanted. Nothing is written
-  /// to them unless the status is kOk.
+  /// The same with the row-major Jacobians J_px_cam (2x3) and J_px_params (2xN); null skips a Jacobian. They
+  /// are written only if the status is kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const;
-  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does.
+  /// The unit ray in the camera frame that projects to `pixel`; std::nullopt if no ray of the domain does.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
-  /// With the row-major Jacobian J_ray_pixel (3x2), which is written only if there is a ray.
+  /// The same with the row-major Jacobian J_ray_pixel (3x2), which is written only if there is a ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel) const;
 
-  /// Projects many points by projectBatch(), which is even faster if the points are stored by coordinate.
+  /// Projects many points by projectBatch(), which is faster still if the points are stored by coordinate.
   void project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const;
 
-  /// Calls f(const Camera<M>&) with the model's own type. Defined in camera_variant.h, which is not
+  /// Calls f(const Camera<M>&) with the type of the model. Defined in camera_variant.h, which is not
   /// installed.
   template <class F>
   decltype(auto) visit(F&& f) const;
@@ -128,13 +128,13 @@ struct DomainCertificate {
   double min_relative_det = 0;
 };
 
-/// Certifies `camera` over an image. The image of the cone has no holes, so every pixel has a ray exactly if
-/// every border pixel has one.
+/// Certifies `camera` over an image. The image of the cone has no holes, so every pixel has a ray if and only
+/// if every border pixel has one.
 [[nodiscard]] DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size);
 
-/// Whether the lens folds over or has a pole in the lit part of the image. A lens of less than 180 degrees
-/// lights the whole image. Pixels more than 90 degrees from the axis are assumed to be the dark corners of a
-/// fisheye image.
+/// Whether the lens folds over or has a pole in the illuminated part of the image. A lens of less than 180
+/// degrees illuminates the whole image. Pixels more than 90 degrees from the axis are assumed to be the dark
+/// corners of a fisheye image.
 [[nodiscard]] bool foldsInsideImage(const DomainCertificate& domain);
 
 }  // namespace alidade

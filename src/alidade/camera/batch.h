@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// Many points, rays or pixels, with one array per coordinate. All arrays of one call have the same length.
+/// Arrays of points, rays or pixels, one array per coordinate. All arrays of one call have the same length.
 /// Results may be written to the input arrays; otherwise no arrays may overlap.
 struct PointColumns {
   std::span<const double> x, y, z;
@@ -26,26 +26,26 @@ struct RayResults {
   std::span<ProjectStatus> status;
 };
 
-/// Output arrays for the Jacobians of the pixels (null = not wanted): row-major, point after point; NaN
-/// unless the status is kOk.
+/// Output arrays for the Jacobians of the pixels (null: not computed): row-major, one point after another;
+/// NaN unless the status is kOk.
 struct PixelJacobians {
-  double* by_point = nullptr;   ///< n times 2x3; by the point as given, before the pose
-  double* by_pose = nullptr;    ///< n times 2x6; by the tangent of T Exp([translation, rotation]), see SE3
-  double* by_params = nullptr;  ///< n times 2xN; by the N parameters of the camera in storage order
+  double* by_point = nullptr;   ///< n times 2x3, of the point as given, before the pose
+  double* by_pose = nullptr;    ///< n times 2x6, of the tangent of T Exp([translation, rotation]), see SE3
+  double* by_params = nullptr;  ///< n times 2xN, of the N parameters of the camera in storage order
 };
 
-/// Projects many points of the camera frame. The results equal those of AnyCamera::project() to 1e-12
-/// relative. Several points are computed at a time, with AVX2 if the processor has it, which changes results
-/// only by rounding. No memory is allocated.
+/// Projects many points in the camera frame. The results equal those of AnyCamera::project() to 1e-12
+/// relative. It computes several points at a time, with AVX2 if the processor supports it, which changes
+/// results only by rounding. It allocates no memory.
 /// @pre all arrays have one length
 void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
                   const PixelJacobians& jacobians = {});
 
-/// The same for points of another frame.
+/// The same for points in another frame.
 void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
                   const PixelResults& pixels, const PixelJacobians& jacobians = {});
 
-/// Rays of many pixels, equal to those of AnyCamera::unproject() to 1e-12. The status is kOutsideDomain where no
+/// Rays of many pixels, equal to those of AnyCamera::unproject() to 1e-12. The status is kOutsideDomain if no
 /// ray projects to the pixel. `J_ray_pixel`, if not null, receives n row-major 3x2 Jacobians.
 /// @pre all arrays have one length
 void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,

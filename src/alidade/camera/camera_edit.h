@@ -24,12 +24,13 @@ struct EditedCamera {
   /// The old camera frame in the new one: p_new = new_from_old * p_old. The identity unless the image was
   /// rotated. Poses change accordingly: new_camera_from_board = new_from_old * camera_from_board.
   Eigen::Matrix3d new_from_old = Eigen::Matrix3d::Identity();
-  /// Derivative of the new parameters by the old, in storage order; the edits are affine in the parameters.
+  /// Derivatives of the new parameters with respect to the old ones, in storage order; the edits are affine
+  /// in the parameters.
   DenseMatrix J_new_old;
 };
 
 /// Crops the image: subtracts the origin of the part from cx, cy.
-/// @throws Error (kUsage) if the part is empty or leaves the image
+/// @throws Error (kUsage) if the part is empty or extends beyond the image
 [[nodiscard]] EditedCamera cropCamera(const AnyCamera& camera, ImageSize size, const PixelRect& part);
 
 /// Resizes the image: on each axis, with s = new size / old size, a coordinate c becomes s (c + 0.5) - 0.5.
@@ -42,8 +43,8 @@ struct EditedCamera {
 /// @throws Error (kUsage) unless 1 <= factor and at least one pixel remains
 [[nodiscard]] EditedCamera binCamera(const AnyCamera& camera, ImageSize size, int factor);
 
-/// Rotates the image clockwise, as seen, by quarter turns (any integer; negative is counterclockwise). After
-/// one, old pixel (x, y) is at (height - 1 - y, x).
+/// Rotates the image clockwise by quarter turns (any integer; negative: counterclockwise). After one quarter
+/// turn, old pixel (x, y) is at (height - 1 - y, x).
 ///
 /// The axes of the camera frame rotate with the image, so that x points right and y down in the new image:
 /// after one quarter turn x_new = -y_old, y_new = x_old, z_new = z_old. Directional lens terms rotate too.

@@ -3,8 +3,7 @@
 
 namespace alidade {
 
-/// What whoever uses the camera fits anyway, so that an error of the parameters that looks like it does no
-/// harm.
+/// What users of a camera estimate themselves. Parameter errors that are equivalent to it do no harm.
 enum class Freed {
   kRotation,  ///< the camera's orientation
   kPose,      ///< orientation and position

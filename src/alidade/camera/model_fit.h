@@ -13,7 +13,7 @@ namespace alidade {
 
 /// A camera of one model fitted to a camera of another model, and the error of the fit.
 ///
-/// The error of a pixel is the distance, in pixels, between it and where the new camera projects its ray. It
+/// The error of a pixel is the distance, in pixels, between it and the new camera's projection of its ray. It
 /// is sampled on a grid of equal cells over the image. `max_error_px` also includes the outer edges of the
 /// image and the places where the domain of one camera ends inside the image. Both are NaN if the new camera
 /// represents none of the pixels.
@@ -35,7 +35,7 @@ struct ModelFit {
   }
 };
 
-/// The camera of model `model_id` that is closest to `source` over the whole image: an identical lens where
+/// The camera of model `model_id` that is closest to `source` over the whole image: an identical lens if
 /// algebra gives one, otherwise the least-squares fit over a uniform grid of pixels from several initial
 /// guesses. The result depends only on the arguments.
 /// @param absent  names of parameters to keep at 0, for formats that cannot represent them

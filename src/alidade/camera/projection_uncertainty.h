@@ -18,29 +18,29 @@ struct UncertaintyGrid {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;  ///< row by row
-  /// One per pixel, px: along the direction in which it is largest. NaN where the pixel has no ray.
+  /// One per pixel, px: along the direction in which it is largest. NaN if the pixel has no ray.
   std::vector<double> std_px;
   double center_px = 0;  ///< at the image's centre; NaN if it has no ray
   double worst_px = 0;   ///< the largest of the grid; NaN if no pixel has a ray, or the covariance has NaN
-  Eigen::Vector2d worst_pixel{0, 0};  ///< where
+  Eigen::Vector2d worst_pixel{0, 0};  ///< the pixel with this value
 };
 
 /// Propagates a covariance of the camera parameters to pixels: how uncertain the pixel of a fixed scene point
 /// at a given distance is.
 ///
 /// A change of the parameters can look like a rotation of the camera, and users of a camera estimate its
-/// orientation anyway. So only the change that remains after alignment by the best rotation (or pose) counts:
-/// A(q) = J_params(q) - J_rot(q) W, with J_rot W the least-squares fit, in pixels and to first order, of the
-/// rotation to J_params over all pixels of a grid over the image that have a ray; then cov(q) = A(q)
+/// orientation anyway. Therefore only the change that remains after alignment by the best rotation (or pose)
+/// counts: A(q) = J_params(q) - J_rot(q) W, with J_rot W the least-squares fit, in pixels and to first order,
+/// of the rotation to J_params over all pixels of a grid over the image that have a ray; then cov(q) = A(q)
 /// cov(params) A(q)^T.
 ///
 /// The idea is that of "projection uncertainty" in mrcal's documentation (Kogan, mrcal.secretsauce.net,
 /// "Projection uncertainty"), which takes the rotation and translation from the average motion of the board
-/// poses of the calibration. Here they are the best fit over the image. So only the camera and its covariance
-/// are needed, and pixels far from all boards count as much as those among them.
+/// poses of the calibration. Here they are the best fit over the image. This needs only the camera and its
+/// covariance, and pixels far from all boards count as much as those among them.
 ///
-/// Points on a sphere about the camera look the same whatever the radius of the sphere: with Freed::kPose the
-/// result is the same for every finite distance, and with Freed::kRotation it is that at infinity.
+/// Points on a sphere around the camera look the same for every radius. With Freed::kPose the result is
+/// therefore the same for every finite distance, and with Freed::kRotation it is that at infinity.
 class ProjectionUncertainty {
  public:
   static constexpr int kDefaultColumns = 40;
@@ -64,7 +64,7 @@ class ProjectionUncertainty {
   [[nodiscard]] Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
       int i) const;
 
-  /// Covariance of the pixel of grid pixel i, px^2; NaN where it has no ray.
+  /// Covariance of grid pixel i, px^2; NaN if it has no ray.
   /// @param parameter_covariance  N x N in storage order
   [[nodiscard]] UnalignedMatrix2d covariance(int i, const Eigen::MatrixXd& parameter_covariance) const;
 

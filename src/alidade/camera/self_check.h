@@ -19,7 +19,7 @@ struct SelfCheckPoint {
   Eigen::Vector2d pixel;
 };
 
-/// Numbers in a file are exact, so recomputing self-check points may only differ by rounding.
+/// Numbers in a file are exact, so recomputed pixels may differ only by rounding.
 inline constexpr double kSelfCheckPx = 1e-6;
 
 /// Distances between the projections of the self-check points and their stated pixels.
@@ -35,7 +35,7 @@ struct SelfCheckOutcome {
 [[nodiscard]] SelfCheckOutcome runSelfCheck(const AnyCamera& camera, ImageSize size,
                                             std::span<const SelfCheckPoint> points);
 
-/// What a camera file claims about its own domain.
+/// The domain that a camera file states.
 struct DomainClaim {
   double max_angle_rad = 0;
   bool full_image = false;

@@ -13,7 +13,7 @@ namespace alidade {
 /// Which pixel of image b corresponds to a pixel of image a, if b is image a rotated by quarter turns and
 /// resized: pixel_b = b_from_a * pixel_a + offset, sizes scaling as c -> s (c + 0.5) - 0.5 on each axis.
 struct ImageMatch {
-  int quarter_turns = 0;  ///< clockwise, as seen, that take a to b: 0 to 3
+  int quarter_turns = 0;  ///< clockwise, from a to b: 0 to 3
   UnalignedMatrix2d b_from_a = UnalignedMatrix2d::Identity();
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
   /// Lengths are in pixels of the finer of the two images, along a's axes, so they do not depend on the order
@@ -29,8 +29,8 @@ struct ImageMatch {
   [[nodiscard]] Eigen::Matrix3d frameTurn() const;
 };
 
-/// The numbers of quarter turns (0 to 3) after which images of these sizes have the same shape; empty if
-/// there are none. Sides may differ by one pixel because resizing rounds them.
+/// The numbers of quarter turns (0 to 3) after which images of these sizes have the same shape; empty if no
+/// rotation matches them. Sides may differ by one pixel because resizing rounds them.
 [[nodiscard]] std::vector<int> possibleTurns(ImageSize a, ImageSize b);
 
 /// @pre `quarter_turns` is one of possibleTurns()

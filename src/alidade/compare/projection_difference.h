@@ -15,15 +15,15 @@
 
 namespace alidade {
 
-/// A camera that is compared, with what is known of its parameters.
+/// A camera to compare, with the covariance of its parameters.
 struct ComparedCamera {
   const AnyCamera* camera = nullptr;
   ImageSize size;
-  std::optional<DenseMatrix> covariance = std::nullopt;  ///< N x N in storage order; nothing: unknown
+  std::optional<DenseMatrix> covariance = std::nullopt;  ///< N x N in storage order; empty: unknown
 };
 
 struct DifferenceOptions {
-  /// What is aligned first; nothing: both cameras have the same frame.
+  /// What to align first; empty: both cameras have the same frame.
   std::optional<Freed> freed = Freed::kRotation;
   /// Distance of the points from either camera for Freed::kPose, positive and finite. Their sphere looks the
   /// same at any distance, so it only scales the translation.
@@ -31,11 +31,11 @@ struct DifferenceOptions {
   /// Clockwise quarter turns of image b relative to image a, 0 to 3. Default: 0 if the sizes allow it,
   /// otherwise 1 or 3, whichever gives the smaller difference.
   std::optional<int> quarter_turns = std::nullopt;
-  /// Of the grid over image a; 0: 40 along the longer side, in square cells. At least fewestPairs() in total
-  /// with alignment.
+  /// Size of the grid over image a; 0: 40 along the longer side, in square cells. With alignment, at least
+  /// fewestPairs() pixels in total.
   int columns = 0;
   int rows = 0;
-  /// Pixels of image a to compare at instead of the grid.
+  /// Pixels of image a to compare instead of the grid.
   std::vector<Eigen::Vector2d> pixels = {};
 };
 
@@ -50,7 +50,7 @@ struct ProjectionDifference {
   int columns = 0;            ///< of the grid; 0 for pixels that were given
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;  ///< of image a
-  /// One per pixel: the projection by b minus the projection by a. NaN where they cannot be compared.
+  /// One per pixel: the projection by b minus the projection by a. NaN if they cannot be compared.
   std::vector<Eigen::Vector2d> difference_px;
   std::vector<double> weights;  ///< one per pixel: its weight in the alignment
   int num_compared = 0;
@@ -58,9 +58,9 @@ struct ProjectionDifference {
   /// the finer image's diagonal.
   int num_seen_by_one = 0;
   int num_seen_by_neither = 0;
-  double mean_px = 0;  ///< of the lengths of the differences; these and those below NaN if there are none
+  double mean_px = 0;  ///< mean length; NaN, like the values below, if num_compared is 0
   double rms_px = 0;
-  double p95_px = 0;  ///< 95 % are at most as long
+  double p95_px = 0;  ///< 95th percentile of the lengths
   double max_px = 0;
   Eigen::Vector2d worst_pixel{0, 0};  ///< of image a
 
@@ -72,19 +72,19 @@ struct ProjectionDifference {
 /// A point in the direction of pixel q through camera a is compared with its projection by b after the best
 /// rotation (or pose) of b. A point in the direction of the same place through camera b is compared with its
 /// projection by a. The two are opposite to first order, so the difference is half of the first minus half of
-/// the second. The best alignment minimises the sum of squares of both over all pixels; see alignRays(). So
-/// swapping the cameras gives the inverse motion and the same lengths.
+/// the second. The best alignment minimises the sum of squares of both over all pixels; see alignRays().
+/// Swapping the cameras therefore gives the inverse motion and the same lengths.
 ///
 /// A projection farther away than the diagonal of the finer image is an extrapolation far outside the
 /// image. Such a pixel counts as seen by only one camera and affects neither the alignment nor the
 /// statistics.
 ///
 /// All pixels have equal weight, unless there are covariances; then the weight is 1 / (variance of the
-/// difference + (0.1 px)^2). Otherwise an image corner in which no board was ever seen would distort the
-/// alignment of the rest.
+/// difference + (0.1 px)^2). Otherwise an image corner without board corners would distort the alignment of
+/// the rest.
 ///
-/// The idea of comparing after the best transformation, weighted by the uncertainties, is that of mrcal's
-/// projection difference (Kogan, mrcal.secretsauce.net, "Projection differences").
+/// The comparison after the best transformation, weighted by the uncertainties, follows mrcal's projection
+/// difference (Kogan, mrcal.secretsauce.net, "Projection differences").
 ///
 /// @throws Error (kInput) for images of different shape; (kUsage) for a rotation that the sizes do not allow,
 /// a distance that is not positive and finite, a grid of negative numbers, or one with too few pixels for the

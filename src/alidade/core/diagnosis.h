@@ -10,21 +10,21 @@
 namespace alidade {
 
 enum class Severity {
-  kPass,     ///< a check that found nothing wrong
-  kNote,     ///< worth knowing; the result does not suffer
+  kPass,     ///< a check that found no problem
+  kNote,     ///< for information; the result is not affected
   kWarning,  ///< a reservation: the result may be worse than it looks
-  kFailure,  ///< the result is not to be used
+  kFailure,  ///< the result must not be used
 };
 
-/// What a calibration, a check of a file or a detection found out, for the user to act on.
+/// A finding of a calibration, a file check or a detection, and what the user should do about it.
 struct Diagnosis {
   Severity severity = Severity::kWarning;
   std::string id;              ///< stable, for scripts: "fronto_parallel"
   std::string cause;           ///< what is wrong
-  std::string evidence = {};   ///< the value that was found; may be empty
-  std::string limit = {};      ///< the value that is accepted; empty where there is none
+  std::string evidence = {};   ///< the computed value; may be empty
+  std::string limit = {};      ///< the limit for it; empty if there is no limit
   std::string next_step = {};  ///< what to do about it; may be empty
-  /// The data cannot tell: more views could, and as far as they say something it is in the covariance.
+  /// The data do not decide this, but more views could. The covariance includes what the data do show.
   bool is_undecided = false;
 
   /// Cause and evidence in one sentence.
@@ -46,7 +46,7 @@ struct Diagnosis {
   return "unknown";
 }
 
-/// The worst diagnosis decides.
+/// The verdict that follows from the most severe diagnosis.
 [[nodiscard]] constexpr Verdict verdictOf(const std::vector<Diagnosis>& diagnoses) {
   Verdict verdict = Verdict::kTrustworthy;
   for (const Diagnosis& diagnosis : diagnoses) {

@@ -40,7 +40,7 @@ class Error : public std::runtime_error {
 }
 
 /// Checks a precondition that only a bug in Alidade can break. Active in release builds too.
-/// @throws std::logic_error with `message`, which states what must hold, unless it does.
+/// @throws std::logic_error with `message`, which states the precondition, if `condition` is false.
 void expect(bool condition, const char* message);
 
 }  // namespace alidade

@@ -26,7 +26,7 @@ enum class Verdict {
   return "unknown";
 }
 
-/// The verdict with this name; nothing if the name is unknown.
+/// The verdict with this name; std::nullopt if the name is unknown.
 [[nodiscard]] constexpr std::optional<Verdict> verdictOf(std::string_view name) {
   for (const Verdict verdict : {Verdict::kTrustworthy, Verdict::kReservations, Verdict::kNo}) {
     if (verdictName(verdict) == name) return verdict;

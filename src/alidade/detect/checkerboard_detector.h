@@ -19,9 +19,9 @@ enum class DetectionReason {
   kPartial,        ///< some corners are covered or unclear; the ids of the others are certain
   kCut,            ///< some corners lie outside the image; the ids of the others are certain
   kNoBoard,        ///< no checkerboard pattern in the image
-  kUnplaced,       ///< a part of a board, but it is not possible to tell which part
+  kUnplaced,       ///< a part of a board, but which part is ambiguous
   kLargerBoard,    ///< the pattern has more corners than the expected board
-  kOtherBoard,     ///< a whole board with other counts of corners
+  kOtherBoard,     ///< a whole board with different numbers of corners
   kSeveralBoards,  ///< two or more boards match
   kIrregular,      ///< corners were found, but they do not form a grid after refinement
   kBlurred,        ///< the board is visible, but too blurred to locate its corners
@@ -34,7 +34,7 @@ enum class DetectionReason {
 /// Stable name of a reason for files and JSON, such as "no_board".
 [[nodiscard]] std::string_view reasonCode(DetectionReason reason);
 
-/// True for the reasons that come with corners.
+/// True if an image with this reason gives corners.
 [[nodiscard]] bool givesCorners(DetectionReason reason);
 
 /// The pattern of squares in an image, which may differ from the expected board.
@@ -48,7 +48,7 @@ struct SeenGrid {
 /// How well a board is visible. NaN if not measured.
 struct ViewMeasures {
   double blur_px =
-      std::numeric_limits<double>::quiet_NaN();  ///< median over corners of the edge blur (one sigma)
+      std::numeric_limits<double>::quiet_NaN();  ///< median over corners of the edge blur (sigma)
   double spacing_px = std::numeric_limits<double>::quiet_NaN();  ///< median distance between neighbours
   double area_share = 0;  ///< of the image's area, covered by squares between corners
   /// Median over corners of the apparent tilt of a square seen from afar: arccos of the ratio of the singular
@@ -58,7 +58,7 @@ struct ViewMeasures {
 
 struct Detection {
   DetectionReason reason = DetectionReason::kNoBoard;
-  std::string detail;           ///< one sentence for people; empty if all corners were found
+  std::string detail;           ///< one sentence for the user; empty if all corners were found
   std::vector<Corner> corners;  ///< in order of id, each with its sigma; empty unless givesCorners(reason)
   ViewMeasures measures;
   std::optional<SeenGrid> seen;
@@ -68,9 +68,9 @@ struct Detection {
 };
 
 /// Finds a checkerboard in a grey image, whole or in part, and refines its corners (fitCorner). The search
-/// runs on halved copies of the image; the full one is only used to refine. For an unambiguous board, the ids
-/// refer to the same physical corners in every view: seen in the image, the rows (y) run a quarter turn
-/// clockwise from the columns (x), and the inner square of corner 0 is dark. For an ambiguous board, the
+/// uses copies of reduced resolution; the full image is used only for refinement. For an unambiguous board,
+/// the ids refer to the same physical corners in every view: seen in the image, the rows (y) run a quarter
+/// turn clockwise from the columns (x), and the inner square at corner 0 is dark. For an ambiguous board, the
 /// columns run to the right in the image, or downwards if they are steeper than 45 degrees.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const Checkerboard& board);
 

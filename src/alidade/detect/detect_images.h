@@ -31,19 +31,18 @@ struct ImageOutcome {
 struct DetectImagesOptions {
   int num_jobs = 0;                                        ///< threads; 0 = one per processor
   std::function<void(std::size_t, std::size_t)> progress;  ///< (done, total); any thread, one call at a time
-  /// Called with each readable image after it was searched; from any thread, several calls at a
-  /// time.
+  /// Called with each readable image after the search, from any thread and possibly concurrently.
   std::function<void(const GrayImage&, const ImageOutcome&)> inspect;
   const CancelFlag* cancel = nullptr;
 };
 
 /// Makes OpenCV use only the calling thread. For programs that distribute images over threads by
-/// detectInImages(), where more threads per image would only compete. It applies to the whole process.
+/// detectInImages(): more threads per image would only compete. It applies to the whole process.
 void useOneThreadPerImage();
 
 /// Loads and searches images in parallel; a thread holds one image at a time. The result is in the order of
-/// `images`, whatever the number of threads. An image that `load` cannot read (Error) becomes an outcome with
-/// reason kUnreadable; the others are still processed.
+/// `images`, regardless of the number of threads. An image that `load` cannot read (Error) becomes an outcome
+/// with reason kUnreadable; the others are still processed.
 /// @throws Cancelled
 [[nodiscard]] std::vector<ImageOutcome> detectInImages(
     std::span<const std::string> images, const std::function<SourceImage(const std::string&)>& load,

@@ -46,7 +46,7 @@ struct BoardSurvey {
   std::vector<ImageOutcome> outcomes;  ///< one per path; names without the folders that all paths share
   std::vector<SurveyNote> notes;
 
-  /// Images that give corners, and those that show every corner.
+  /// The number of images with corners, and of those with all corners.
   [[nodiscard]] std::size_t numFound() const;
   [[nodiscard]] std::size_t numWhole() const;
   /// The views of the images that give corners, in the order of the outcomes.
@@ -66,12 +66,12 @@ struct BoardSurvey {
 [[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,
                                        const DetectImagesOptions& options = {});
 
-/// Why an image does not give every corner, by the stable name of its reason; nothing where it does.
+/// Why an image does not give every corner, with the stable name of the reason; std::nullopt if it does.
 [[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
 [[nodiscard]] Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey);
 
 /// The most common grid other than the expected board among images without corners, preferably one that is
-/// completely visible. Nothing if there is none.
+/// completely visible. std::nullopt if there is none.
 [[nodiscard]] std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes,
                                                      const Checkerboard& asked);
 

@@ -15,7 +15,7 @@ namespace alidade {
 struct CameraSource {
   std::string path;                   ///< without "#NAME"
   std::string_view format;            ///< id: "ros"
-  std::string_view format_name;       ///< for people: "ROS camera_info (YAML)"
+  std::string_view format_name;       ///< for display: "ROS camera_info (YAML)"
   std::vector<StatedCamera> cameras;  ///< at least one, unless ReadOptions::only is set
   /// Unsupported cameras of the same file; empty if one camera was selected.
   std::vector<RefusedCamera> refused = {};
@@ -24,9 +24,9 @@ struct CameraSource {
 /// `path` without "#NAME".
 [[nodiscard]] std::string cameraFilePath(const std::string& path);
 
-/// Reads a camera file of any format that docs/formats.md lists; the format is detected from the content. `path` may end
-/// in "#NAME" to select one camera of several, by its name or its number from 0.
-/// @throws Error (kInput) for a file that cannot be read, is of no known format, contains no camera, or lacks
+/// Reads a camera file of any format in docs/formats.md; the format is detected from the content. `path` may
+/// end in "#NAME" to select one camera of several, by its name or its number from 0.
+/// @throws Error (kInput) for a file that cannot be read, has no known format, contains no camera, or lacks
 /// the selected camera (the message lists the available ones); for an Alidade camera file that fails its
 /// self-check: its points do not project to its pixels
 [[nodiscard]] CameraSource loadCameras(const std::string& path, const ReadOptions& options = {});
@@ -55,11 +55,11 @@ enum class FileKind {
 /// @throws Error (kInput) with the names of the unsupported ones
 void requireAll(const CameraSource& source);
 
-/// The only camera of a file, as a record. Throws as loadCameras(), and Error (kInput) if there are several
+/// The only camera of a file, as a record. Throws like loadCameras(), and Error (kInput) if there are several
 /// cameras, supported or not, or if neither the file nor `options` states the image size.
 [[nodiscard]] CameraRecord loadCamera(const std::string& path, const ReadOptions& options = {});
 
-/// The only camera of a source, as a record; throws as loadCamera().
+/// The only camera of a source, as a record; throws like loadCamera().
 [[nodiscard]] CameraRecord onlyCamera(const CameraSource& source);
 
 /// A stated camera as a record; `where` is for messages. @throws Error (kInput) without an image size

@@ -14,13 +14,13 @@ struct CornersFile {
   std::string camera = "camera";
   Checkerboard board;
   std::vector<View> views;            ///< in natural order of image name
-  std::vector<std::string> comments;  ///< written as lines that start with '#'; not read back
+  std::vector<std::string> comments;  ///< written as lines that start with '#'; not read
 };
 
 /// Text of a corners file: '#' lines (a comment of several lines becomes several), then CSV with the header
 /// camera,image,width,height,board,corner_id,col,row,u,v,sigma_px and one row per corner (sigma_px empty =
 /// unknown).
-/// @throws Error (kInput) for the name of an image or the camera with a line break in it
+/// @throws Error (kInput) if the name of an image or the camera contains a line break
 [[nodiscard]] std::string cornersFileText(const CornersFile& file);
 
 /// Writes atomically. @throws Error (kInput)

@@ -24,11 +24,10 @@ struct PoseList {
 
 /// Reads many poses:
 ///
-///   YAML   a list of poses (docs/files.md), or such a list under the key `poses`; each may have an
-///          `id`
-///   table  separated by commas or blanks, with a header that names tx, ty, tz (or x, y, z; metres) and a rotation: qx, qy,
-///          qz, qw, or the rotation vector rx, ry, rz (radians). The id comes from the first of the columns
-///          id, pose, name, image, frame, timestamp and time, if there is one. Other columns are ignored
+///   YAML   a list of poses (docs/files.md), or such a list under the key `poses`; each may have an `id`
+///   table  separated by commas or blanks, with a header that names tx, ty, tz (or x, y, z; metres) and a
+///          rotation: qx, qy, qz, qw, or the rotation vector rx, ry, rz (radians). The id comes from the
+///          first of the columns id, pose, name, image, frame, timestamp and time. Other columns are ignored
 ///   TUM    a table without a header: timestamp tx ty tz qx qy qz qw, world_from_camera
 ///
 /// `direction` is the direction of the poses. YAML poses under a key such as camera_from_world or

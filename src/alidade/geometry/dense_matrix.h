@@ -8,21 +8,21 @@
 
 namespace alidade {
 
-/// Not aligned, as Eigen's alignment of 32 bytes depends on the compiler's flags: for public structs.
+/// An unaligned matrix for public structs: Eigen's alignment of 32 bytes depends on compiler flags.
 using UnalignedMatrix2d = Eigen::Matrix<double, 2, 2, Eigen::DontAlign>;
 
-/// A matrix of any size, as it stands in public structs.
+/// A matrix of any size, for public structs.
 ///
-/// Its memory is a std::vector's: Eigen's own allocator depends on the compiler's flags (-mavx2, sanitizers),
-/// and a matrix that the library makes is destroyed by a program that may be compiled with others. To
-/// calculate, take view().
+/// It stores its elements in a std::vector, because Eigen's allocator depends on compiler flags (-mavx2,
+/// sanitizers). The program that destroys a matrix may be compiled with different flags from the library that
+/// created it. Use view() to calculate.
 class DenseMatrix {
  public:
   using View = Eigen::Map<const Eigen::MatrixXd>;
 
   /// 0 x 0.
   DenseMatrix() = default;
-  /// Of any expression of Eigen's; implicit, so that such a member takes what was calculated.
+  /// From any Eigen expression; implicit, so that results can be assigned to members directly.
   template <class Derived>
   DenseMatrix(const Eigen::MatrixBase<Derived>& matrix)  // NOLINT(google-explicit-constructor)
       : rows_(matrix.rows()), cols_(matrix.cols()), values_(static_cast<std::size_t>(rows_ * cols_)) {
@@ -32,9 +32,9 @@ class DenseMatrix {
   [[nodiscard]] Eigen::Index rows() const { return rows_; }
   [[nodiscard]] Eigen::Index cols() const { return cols_; }
   [[nodiscard]] double operator()(Eigen::Index row, Eigen::Index col) const { return view()(row, col); }
-  /// Valid as long as this matrix lives and is not assigned to.
+  /// Valid until this matrix is destroyed or assigned to.
   [[nodiscard]] View view() const { return {values_.data(), rows_, cols_}; }
-  /// A copy, for functions that take one of Eigen's.
+  /// A copy, for functions that take an Eigen matrix.
   operator Eigen::MatrixXd() const { return view(); }  // NOLINT(google-explicit-constructor)
 
   friend bool operator==(const DenseMatrix&, const DenseMatrix&) = default;

@@ -29,13 +29,14 @@ struct BasicSE3 {
   Rotation rotation;                ///< a_from_b
   Vec3 translation = Vec3::Zero();  ///< the origin of frame b, in frame a
 
-  /// The motion at time 1 along the constant twist xi (Sola et al., eq. 172). Any finite xi.
+  /// The motion at time 1 along the constant twist xi, for any finite xi (Sola et al., eq. 172).
   [[nodiscard]] static BasicSE3 exp(const Vec6& xi) {
     const Vec3 w = xi.template tail<3>();
     return {Rotation::exp(w), Rotation::leftJacobian(w) * xi.template head<3>()};
   }
 
-  /// The twist with a rotation of length in [0, pi] (Sola et al., eq. 173). At exactly pi as BasicSO3::log().
+  /// The twist with a rotation of length in [0, pi] (Sola et al., eq. 173). At exactly pi, see
+  /// BasicSO3::log().
   [[nodiscard]] Vec6 log() const {
     const Vec3 w = rotation.log();
     Vec6 xi;
@@ -84,12 +85,12 @@ struct BasicSE3 {
   [[nodiscard]] static Mat6 rightJacobian(const Vec6& xi) { return leftJacobian(-xi); }
 
   /// 6x6, log(exp(d) exp(xi)) = xi + leftJacobianInverse(xi) d to first order in d (Sola et al., eq. 179b).
-  /// For a rotation of less than 2 pi, where it grows without bound.
+  /// For a rotation of less than 2 pi; near 2 pi it grows without bound.
   [[nodiscard]] static Mat6 leftJacobianInverse(const Vec6& xi) {
     const Mat3 J_inverse = Rotation::leftJacobianInverse(xi.template tail<3>());
     return blockTriangular(J_inverse, -J_inverse * couplingBlock(xi) * J_inverse);
   }
-  /// 6x6, log(exp(xi) exp(d)) = xi + rightJacobianInverse(xi) d to first order in d. Domain as of
+  /// 6x6, log(exp(xi) exp(d)) = xi + rightJacobianInverse(xi) d to first order in d. Same domain as
   /// leftJacobianInverse().
   [[nodiscard]] static Mat6 rightJacobianInverse(const Vec6& xi) { return leftJacobianInverse(-xi); }
 

@@ -44,15 +44,15 @@ template <class Derived>
 ///
 /// Stored as a unit quaternion, up to rounding; q and -q are the same rotation. The tangent is the rotation
 /// vector, axis times angle in radians, as a right perturbation R * exp(d). T is double or an automatic
-/// differentiation type; every operation has its right derivative at the identity too. NaN inputs give NaN
-/// results. Formulas: Sola, Deray and Atchuthan 2018 (arXiv 1812.01537), appendix B.
+/// differentiation type; derivatives are also correct at the identity. NaN inputs give NaN results. Formulas:
+/// Sola, Deray and Atchuthan 2018 (arXiv 1812.01537), appendix B.
 template <class T>
 class BasicSO3 {
  public:
   using Scalar = T;
   using Vec3 = Eigen::Matrix<T, 3, 1>;
   using Mat3 = Eigen::Matrix<T, 3, 3>;
-  /// Not aligned: how Eigen aligns four doubles depends on the compiler's flags, and the layout of a rotation
+  /// Not aligned: Eigen's alignment of four doubles depends on compiler flags, and the layout of a rotation
   /// must not.
   using Quaternion = Eigen::Quaternion<T, Eigen::DontAlign>;
   using Tangent = Vec3;
@@ -63,7 +63,7 @@ class BasicSO3 {
 
   /// Normalises `q`, which may have any length.
   /// @throws Error if T is a floating-point type and `q` has no direction: zero (or so near that its squared
-  /// norm underflows), NaN or infinite. With other types the result is NaN then.
+  /// norm underflows), NaN or infinite. For other types the result is then NaN.
   [[nodiscard]] static BasicSO3 fromQuaternion(const Quaternion& q) {
     if constexpr (std::is_floating_point_v<T>) {
       detail::requireDirection({q.x(), q.y(), q.z(), q.w()});
@@ -71,16 +71,16 @@ class BasicSO3 {
     return BasicSO3(normalised(q));
   }
 
-  /// The rotation by |w| radians about w. Any finite w.
+  /// The rotation by |w| radians about w, for any finite w.
   [[nodiscard]] static BasicSO3 exp(const Vec3& w) {
     const auto c = detail::stumpff(T(T(0.25) * w.squaredNorm()));
     const Vec3 v = T(0.5) * c[1] * w;
     return BasicSO3(Quaternion(c[0], v.x(), v.y(), v.z()));
   }
 
-  /// The rotation vector, of length in [0, pi]. At exactly pi (a quaternion with real part 0), where both
-  /// signs are the same rotation, the one whose first non-zero component is positive. Its derivative exists
-  /// below pi.
+  /// The rotation vector, of length in [0, pi]. At exactly pi (a quaternion with real part 0), both signs are
+  /// the same rotation; the result is the one whose first non-zero component is positive. The derivative
+  /// exists below pi.
   [[nodiscard]] Vec3 log() const {
     using std::atan2;
     using std::sqrt;
@@ -101,11 +101,11 @@ class BasicSO3 {
   }
 
   [[nodiscard]] Mat3 matrix() const { return q_.toRotationMatrix(); }
-  /// Unit length, of either sign.
+  /// The unit quaternion, with either sign.
   [[nodiscard]] const Quaternion& quaternion() const { return q_; }
   [[nodiscard]] BasicSO3 inverse() const { return BasicSO3(q_.conjugate()); }
 
-  /// a_from_c = a_from_b * b_from_c. Normalised each time, so that a long product stays a rotation.
+  /// a_from_c = a_from_b * b_from_c. Normalised each time, so that a long product remains a rotation.
   [[nodiscard]] BasicSO3 operator*(const BasicSO3& other) const {
     return BasicSO3(normalised(q_ * other.q_));
   }
@@ -130,9 +130,8 @@ class BasicSO3 {
   /// 3x3, exp(w + d) = exp(w) exp(rightJacobian(w) d) to first order in d (Sola et al., eq. 143).
   [[nodiscard]] static Mat3 rightJacobian(const Vec3& w) { return leftJacobian(-w); }
 
-  /// 3x3, log(exp(d) exp(w)) = w + leftJacobianInverse(w) d to first order in d, for w = log() of something
-  /// (Sola et al., eq. 146). For |w| < 2 pi; at 2 pi the Jacobian itself is singular and this grows without
-  /// bound.
+  /// 3x3, log(exp(d) exp(w)) = w + leftJacobianInverse(w) d to first order in d, with w = log() of a rotation
+  /// (Sola et al., eq. 146). For |w| < 2 pi; at 2 pi the Jacobian is singular and its inverse unbounded.
   [[nodiscard]] static Mat3 leftJacobianInverse(const Vec3& w) {
     // 1/angle^2 - (1 + cos(angle)) / (2 angle sin(angle)) in terms of half the angle: no 0/0 at 0 nor at pi.
     const auto c = detail::stumpff(T(T(0.25) * w.squaredNorm()));
@@ -140,8 +139,8 @@ class BasicSO3 {
     const Mat3 W = hat(w);
     return Mat3::Identity() - T(0.5) * W + coefficient * (W * W);
   }
-  /// 3x3, log(exp(w) exp(d)) = w + rightJacobianInverse(w) d to first order in d (Sola et al., eq. 144).
-  /// Domain as of leftJacobianInverse().
+  /// 3x3, log(exp(w) exp(d)) = w + rightJacobianInverse(w) d to first order in d (Sola et al., eq. 144). Same
+  /// domain as leftJacobianInverse().
   [[nodiscard]] static Mat3 rightJacobianInverse(const Vec3& w) { return leftJacobianInverse(-w); }
 
  private:
@@ -153,7 +152,7 @@ class BasicSO3 {
 
   explicit BasicSO3(const Quaternion& unit) : q_(unit) {}
 
-  /// NaN for a zero `q`, where Eigen's normalized() would hand back the zero, whose matrix is the identity.
+  /// NaN for a zero `q`: Eigen's normalized() would return zero, whose matrix is the identity.
   static Quaternion normalised(const Quaternion& q) {
     using std::sqrt;
     return Quaternion(q.coeffs() / T(sqrt(q.squaredNorm())));

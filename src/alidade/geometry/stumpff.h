@@ -7,8 +7,8 @@
 
 namespace alidade::detail {
 
-/// Below this the Stumpff functions come from their series. At 1 the closed form of c_5 has lost two digits
-/// of a number near 1/120, which is the last bit of the matrices that it goes into.
+/// Below this value the Stumpff functions are computed as series. At 1, the closed form of c_5 (near 1/120)
+/// has lost two digits, which affects only the last bit of the matrices that use it.
 inline constexpr double kStumpffSeriesLimit = 1.0;
 
 /// n! c_n(x) = 1 - x / ((n+1)(n+2)) (1 - x / ((n+3)(n+4)) (1 - ...)), from the innermost term outwards.
@@ -23,11 +23,11 @@ T stumpffSeries(const T& x, int n) {
 }
 
 /// The Stumpff functions c_n(x) = sum_k (-x)^k / (n + 2k)! for n = 0..5 and x >= 0 (Danby, Fundamentals of
-/// Celestial Mechanics, 1988). With x = angle^2 they are every coefficient of the exponential maps
-/// and their Jacobians: c_0 = cos(angle), c_1 = sin(angle) / angle, c_2 = (1 - cos(angle)) / angle^2,
-/// c_3 = (angle - sin(angle)) / angle^3 and so on, without 0/0 at angle 0. They are analytic in x, so an
-/// automatic derivative passes through x = 0, where one of the angle itself would not.
-/// Absolute error about 1e-16, on both sides of the switch between series and closed form.
+/// Celestial Mechanics, 1988). With x = angle^2 they are all the coefficients of the exponential maps and
+/// their Jacobians: c_0 = cos(angle), c_1 = sin(angle) / angle, c_2 = (1 - cos(angle)) / angle^2, c_3 =
+/// (angle - sin(angle)) / angle^3 and so on, without 0/0 at angle 0. They are analytic in x, so automatic
+/// differentiation works at x = 0; with the angle itself as variable it would not. Absolute error about
+/// 1e-16, on both sides of the switch between series and closed form.
 template <class T>
 std::array<T, 6> stumpff(const T& x) {
   using std::cos;

@@ -16,8 +16,8 @@ struct LoadedImage {
 /// Reads an image of any kind that OpenCV can decode: grey or colour, with or without alpha. Samples of more
 /// than 8 bits are scaled linearly so that their 0.1 % quantile becomes 0 and their 99.9 % quantile 255, and
 /// clamped: otherwise 10-bit and 12-bit data in 16-bit files would be almost black. A single hot pixel has
-/// little effect. If all samples are equal they become 0, and so does NaN. Use the result to find features,
-/// not to measure light.
+/// little effect. If all samples are equal, they become 0; NaN also becomes 0. Use the result to find
+/// features, not to measure light.
 /// @throws Error (kInput) if the file is missing, unreadable, empty, truncated, damaged, too large or not an
 /// image, or if it is a TIFF file with an orientation tag.
 [[nodiscard]] LoadedImage readGrayImage(const std::string& path);
@@ -29,7 +29,8 @@ struct LoadedRaster {
 
 /// Reads an image with its colours, alpha and depth, with every sample as stored: 8 or 16 bits, grey or in
 /// the order red, green, blue, alpha. Palettes are resolved, and grey with alpha becomes colour with alpha.
-/// @throws Error (kInput) as readGrayImage, and for samples of more than 16 bits, signed ones, and fractions.
+/// @throws Error (kInput) like readGrayImage(), and for samples of more than 16 bits, signed ones, and
+/// fractions.
 [[nodiscard]] LoadedRaster readImage(const std::string& path);
 
 /// True for a name with the extension of a JPEG file, in upper or lower case.
@@ -41,8 +42,8 @@ struct LoadedRaster {
 /// std::logic_error for an empty image.
 void writeImage(const std::string& path, const RasterImage& image);
 
-/// Writes a PNG file, whatever the name ends with, by writeFileAtomically.
-/// @throws Error (kInput) when the file cannot be written; std::logic_error for an empty image.
+/// Writes a PNG file, regardless of the extension, by writeFileAtomically().
+/// @throws Error (kInput) if the file cannot be written; std::logic_error for an empty image.
 void writeGrayPng(const std::string& path, const GrayImage& image);
 
 /// The same for a colour image.

@@ -25,7 +25,7 @@ struct ViewRecord {
   SE3 camera_from_board;
 };
 
-/// The bend of the board that was estimated with the camera.
+/// The bend of the board, estimated together with the camera.
 struct WarpRecord {
   BoardShape shape;
   Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< standard deviation of bend_x and bend_y
@@ -39,7 +39,7 @@ struct ProjectionStdRecord {
   Eigen::Vector2d worst_pixel{0, 0};
   int columns = 0;  ///< of the grid, from border to border
   int rows = 0;
-  std::vector<double> std_px;  ///< row by row; NaN where the pixel has no ray
+  std::vector<double> std_px;  ///< row by row; NaN if the pixel has no ray
 };
 
 /// A camera model that was considered in the automatic choice. Unknown values are NaN.
@@ -48,7 +48,7 @@ struct ModelRecord {
   int num_parameters = 0;
   double rms_px = std::numeric_limits<double>::quiet_NaN();
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
-  double excess = std::numeric_limits<double>::quiet_NaN();  ///< of cross-validation RMS over the best one
+  double excess = std::numeric_limits<double>::quiet_NaN();  ///< of its cross-validation RMS over the best
   double excess_std = std::numeric_limits<double>::quiet_NaN();
   std::string verdict;  ///< "chosen", or why not
 };
@@ -56,7 +56,7 @@ struct ModelRecord {
 /// A flag's name and its values, as the program used them.
 using Setting = std::pair<std::string, std::vector<std::string>>;
 
-/// How the parameters were estimated. All of it is for people and for later checks; projection does not need
+/// How the parameters were estimated. This is for documentation and later checks; projection does not need
 /// it.
 struct CalibrationRecord {
   double rms_px = 0;
@@ -74,7 +74,7 @@ struct CalibrationRecord {
   std::string termination;                  ///< why the solver stopped
   Verdict verdict = Verdict::kTrustworthy;  ///< kNo if the file was written anyway
   std::string board;                        ///< SPEC
-  std::optional<WarpRecord> warp;           ///< none: the board was assumed flat
+  std::optional<WarpRecord> warp;           ///< empty: the board was assumed flat
   std::vector<ModelRecord> model_choice;    ///< empty: the user named the model
   std::vector<std::string> findings;        ///< ids of the findings behind the verdict
   std::vector<ViewRecord> views;
@@ -90,7 +90,7 @@ struct CameraRecord {
   std::vector<SelfCheckPoint> self_check;
   std::optional<CalibrationRecord> calibration;
   std::string created_by;
-  std::string user_keys = {};  ///< the user's own, x_..., and their values: lines of YAML
+  std::string user_keys = {};  ///< the user's keys (x_...) and values, as lines of YAML
 };
 
 /// A record of a camera without calibration data, with its domain and self-check points.
@@ -100,10 +100,10 @@ struct CameraRecord {
 [[nodiscard]] std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix);
 [[nodiscard]] DenseMatrix fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n);
 
-/// The covariance of the parameters to use, N x N in parameter order; nothing if the record states none.
+/// The covariance of the parameters to use, N x N in parameter order; std::nullopt if the record has none.
 [[nodiscard]] std::optional<DenseMatrix> statedCovariance(const CameraRecord& record);
 
-/// Whether that covariance assumes independent views only, and not independent corners.
+/// Whether this covariance assumes that views are independent, but not corners.
 [[nodiscard]] bool isStatedByViews(const CameraRecord& record);
 
 }  // namespace alidade

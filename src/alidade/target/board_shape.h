@@ -17,7 +17,7 @@ struct BoardShape {
   friend bool operator==(const BoardShape&, const BoardShape&) = default;
 };
 
-/// The derivatives of z by bend_x and bend_y at a point of the board plane, metres per metre.
+/// The derivatives of z with respect to bend_x and bend_y at a point of the board plane.
 [[nodiscard]] inline Eigen::Vector2d bendProfile(const Checkerboard& board, double x, double y) {
   const double half_width = 0.5 * board.square_m * (board.columns - 1);
   const double half_height = 0.5 * board.square_m * (board.rows - 1);

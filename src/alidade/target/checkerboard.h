@@ -32,7 +32,7 @@ struct Checkerboard {
   /// detector can then identify the orientation.
   [[nodiscard]] bool isAmbiguous() const { return (columns - rows) % 2 == 0; }
 
-  /// The least number of quarter turns after which the pattern looks the same: 4 for unambiguous boards, 2
+  /// The smallest number of quarter turns after which the pattern looks the same: 4 for unambiguous boards, 2
   /// for ambiguous ones, 1 for square ones with even counts. A quarter turn of a square board with odd counts
   /// swaps the colours.
   [[nodiscard]] int symmetryStep() const {

@@ -14,15 +14,15 @@ namespace alidade {
 /// One observed board point.
 struct Corner {
   int id = 0;                   ///< which point of the board
-  Eigen::Vector2d pixel{0, 0};  ///< where it was seen
+  Eigen::Vector2d pixel{0, 0};  ///< its observed position
   double sigma_px =
       std::numeric_limits<double>::quiet_NaN();  ///< standard deviation of each coordinate; NaN = unknown
 };
 
-/// One image of a board by one camera. Corners are in rising order of id.
+/// One image of a board by one camera. Corners are in ascending order of id.
 struct View {
-  std::string image = {};  ///< name or path, for messages and files; each view has its own
-  ImageSize size = {};     ///< of the image, in pixels; as camera files state it
+  std::string image = {};  ///< name or path, for messages and files; unique
+  ImageSize size = {};     ///< of the image, in pixels; as in camera files
   std::vector<Corner> corners = {};
 };
 

@@ -20,13 +20,13 @@ struct Remark {
   std::string message;  ///< one sentence, with the place
 };
 
-/// A camera as a file of any format states it, in this program's conventions: pixel (0, 0) is the centre of
-/// the top-left pixel, parameters in storage order.
+/// A camera as stated by a file of any format, in Alidade's conventions: pixel (0, 0) is the centre of the
+/// top-left pixel, parameters in storage order.
 struct StatedCamera {
   std::string name;        ///< the name in the file; empty if it has none
-  std::size_t number = 0;  ///< its place among the cameras of the file, from 0
+  std::size_t number = 0;  ///< its index among the cameras of the file, from 0
   AnyCamera camera;
-  std::optional<ImageSize> image_size;  ///< nothing: the file does not state it
+  std::optional<ImageSize> image_size;  ///< empty: the file does not state it
   /// The possible rounding error of each parameter in the text: half a unit of its last digit, 0 for a whole
   /// number. In parameter order; empty = unknown.
   std::vector<double> half_units;
@@ -34,8 +34,7 @@ struct StatedCamera {
   std::optional<CameraRecord> own;  ///< the whole record of an Alidade camera file
 };
 
-/// A valid camera that Alidade has no model for. In contrast, damage makes a whole file
-/// invalid.
+/// A valid camera for which Alidade has no model. In contrast, damage makes a whole file invalid.
 class UnsupportedCamera final : public Error {
  public:
   explicit UnsupportedCamera(const Error& reason) : Error(reason) {}
