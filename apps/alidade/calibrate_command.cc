@@ -37,33 +37,30 @@ class CalibrateCommand final : public Command {
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(
         "--model", model_,
-        fmt::format("Camera model: {}; or auto: the smallest model that no larger one significantly beats in "
-                    "cross-validation, or with --init the model of its file",
+        fmt::format("Camera model: {}; or auto: the smallest model that no larger one significantly "
+                    "outperforms in cross-validation (with --init, the model of that file)",
                     fmt::join(models, ", ")));
     models.emplace_back(kAutoModel);
     app.get_option("--model")->check(CLI::IsMember(models))->capture_default_str();
-    app.add_option(
-        "--init", init_,
-        "Camera file to start from, with the same image size; another model is converted. Default: an "
-        "automatic initial guess");
-    app.add_option(
-           "--fix", fixed_,
-           "Parameters to keep fixed, for example cx,cy,k3: at the values of --init, or else at the image "
-           "centre (cx, cy) or 0 (lens). With --model auto, only cx and cy")
+    app.add_option("--init", init_,
+                   "Camera file for the initial guess, with the same image size; a different model is "
+                   "converted. Default: automatic initial guess");
+    app.add_option("--fix", fixed_,
+                   "Fixed parameters, for example cx,cy,k3. They keep the values of --init; without it, cx "
+                   "and cy are the image centre and lens parameters 0. With --model auto, only cx and cy")
         ->delimiter(',');
-    app.add_flag("--same-focal", same_focal_, "One focal length: fx = fy");
+    app.add_flag("--same-focal", same_focal_, "Force fx = fy");
     app.add_option(
            "--board-shape", board_shape_,
-           "flat: assume a flat board; warp: estimate its bend; auto: estimate it if the views agree on one")
+           "flat: assume a flat board; warp: estimate its bend; auto: estimate it if it is significant")
         ->check(CLI::IsMember({"flat", "warp", "auto"}))
         ->capture_default_str();
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
-    app.add_option(
-           "--target-sigma", target_sigma_,
-           "Required worst projection uncertainty, for example 0.1px. The summary states whether it is "
-           "reached, and if not about how many more views are needed")
+    app.add_option("--target-sigma", target_sigma_,
+                   "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "
+                   "states whether it is reached, and if not, about how many more views are needed")
         ->check(pixelComplaint, "");
     app.add_option("--next-view", next_view_,
                    "SVG file to write: the suggested next view and the current projection uncertainty");
@@ -156,7 +153,7 @@ class CalibrateCommand final : public Command {
     if (next_view_ == "-" || next_view_ == output_) {
       throw usageError({.where = "--next-view " + next_view_,
                         .found = next_view_ == "-" ? "standard output" : "the same file as --output",
-                        .expected = "a file of its own, for example next.svg"});
+                        .expected = "a different file, for example next.svg"});
     }
     checkOutput(next_view_, sources, common_, "--next-view");
   }

@@ -36,9 +36,9 @@ CameraRecord readCameraTelling(const std::string& path, const ReadOptions& optio
 void addCameraOptions(CLI::App& app, CameraOptions& options) {
   app.add_option("--image-size", options.size,
                  "Image size in pixels (WIDTHxHEIGHT), for camera files that do not state it");
-  app.add_option("--read-as", options.read_as,
-                 "Model of four distortion coefficients, if the file does not say whether they are radtan or "
-                 "kannala_brandt")
+  app.add_option(
+         "--read-as", options.read_as,
+         "Model of four distortion coefficients, for files that do not state it: radtan or kannala_brandt")
       ->check(CLI::IsMember({"radtan", "kannala_brandt"}));
 }
 

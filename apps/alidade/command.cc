@@ -38,7 +38,7 @@ std::vector<CommandEntry> makeCommands() {
 }
 
 void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
-  app.add_flag("--json", options.json, "Print one JSON document, and nothing else, to standard output");
+  app.add_flag("--json", options.json, "Print only one JSON document to standard output");
   app.add_flag("--quiet", options.quiet, "Print no progress and no messages except errors");
   if (has_jobs) {
     app.add_option("--jobs", options.jobs,

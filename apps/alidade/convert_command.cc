@@ -83,8 +83,8 @@ class ConvertCommand final : public Command {
                    "Fit this lens model instead: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
         ->check(CLI::IsMember(modelIds()));
     app.add_option("--max-error", request_.max_error_px,
-                   "Largest accepted RMS error of the new model in pixels; ten times as much is accepted at "
-                   "a single pixel")
+                   "Largest accepted RMS error of the new model in pixels; the limit for a single pixel is "
+                   "ten times larger")
         ->check(nonNegativeNumber(), "0 or more")
         ->capture_default_str();
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
@@ -202,9 +202,9 @@ class ConvertCommand final : public Command {
     }
     for (const Converted& c : cameras) {
       if (format.id != kOwnFormat && c.source.calibration) {
-        notes.push_back(c.where +
-                        ": uncertainty, verdict and poses of the calibration are lost in the format " +
-                        std::string(format.title));
+        notes.push_back(
+            c.where + ": uncertainty, verdict and poses of the calibration cannot be stored in the format " +
+            std::string(format.title));
       }
     }
     return notes;

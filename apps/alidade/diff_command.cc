@@ -179,7 +179,7 @@ class DiffCommand final : public Command {
     }
     if (!isComparable(difference)) {
       return fmt::format(
-          "{} of {} pixels are seen by only one camera, or differ by more than the length of the image: the "
+          "{} of {} pixels are seen by only one camera, or differ by more than the image diagonal: the "
           "cameras cannot be compared as a whole\n  next: check both files with alidade validate, and that "
           "both cameras belong to the same image",
           difference.num_seen_by_one, difference.pixels.size());

@@ -22,10 +22,10 @@ namespace fs = std::filesystem;
 void makeFolder(const fs::path& folder, const fs::path& named) {
   std::error_code error;
   if (fs::create_directory(folder, error)) return;
-  throw inputError(
-      {.where = named.string(),
-       .found = "cannot make the folder: " + (error ? error.message() : "its temporary name exists already"),
-       .expected = "a writable parent folder"});
+  throw inputError({.where = named.string(),
+                    .found = "cannot create the folder: " +
+                             (error ? error.message() : "its temporary name already exists"),
+                    .expected = "a writable parent folder"});
 }
 
 Error unreadableError(const fs::path& folder, const std::error_code& error) {
@@ -164,7 +164,7 @@ void PendingFolder::commit() {
     std::error_code stuck;
     if (replaces) fs::rename(old, target_, stuck);
     throw inputError({.where = target_.string(),
-                      .found = "cannot be put in place: " + error.message(),
+                      .found = "cannot be moved into place: " + error.message(),
                       .next_step = stuck ? "the earlier result is now in '" + old.string() + "'" : ""});
   }
   pending_.clear();

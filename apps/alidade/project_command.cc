@@ -22,8 +22,9 @@ class ProjectCommand final : public StreamCommand {
     app.footer(
         "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\nExample: alidade project camera.yaml "
         "points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], translation_m: [0, 0, 2]}'\nExample: alidade "
-        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status, where status is ok, "
-        "behind, outside or (with --clip) out_of_image. Only ok has a pixel.\nPixel (0, 0) is the centre of "
+        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status. The status is ok, "
+        "behind, outside or (with --clip) out_of_image. Unless it is ok, u and v are nan.\nPixel (0, 0) is "
+        "the centre of "
         "the top-left pixel. With --poses, the first column is the id of the pose.\n--poses reads one of: a "
         "YAML list of poses; a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera);\nor a "
         "table with a header that names tx,ty,tz, a rotation qx,qy,qz,qw or rx,ry,rz (rotation vector), and "

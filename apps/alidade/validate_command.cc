@@ -24,7 +24,7 @@ class ValidateCommand final : public Command {
     app.footer(
         "Example: alidade validate camera.yaml\nExample: alidade validate calibrations/ --strict\nExample: "
         "alidade validate camera.yaml --images photos/ --board checkerboard:9x6:25mm\n--images tests the "
-        "camera on photographs that were not used for its calibration. Give 10 or more.\nFiles may have any "
+        "camera on photographs that were not used for its calibration. Use 10 or more.\nFiles may have any "
         "supported format (docs/formats.md); FILE#NAME selects one camera of a file with several.\nExit code "
         "0: no check failed; 1: a file cannot be read as a camera file; 3: a check failed.");
     app.add_option("file", files_, "Camera files, or folders with camera files");

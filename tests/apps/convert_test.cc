@@ -418,7 +418,7 @@ TEST(Convert, RefusesWhatItDoesNotUnderstand) {
       {{"--resize", "320"}, "'320'", "WIDTHxHEIGHT"},
       {{"--resize", "320x"}, "'320x'", "WIDTHxHEIGHT"},
       {{"--resize", "0x240"}, "0x240", "1 to 1000000 pixels"},
-      {{"--resize", "1000000x1000000"}, "1000000x1000000", "1073741824 in all"},
+      {{"--resize", "1000000x1000000"}, "1000000x1000000", "1073741824 in total"},
       {{"--bin", "0"}, "bin: 0", "1 to 480"},
       {{"--bin", "481"}, "bin: 481", "1 to 480"},
       {{"--bin", "two"}, "--bin", "alidade convert --help"},

@@ -216,7 +216,7 @@ TEST_F(AtomicFile, NamesTheNearestPath) {
                                               HasSubstr("did you mean '" + path("left/camera.yaml") + "'?")));
   EXPECT_THAT(read("quite_different"), AllOf(HasSubstr("no such file"), Not(HasSubstr("starts in"))));
   EXPECT_THAT(read("left/camera.yaml/x"), HasSubstr(path("left/camera.yaml") + "' is a file"));
-  EXPECT_THAT(read("dangling"), HasSubstr("leads nowhere"));
+  EXPECT_THAT(read("dangling"), HasSubstr("is broken"));
   EXPECT_THAT(read("left"), HasSubstr("this is a folder"));
   EXPECT_THAT(messageOf([] { (void)readTextFile("quite_different", kEnough); }), HasSubstr("starts in"));
   EXPECT_THAT(messageOf([] { (void)readTextFile("", kEnough); }), HasSubstr("the path is empty"));

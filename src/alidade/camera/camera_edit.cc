@@ -124,7 +124,7 @@ EditedCamera resizeCamera(const AnyCamera& camera, ImageSize size, ImageSize new
     throw usageError({.where = "resize",
                       .found = sizeText(new_size) + " pixels",
                       .expected = "1 to " + std::to_string(kMaxImageSide) + " pixels per side and at most " +
-                                  std::to_string(kMaxPixels) + " in all"});
+                                  std::to_string(kMaxPixels) + " in total"});
   }
   return scale(camera, static_cast<double>(new_size.width) / size.width,
                static_cast<double>(new_size.height) / size.height, new_size);
@@ -135,7 +135,7 @@ EditedCamera binCamera(const AnyCamera& camera, ImageSize size, int factor) {
     throw usageError({.where = "bin",
                       .found = std::to_string(factor),
                       .expected = "1 to " + std::to_string(std::min(size.width, size.height)) +
-                                  ", as the image has " + sizeText(size) + " pixels"});
+                                  ", because the image has " + sizeText(size) + " pixels"});
   }
   // What is cropped lies on the right and at the bottom, where it moves no coordinate.
   return scale(camera, 1.0 / factor, 1.0 / factor,

@@ -32,7 +32,7 @@ void check(const DifferenceOptions& options) {
     throw usageError({.where = "projection difference",
                       .found = "a grid of " + std::to_string(options.columns) + "x" +
                                std::to_string(options.rows) + " pixels",
-                      .expected = "columns and rows of 1 or more, and at most a million in all"});
+                      .expected = "columns and rows of 1 or more, and at most a million in total"});
   }
   const int num_pixels = options.columns * options.rows;
   if (options.freed && num_pixels > 0 && num_pixels < fewestPairs(*options.freed)) {

@@ -332,7 +332,7 @@ Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   const BoardCandidate& chosen = choose(candidates);
   if (chosen.is_placed && isOneOfSeveral(candidates, chosen)) {
     return refused({}, DetectionReason::kSeveralBoards,
-                   "shows two boards or more that could be the one ; cover all but one");
+                   "shows two or more boards that match; cover all but one");
   }
   return placeAndRefine(image, chosen, board);
 }

@@ -41,7 +41,7 @@ std::string adviceForWriting(int error) {
     case EACCES:
     case EPERM:
     case EROFS:
-      return "choose a place you may write to, or change its permissions";
+      return "choose a writable path, or change its permissions";
     case ENOSPC:
     case EDQUOT:
       return "free some space, or choose a path on another disk";
@@ -60,7 +60,7 @@ Error writeError(const std::string& path, int error, const fs::path& folder = {}
   if (!folder.empty()) found += " (in the folder " + quoted(folder) + ")";
   return inputError({.where = path.empty() ? "''" : path,
                      .found = found,
-                     .expected = "a path that can be written",
+                     .expected = "a writable path",
                      .next_step = adviceForWriting(error)});
 }
 
@@ -321,7 +321,7 @@ Error missingPathError(const std::string& path) {
   const fs::path missing_path = parent / missing;
   std::string found = rest.empty() ? "no such file or folder" : "there is no folder " + quoted(missing_path);
   if (fs::is_symlink(fs::symlink_status(missing_path, error))) {
-    found = "the link " + quoted(missing_path) + " leads nowhere";
+    found = "the link " + quoted(missing_path) + " is broken";
   }
   std::vector<std::string> names = namesIn(parent.empty() ? "." : parent);
   std::erase(names, missing.string());  // a link that leads nowhere

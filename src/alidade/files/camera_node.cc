@@ -25,7 +25,7 @@ ImageSize readImageSize(const YamlNode& node) {
   constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30U;
   if (std::int64_t{size.width} * size.height > kMaxPixels) {
     throw node.error(std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
-                     "at most " + std::to_string(kMaxPixels) + " pixels in all");
+                     "at most " + std::to_string(kMaxPixels) + " pixels in total");
   }
   return size;
 }

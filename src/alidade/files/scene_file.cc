@@ -82,7 +82,7 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
   constexpr std::int64_t kMaxPixels = 100'000'000;
   if (std::int64_t{size.width} * size.height <= kMaxPixels) return;
   throw node.error("images of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
-                   "at most " + std::to_string(kMaxPixels) + " pixels in all for a scene");
+                   "at most " + std::to_string(kMaxPixels) + " pixels in total for a scene");
 }
 
 Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {

@@ -271,7 +271,7 @@ ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size, const View
     throw usageError({.where = "output size",
                       .found = std::to_string(size.width) + "x" + std::to_string(size.height),
                       .expected = "sides of 2 to " + std::to_string(kMaxSide) + " pixels, and at most " +
-                                  std::to_string(kMaxPixels) + " in all"});
+                                  std::to_string(kMaxPixels) + " in total"});
   }
   switch (request.extent) {
     case ViewExtent::kSameScale:
