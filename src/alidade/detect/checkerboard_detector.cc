@@ -233,11 +233,11 @@ Detection describeUnplaced(Detection detection, const BoardCandidate& candidate,
   }
   if (candidate.placements.empty()) {
     return refused(std::move(detection), DetectionReason::kOtherBoard,
-                   "shows a part of " + seen_counts + " inner corners that does not fit on " + asked);
+                   "shows part of a board, " + seen_counts + " inner corners, that does not fit " + asked);
   }
   return refused(std::move(detection), DetectionReason::kUnplaced,
-                 "shows a part of " + seen_counts +
-                     " inner corners; too little of the board's border is visible to tell which part");
+                 "shows part of a board, " + seen_counts +
+                     " inner corners; too little of its border is visible to identify the part");
 }
 
 // Names what hides the corners that were not found.

@@ -67,8 +67,8 @@ std::string ambiguityText(const Checkerboard& board) {
   const std::string turned = board.symmetryStep() == 1 ? "90, 180 or 270" : "180";
   return "a board of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) +
          " inner corners looks the same after a rotation by " + turned +
-         " degrees, so the first corner may differ between images. This does not affect one camera, but it "
-         "would affect several cameras. A board with one even and one odd count avoids this";
+         " degrees, so the first corner may differ between images. This is harmless for one camera, but not "
+         "for several. A board with one even and one odd count avoids it";
 }
 
 }  // namespace

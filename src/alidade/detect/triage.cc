@@ -111,7 +111,7 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& 
   }
   const auto hint = diagnoseBoard(outcomes, board);
   if (hint && hint->is_closed && hint->num_images > num_all_lines) {
-    refuseUnclosed(outcomes, "may be a part of the board of " + std::to_string(hint->columns) + "x" +
+    refuseUnclosed(outcomes, "may show part of the board of " + std::to_string(hint->columns) + "x" +
                                  std::to_string(hint->rows) +
                                  " inner corners that is completely visible in other images");
     return;
