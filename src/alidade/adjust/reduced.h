@@ -21,8 +21,8 @@ namespace alidade {
 /// about the intrinsics and any further columns, with a free pose.
 struct Reduced {
   Eigen::MatrixXd information;  ///< J^T W J, K x K for N parameters and K - N further columns, per px^2
-  Eigen::VectorXd gradient;  ///< J^T W psi, psi being the error times the loss weight; 0 over all views at
-                             ///< the optimum, in the columns of free parameters
+  Eigen::VectorXd gradient;     ///< J^T W psi, psi being the error times the loss weight; 0 over all views at
+                                ///< the optimum, in the columns of free parameters
   double squares = 0;   ///< weighted sum of squared errors that no pose removes, px^2; with LossWeights::kUse
   int num_corners = 0;  ///< projected
 };
