@@ -25,6 +25,7 @@
 #include "alidade/adjust/pose_from_rays.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/camera/radtan.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "block_arrow.h"

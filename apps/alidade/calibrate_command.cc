@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstdlib>
 #include <optional>
 #include <span>
 
@@ -21,10 +24,10 @@
 #include "given_views.h"
 #include "interrupt.h"
 #include "settings.h"
+#include "summary_output.h"
 
 namespace alidade {
 namespace {
-
 
 class CalibrateCommand final : public Command {
  public:
@@ -58,6 +61,12 @@ class CalibrateCommand final : public Command {
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
+    app.add_option("--tolerance", tolerance_,
+                   "Error of a projected point that you accept (95 %). The verdict and the severity of "
+                   "warnings depend on it")
+        ->check(pixelComplaint, "")
+        ->capture_default_str();
+    app.add_flag("--verbose", is_verbose_, "Print all details after the summary");
     app.add_option("--target-sigma", target_sigma_,
                    "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "
                    "states whether it is reached, and if not, about how many more views are needed")
@@ -82,6 +91,7 @@ class CalibrateCommand final : public Command {
     checkDrawing(sources);
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
     options.jobs = common_.jobs;
+    options.tolerance_px = parsePixels(tolerance_, "--tolerance");
     options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
                           : board_shape_ == "warp" ? BoardShapeMode::kWarp
                                                    : BoardShapeMode::kAuto;
@@ -117,13 +127,19 @@ class CalibrateCommand final : public Command {
     const bool to_stdout = output_ == "-";
     if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
 
+    const auto summary = [&](bool is_terminal) {
+      const SummaryStyle style{.tolerance_px = options.tolerance_px,
+                               .is_coloured = is_terminal && std::getenv("NO_COLOR") == nullptr};
+      return summaryText(result, input, advice, style) +
+             (is_verbose_ ? "\n" + detailsText(result, input, advice) : "");
+    };
     if (common_.json) {
       printResult(summaryJson(result, input, advice));
     } else if (to_stdout) {
       if (is_kept) printResult(cameraFileText(file));
-      if (!common_.quiet || !is_good) printMessage(summaryText(result, input, advice));
+      if (!common_.quiet || !is_good) printMessage(summary(isatty(STDERR_FILENO) != 0));
     } else {
-      printResult(summaryText(result, input, advice));
+      printResult(summary(isatty(STDOUT_FILENO) != 0));
     }
     if (!is_good) {
       printMessage(std::string("error: the camera must not be used") +
@@ -176,6 +192,8 @@ class CalibrateCommand final : public Command {
   std::string board_shape_ = "auto";
   std::string debug_;
   std::string output_;
+  std::string tolerance_ = "1px";
+  bool is_verbose_ = false;
   std::string target_sigma_;
   std::string next_view_;
   bool keep_untrustworthy_ = false;

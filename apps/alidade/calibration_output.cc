@@ -13,6 +13,7 @@
 #include "board_shape_output.h"
 #include "command.h"
 #include "model_choice_output.h"
+#include "summary_output.h"
 #include "uncertainty_output.h"
 
 namespace alidade {
@@ -87,22 +88,12 @@ nlohmann::json poseJson(const SE3& pose) {
   return {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
 }
 
-std::string verdictText(const Calibration& result) {
+std::string diagnosesText(const Calibration& result) {
   std::string text;
   for (const Diagnosis& diagnosis : result.diagnoses) {
-    const char* label = diagnosis.severity == Severity::kFailure   ? "FAILED  "
-                        : diagnosis.severity == Severity::kWarning ? "Warning "
-                                                                   : "Note    ";
-    text += fmt::format("{} {} [{}]\n         next: {}\n", label, diagnosis.message(), diagnosis.id,
-                        diagnosis.next_step);
-  }
-  switch (result.verdict()) {
-    case Verdict::kTrustworthy:
-      return text + "Verdict  trustworthy\n";
-    case Verdict::kReservations:
-      return text + "Verdict  usable with reservations: see the warnings above\n";
-    case Verdict::kNo:
-      return text + "Verdict  no: not to be used, see what failed above\n";
+    text +=
+        fmt::format("{:<9}{} [{}]\n", severityLabel(diagnosis.severity), diagnosis.message(), diagnosis.id);
+    if (!diagnosis.next_step.empty()) text += fmt::format("         next: {}\n", diagnosis.next_step);
   }
   return text;
 }
@@ -148,6 +139,7 @@ json diagnosesJson(const Calibration& result) {
                          {"severity", severityName(diagnosis.severity)},
                          {"cause", diagnosis.cause},
                          {"evidence", diagnosis.evidence},
+                         {"effect_px", orNull(diagnosis.effect_px)},
                          {"message", diagnosis.message()},
                          {"next_step", diagnosis.next_step}});
   }
@@ -180,39 +172,34 @@ json outliersJson(const Calibration& result) {
 
 }  // namespace
 
-std::string summaryText(const Calibration& result, const CalibrationInput& input, const Advice& advice) {
-  std::string text = fmt::format("Camera   {}, {} px, board {}\n", onlyCamera(result.fit).model,
-                                 sizeText(result.imageSize()), specText(input.board));
-  text += fmt::format("Images   {} given, {} with the board, {} used\n", input.num_images, input.num_found,
-                      result.fit.views.size());
+std::string detailsText(const Calibration& result, const CalibrationInput& input, const Advice& advice) {
+  std::string text = fmt::format("Images   {} given, {} with the board, {} used\n", input.num_images,
+                                 input.num_found, result.fit.views.size());
   if (!input.measures.empty()) text += "         " + input.measures + "\n";
   text += listed(input.reasons, "  ");
-  text += fmt::format(
-      "RMS      {:.4g} px over {} corners (sqrt of the mean of dx^2 + dy^2); sigma {:.3g} px an axis\n",
-      rms(result.fit), numCorners(result.fit), result.uncertainty.coordinate_sigma_px);
-  text += holdoutText(result.uncertainty.holdout);
+  text += fmt::format("Noise    {:.3g} px per coordinate (standard deviation of the residuals)\n",
+                      result.uncertainty.coordinate_sigma_px);
   if (std::isfinite(result.uncertainty.unexplained_sigma_px)) {
-    text += fmt::format("Noise    {:.3g} px an axis beyond what detection states of its corners\n",
+    text += fmt::format("         {:.3g} px of it is not explained by the detector's standard deviations\n",
                         result.uncertainty.unexplained_sigma_px);
   }
   text += boardShapeText(result);
   if (result.choice.model) text += modelChoiceText(*result.choice.model);
-  text += parameterTable(result);
   text += weakPriorText(result);
   text += projectionText(result);
   text += domainText(result);
-  text += "Worst views\n";
+  text += "Views with the largest errors\n";
   for (const ViewSummary& view : worstViews(viewSummaries(result))) {
-    text += fmt::format("  {:<24} RMS {:.3g} px, worst corner {:.3g} px, {} corners\n", view.image,
-                        view.rms_px, view.max_error_px, view.num_corners);
+    text += fmt::format("  {:<24} RMS {:.3g} px, largest {:.3g} px, {} corners\n", view.image, view.rms_px,
+                        view.max_error_px, view.num_corners);
   }
   if (!result.dropped.outliers.empty()) {
     std::vector<std::string> lines;
     for (const Outlier& o : result.dropped.outliers) {
-      lines.push_back(fmt::format("{} corner {}: off by ({:.2f}, {:.2f}) px", o.image, o.corner_id,
+      lines.push_back(fmt::format("{} corner {}: error ({:.2f}, {:.2f}) px", o.image, o.corner_id,
                                   o.error_px.x(), o.error_px.y()));
     }
-    text += fmt::format("Left out {} corners of {} ({:.2g} %)\n", result.dropped.outliers.size(),
+    text += fmt::format("Outliers {} of {} corners ({:.2g} %)\n", result.dropped.outliers.size(),
                         result.dropped.outliers.size() + numCorners(result.fit),
                         100 * result.dropped.outlierShare(result.fit));
     text += listed(lines, "  ");
@@ -223,7 +210,7 @@ std::string summaryText(const Calibration& result, const CalibrationInput& input
                   result.fit.summary.num_iterations, result.fit.summary.reason);
   text += adviceText(advice, result.imageSize());
   for (const std::string& note : input.notes) text += "Note     " + note + "\n";
-  return text + verdictText(result);
+  return text + diagnosesText(result);
 }
 
 std::string summaryJson(const Calibration& result, const CalibrationInput& input, const Advice& advice) {
@@ -267,6 +254,7 @@ std::string summaryJson(const Calibration& result, const CalibrationInput& input
        {{"termination", terminationName(result.fit.summary.termination)},
         {"reason", result.fit.summary.reason},
         {"num_iterations", result.fit.summary.num_iterations}}},
+      {"accuracy", accuracyJson(result)},
       {"verdict", verdictName(result.verdict())},
       {"findings", diagnosesJson(result)},
       {"outliers", outliersJson(result)},

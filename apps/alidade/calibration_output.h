@@ -9,11 +9,11 @@
 
 namespace alidade {
 
-/// The summary for people.
-[[nodiscard]] std::string summaryText(const Calibration& result, const CalibrationInput& input,
+/// What --verbose adds to the summary.
+[[nodiscard]] std::string detailsText(const Calibration& result, const CalibrationInput& input,
                                       const Advice& advice);
 
-/// The same for programs: one JSON document.
+/// Everything for programs: one JSON document.
 [[nodiscard]] std::string summaryJson(const Calibration& result, const CalibrationInput& input,
                                       const Advice& advice);
 

@@ -23,22 +23,6 @@ std::string excessText(const ModelCandidate& candidate) {
 
 }  // namespace
 
-std::string holdoutText(const HoldoutReport& holdout) {
-  if (!std::isfinite(holdout.rms_px))
-    return "Held-out unknown: a part of the views does not determine the camera\n";
-  std::string text = fmt::format(
-      "Held-out {:.4g} px RMS over {} corners not used to estimate the camera or the pose (cross-validation, "
-      "{} folds of views)\n",
-      holdout.rms_px, holdout.num_corners, holdout.num_folds);
-  if (holdout.num_unseen > 0) {
-    text += fmt::format(
-        "         {} more corners are outside the field of view of the camera estimated from the other "
-        "views\n",
-        holdout.num_unseen);
-  }
-  return text;
-}
-
 std::string modelChoiceText(const ModelChoice& choice) {
   const std::string field =
       std::isfinite(choice.field_rad)

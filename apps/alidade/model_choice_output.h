@@ -10,9 +10,6 @@
 
 namespace alidade {
 
-/// A line for people.
-[[nodiscard]] std::string holdoutText(const HoldoutReport& holdout);
-
 /// The table of models for people.
 [[nodiscard]] std::string modelChoiceText(const ModelChoice& choice);
 

@@ -12,8 +12,9 @@
 namespace alidade {
 namespace {
 
-const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kBehind), statusId(ProjectStatus::kOk),
-                                                      "out_of_image", statusId(ProjectStatus::kOutsideDomain)};
+const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kBehind),
+                                                      statusId(ProjectStatus::kOk), "out_of_image",
+                                                      statusId(ProjectStatus::kOutsideDomain)};
 
 }  // namespace
 

@@ -43,38 +43,6 @@ json gridJson(const UncertaintyGrid& grid) {
 
 }  // namespace
 
-std::string parameterTable(const Calibration& result) {
-  std::string text = result.uncertainty.by_views
-                         ? "Parameters (value, one sigma by the corners' noise, one by the views)\n"
-                         : "Parameters (value, one sigma)\n";
-  const auto names = parameterNames(onlyCamera(result.fit).model);
-  const std::vector<double>& values = onlyCamera(result.fit).params;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const int index = static_cast<int>(i);
-    const double std = result.uncertainty.parameterStd(index);
-    // Two digits of the sigma decide how many of the value are worth reading.
-    const bool is_held = std::find(onlyCamera(result.fit).constraint.held.begin(),
-                                   onlyCamera(result.fit).constraint.held.end(),
-                                   index) != onlyCamera(result.fit).constraint.held.end();
-    const bool has_sigma = std::isfinite(std) && std > 0;
-    const int decimals = has_sigma ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 9) : 6;
-    text += fmt::format("  {:<4} {:>14.{}f}", names[i], values[i], decimals);
-    text += has_sigma ? fmt::format("  +- {:.{}f}", std, decimals) : is_held ? "  held" : "  sigma unknown";
-    if (has_sigma && result.uncertainty.by_views)
-      text += fmt::format("  +- {:.{}f}", result.uncertainty.by_views->effectiveStd(index), decimals);
-    text += has_sigma && i < 4 ? " px\n" : "\n";
-  }
-  if (const auto correlation = result.uncertainty.strongestCorrelation()) {
-    text += fmt::format(
-        "         {0} and {1} are known better together than alone (correlation {2:.3f}): where {0} is too "
-        "large, {1} is too {3}\n",
-        names[static_cast<std::size_t>(correlation->first)],
-        names[static_cast<std::size_t>(correlation->second)], correlation->value,
-        correlation->value < 0 ? "small" : "large");
-  }
-  return text;
-}
-
 // What no sigma says.
 std::string spreadText(const Calibration& result) {
   if (!result.uncertainty.model_spread) return "";

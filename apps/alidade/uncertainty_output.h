@@ -9,8 +9,6 @@
 
 namespace alidade {
 
-/// The parameters with their sigmas, and what these mean in the image, for the summary.
-[[nodiscard]] std::string parameterTable(const Calibration& result);
 [[nodiscard]] std::string projectionText(const Calibration& result);
 
 /// Adds parameters, sigmas, covariance and projection uncertainty to the document.

@@ -26,9 +26,10 @@ json jsonOf(std::vector<std::string> args, const std::string& input = cornersPat
 }
 
 TEST(Advice, StandsInTheSummary) {
-  const RunResult result = runAlidade({"calibrate", cornersPath()});
+  const RunResult result = runAlidade({"calibrate", cornersPath(), "--verbose"});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("\nCoverage board corners in "), HasSubstr("\nNext     the board"),
+  EXPECT_THAT(result.out, AllOf(HasSubstr("\nCoverage board corners in "),
+                                HasSubstr("\nNext      put the board"), HasSubstr("\nNext     the board"),
                                 HasSubstr("worst projection uncertainty from "), Not(HasSubstr("\nTarget"))));
 }
 
@@ -57,7 +58,7 @@ TEST(Advice, StandsInTheDocument) {
 TEST(Advice, SaysWhetherTheTargetIsReached) {
   const RunResult result = runAlidade({"calibrate", cornersPath(), "--target-sigma", "50 px"});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.out, HasSubstr("Target   50 px: reached"));
+  EXPECT_THAT(result.out, HasSubstr("Target    50 px: reached"));
   EXPECT_EQ(jsonOf({"--target-sigma", "50"})["target"]["num_more_views"], 0);
   const ScratchFolder scratch;
   const std::string settings = scratch.write("settings.yaml", "target-sigma: 50px\n");

@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 std::vector<std::string> calibrateLine(const std::vector<std::string>& inputs, const std::string& output) {
-  std::vector<std::string> args = {"calibrate", "--board", kBoard, "-o", output};
+  std::vector<std::string> args = {"calibrate", "--verbose", "--board", kBoard, "-o", output};
   args.insert(args.end(), inputs.begin(), inputs.end());
   return args;
 }
@@ -177,7 +177,7 @@ TEST(Inputs, UsesTheLargestSizeOfACornersFileAndNamesTheRest) {
     for (std::size_t at = mixed.find(from); at != std::string::npos; at = mixed.find(from, at))
       mixed.replace(at, from.size(), fmt::format("{},641,481,", name));
   }
-  const RunResult run = runAlidade({"calibrate", scratch.write("corners.csv", mixed)});
+  const RunResult run = runAlidade({"calibrate", scratch.write("corners.csv", mixed), "--verbose"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.out, AllOf(HasSubstr("12 given, 12 with the board, 10 used"),
                              HasSubstr("view_011.png: other_size: 641x481, while most images are 640x480"),

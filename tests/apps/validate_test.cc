@@ -114,7 +114,7 @@ TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
   ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "--model", "pinhole", "-o", file,
                           "--keep-untrustworthy"}),
               EndsWith(3));
-  ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("verdict: no"));
+  ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("verdict: rejected"));
   const RunResult result = runAlidade({"validate", file});
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL  calibration"), HasSubstr("NOT valid")));

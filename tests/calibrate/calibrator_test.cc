@@ -72,7 +72,8 @@ TEST(Calibrate, RefusesWhatItCannotUse) {
   EXPECT_THAT(message([](auto& v) { v.clear(); }), HasSubstr("0 views"));
   EXPECT_THAT(message([](auto& v) { v[1].size.width = 641; }),
               HasSubstr("expected 640x480 as in the other views"));
-  EXPECT_THAT(message([](auto& v) { v[1].size = {}; }), HasSubstr("expected the size of the image in pixels"));
+  EXPECT_THAT(message([](auto& v) { v[1].size = {}; }),
+              HasSubstr("expected the size of the image in pixels"));
   EXPECT_THAT(message([](auto& v) { v[1].image.clear(); }), HasSubstr("a view without a name"));
   EXPECT_THAT(message([](auto& v) { v[1].corners[3].id = 54; }), HasSubstr("corner id 54; expected 0 to 53"));
   EXPECT_THAT(message([](auto& v) { v[1].corners[3].pixel.x() = std::numeric_limits<double>::quiet_NaN(); }),

@@ -155,7 +155,7 @@ std::vector<std::string> findingsFor(Flaw flaw) {
     case Flaw::kSwappedImage:
       return {"view_left_out"};
     case Flaw::kTooLean:
-      return {"model_too_lean"};
+      return {"model_too_lean", "lens_deviates", "misfit"};
     case Flaw::kFolded:
       return {"folds_in_image"};
     case Flaw::kBentBoard:
@@ -165,7 +165,7 @@ std::vector<std::string> findingsFor(Flaw flaw) {
     case Flaw::kRollingShutter:
       return {"rolling_shutter"};
     case Flaw::kUnsharp:
-      return {"unsharp"};
+      return {"misfit", "poor_coverage", "inaccurate"};
   }
   return {};
 }
@@ -178,7 +178,7 @@ VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t num
   RandomViewOptions views;
   double noise = kNoisePx;
   std::string used(model);
-  if (flaw == Flaw::kNone) num_views = 12 + static_cast<int>(random.index(19));
+  if (flaw == Flaw::kNone) num_views = 30;
   if (flaw == Flaw::kThreeViews) num_views = 3;
   if (flaw == Flaw::kUnsharp) noise = 0.6;
   if (flaw == Flaw::kTooLean) {

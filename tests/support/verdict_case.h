@@ -14,7 +14,7 @@ namespace alidade {
 
 /// What is wrong with a set of photographs.
 enum class Flaw {
-  kNone,            ///< 12 to 30 views as the advice has them
+  kNone,            ///< 30 views as the advice has them
   kThreeViews,      ///< as good as these can be
   kFrontoParallel,  ///< 15 views, all within 4 degrees of parallel
   kCentreOnly,      ///< 15 views that stay in the middle ninth of the image

@@ -86,7 +86,10 @@ std::optional<Fit> largerFit(const Fit& fit, const CancelFlag* cancel) {
 
 // Both by the weights of the model in use, as the comparison was.
 BetterModel betterModelOf(const Fit& fit, const Fit& larger) {
-  return {.id = onlyCamera(larger).model, .rms_px = weightedRms(larger), .lean_rms_px = weightedRms(fit)};
+  return {.id = onlyCamera(larger).model,
+          .rms_px = weightedRms(larger),
+          .lean_rms_px = weightedRms(fit),
+          .params = onlyCamera(larger).params};
 }
 
 // Where some of the views alone do not determine one of the two, or its camera does not see what the other

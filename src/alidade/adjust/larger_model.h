@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "alidade/adjust/fit.h"
 #include "alidade/core/cancel.h"
@@ -14,6 +15,7 @@ struct BetterModel {
   std::string id;
   double rms_px = 0;       ///< weighted, with the weights of the model in use
   double lean_rms_px = 0;  ///< the same for the model in use
+  std::vector<double> params = {};
 };
 
 /// The next larger model, if it explains the corners significantly better. It is solved from the final

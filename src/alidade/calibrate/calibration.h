@@ -32,8 +32,9 @@ struct Calibration {
   [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }
 };
 
-/// Looks at everything but `diagnoses` and says what is wrong; pure judgement, no estimation.
-[[nodiscard]] std::vector<Diagnosis> judge(const Calibration& calibration);
+/// Judges everything but `diagnoses`, see judge() of an Evidence.
+/// @param tolerance_px  see CalibratorOptions
+[[nodiscard]] std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px = 1);
 
 /// How a view of a calibration came out.
 struct ViewSummary {

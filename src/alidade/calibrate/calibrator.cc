@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/calibrator.h"
 
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "alidade/calibrate/choose/model_choice.h"
 #include "alidade/calibrate/judge/judge.h"
@@ -29,6 +31,15 @@ std::optional<ModelSpread> spreadOf(const ChosenModel& chosen, const Calibration
   if (chosen.rivals.empty() || !now.uncertainty.projection_far) return std::nullopt;
   return modelSpread(AnyCamera::make(onlyCamera(now.fit).model, chosen.params), chosen.rivals,
                      someCorners(chosen.solution.fit), *now.uncertainty.projection_far);
+}
+
+void setAccuracy(std::span<const RivalCamera> rivals, Calibration& now) {
+  if (!now.uncertainty.covariance) return;
+  std::vector<AnyCamera> alternatives;
+  for (const RivalCamera& rival : rivals) alternatives.push_back(AnyCamera::make(rival.id, rival.params));
+  for (const OtherOptimum& other : now.uncertainty.other_optima)
+    alternatives.push_back(AnyCamera::make(onlyCamera(now.fit).model, other.params));
+  now.uncertainty.accuracy = accuracyOf(now.fit, now.uncertainty, alternatives);
 }
 
 // At rest under normalisation, which reading a file does: what was written is then read back the same.
@@ -70,6 +81,7 @@ Calibration chosenByHeldOutErrors(const Checkerboard& board, const PreparedViews
   ChosenModel chosen = chooseModel(board, given, options);
   Calibration now = calibrationOf(chosen.solution, given, options);
   now.uncertainty.model_spread = spreadOf(chosen, now);
+  setAccuracy(chosen.rivals, now);
   now.choice.model = std::move(chosen.choice);
   return now;
 }
@@ -79,19 +91,21 @@ Calibration ofNamedModel(const Checkerboard& board, const PreparedViews& given,
   Calibration now =
       calibrationOf(withDataSettled(fittedPlainly(board, given, options), given, options), given, options);
   now.choice.better_model = neededModel(now.fit, options.cancel);
+  setAccuracy({}, now);
   return now;
 }
 
 }  // namespace
 
-std::vector<Diagnosis> judge(const Calibration& calibration) {
+std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px) {
   const AnyCamera camera = calibration.camera();
   return judge(Evidence{.fit = calibration.fit,
                         .dropped = calibration.dropped,
                         .choice = calibration.choice,
                         .uncertainty = calibration.uncertainty,
                         .domain = calibration.domain,
-                        .camera = camera});
+                        .camera = camera,
+                        .tolerance_px = tolerance_px});
 }
 
 Calibration calibrate(const Checkerboard& board, std::vector<View> views, const CalibratorOptions& options) {
@@ -104,7 +118,7 @@ Calibration calibrate(const Checkerboard& board, std::vector<View> views, const 
   Calibration now = named.model == kAutoModel ? chosenByHeldOutErrors(board, given, named)
                                               : ofNamedModel(board, given, named);
   nameViews(given, now);
-  now.diagnoses = judge(now);
+  now.diagnoses = judge(now, options.tolerance_px);
   return now;
 }
 

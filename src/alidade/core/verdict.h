@@ -21,7 +21,7 @@ enum class Verdict {
     case Verdict::kReservations:
       return "usable_with_reservations";
     case Verdict::kNo:
-      return "no";
+      return "rejected";
   }
   return "unknown";
 }
@@ -31,6 +31,7 @@ enum class Verdict {
   for (const Verdict verdict : {Verdict::kTrustworthy, Verdict::kReservations, Verdict::kNo}) {
     if (verdictName(verdict) == name) return verdict;
   }
+  if (name == "no") return Verdict::kNo;  // files of version 0.1
   return std::nullopt;
 }
 

@@ -91,6 +91,14 @@ std::string nextViewText(const Guidance& guidance, ImageSize size) {
   return text;
 }
 
+std::string shortNextViewText(const Guidance& guidance, ImageSize size) {
+  if (!guidance.next) return "no further view of this board would improve the camera";
+  const BoardSighting& at = guidance.next->sighting;
+  return fmt::format("put the board{} {} of the image, {:.2g} m away, {}",
+                     guidance.next->is_on_end ? " upright" : "", placeName(regionAt(at.middle_px, size)),
+                     at.distance_m, tiltText(at.tilt));
+}
+
 std::string targetText(const Guidance& guidance) {
   if (!guidance.target) return "";
   const TargetReport& target = *guidance.target;

@@ -44,6 +44,8 @@ struct Guidance {
 
 /// For people: where to put the board, and what that brings. Lines without an indent, with a line end each.
 [[nodiscard]] std::string nextViewText(const Guidance& guidance, ImageSize size);
+/// The same in one sentence without a line end.
+[[nodiscard]] std::string shortNextViewText(const Guidance& guidance, ImageSize size);
 [[nodiscard]] std::string targetText(const Guidance& guidance);
 
 }  // namespace alidade

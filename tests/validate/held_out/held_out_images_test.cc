@@ -5,9 +5,9 @@
 
 #include <gmock/gmock.h>
 
+#include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/core/error.h"
 #include "alidade/target/board_shape.h"
-#include "alidade/validate/held_out/covered_pixels.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"

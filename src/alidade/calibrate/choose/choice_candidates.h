@@ -28,6 +28,7 @@ struct Candidate {
   std::exception_ptr error;  ///< why no camera of the model explains the views
   std::optional<Unsoundness> unsoundness;
   std::string not_better_than;  ///< a smaller model that fits the corners as well at a glance
+  std::string fits_worse_than;  ///< the reference, which fits so much better that cross-validation is idle
 
   // On the corners in common.
   std::vector<double> params;

@@ -53,6 +53,12 @@ void evaluate(Candidate& candidate, const Fit& reference, const PreparedViews& g
                                        {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
   candidate.params = onlyCamera(fit).params;
   candidate.rms_px = weightedRms(fit);
+  // Held-out errors are larger than those of the fit: cross-validation cannot make up for this.
+  constexpr double kHopeless = 2;
+  if (candidate.rms_px > kHopeless * weightedRms(reference)) {
+    candidate.fits_worse_than = onlyCamera(reference).model;
+    return;
+  }
   candidate.unsoundness = unsoundnessOf(fit);
   // A prior hides what the views leave open, and a fold where no corner was seen.
   if (!candidate.unsoundness && !onlyCamera(fit).weak_prior.isNone()) {
@@ -142,6 +148,9 @@ ModelCandidate report(const Candidate& c, const Candidates& candidates, const Ca
   } else if (c.unsoundness) {
     entry.verdict = c.unsoundness->id;
     entry.reason = c.unsoundness->text;
+  } else if (!c.fits_worse_than.empty()) {
+    entry.verdict = "worse";
+    entry.reason = "fits corners worse than " + c.fits_worse_than;
   } else if (!c.not_better_than.empty()) {
     entry.verdict = "larger";
     entry.reason = "fits no better than " + c.not_better_than;

@@ -56,25 +56,24 @@ void oddAspect(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kOddAspect = 1.03;
   const auto params = of.camera.parameters();
   const double aspect = params[0] / params[1];
-  if (std::max(aspect, 1 / aspect) > kOddAspect) {
-    diagnoses.push_back(
-        {.severity = Severity::kWarning,
-         .id = "odd_aspect",
-         .cause = "pixels are not square, as those of almost all sensors are",
-         .evidence = "fx / fy is " + numberText("%.3f", aspect),
-         .next_step = "check whether the images were stretched and whether the board's squares are square"});
-  }
+  if (std::max(aspect, 1 / aspect) <= kOddAspect) return;
+  // There are sensors with such pixels, so it cannot be a failure.
+  addByEffect(
+      of,
+      {.id = "odd_aspect",
+       .cause = "pixels are not square",
+       .evidence = "fx / fy = " + numberText("%.3f", aspect),
+       .next_step = "check that the images were not stretched and that the board's squares are square"},
+      0.5 * std::abs(aspect - 1) * halfDiagonal(of), diagnoses, Severity::kWarning);
 }
 
 namespace {
 
 // Even a perfect fit does not make a focal length certain; noise is taken to be at least this, px.
 constexpr double kNoiseFloorPx = 0.05;
-// One sigma of the focal length as a share of it: above the first the answer is no, above the second a
-// warning.
+// Standard deviation of the focal length as a share of it, above which it is unknown.
 constexpr double kFocalUnknown = 0.02;
-constexpr double kFocalWeak = 0.005;
-// Views within this of fronto-parallel tell focal length from distance badly.
+// Boards that are tilted by less do not separate focal length and distance.
 constexpr double kSmallTiltDeg = 15.0;
 
 // Angles between the image plane and the board, degrees, ascending.
@@ -104,56 +103,58 @@ double relativeFocalStd(const Evidence& of) {
 
 }  // namespace
 
-void unobservable(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const double focal_std = relativeFocalStd(of);
-  // Where the focal length is unknown, noise feigns tilts in single views; the median keeps away from those.
+  // With an unknown focal length, noise can tilt single views; the median is robust against that.
   const std::vector<double> tilts = tiltsDeg(of.fit);
   const double tilt = tilts[tilts.size() / 2];
   const bool is_unknown = !(focal_std < kFocalUnknown);
   const bool is_parallel = tilts[tilts.size() - 2] < kSmallTiltDeg;
   if ((is_unknown && tilt < kSmallTiltDeg) || is_parallel) {
-    // That the stated sigma is small helps little: it takes the model for the lens.
+    // A small standard deviation does not help: it assumes that the lens follows the model exactly.
     diagnoses.push_back(
         {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
          .id = "fronto_parallel",
-         .cause = "the board is nearly parallel to the image in most views, so focal length and distance "
-                  "cannot be told apart",
+         .cause = "the board is nearly parallel to the image, which leaves focal length and distance open",
          .evidence = "median tilt " + numberText("%.1f", tilt) + " degrees" +
                      (std::isfinite(focal_std)
                           ? ", focal length known to " + numberText("%.2g", 100 * focal_std) + " %"
                           : ""),
-         .next_step = "add views with the board tilted by 20 to 50 degrees, about both of its axes",
+         .next_step = "add views with the board tilted by 20 to 50 degrees about both of its axes",
          .is_undecided = true});
   } else if (!of.uncertainty.covariance) {
     diagnoses.push_back(
         {.severity = Severity::kFailure,
          .id = "unobservable",
-         .cause = "these views leave some combination of the parameters undetermined",
-         .evidence = "condition " + numberText("%.1g", of.uncertainty.scaled_condition) +
-                     " of the scaled information",
-         .next_step =
-             "add views with other tilts, distances and places in the image, or use a smaller model"});
-  } else if (is_unknown || focal_std > kFocalWeak) {
+         .cause = "the views do not determine all parameters",
+         .evidence = "condition " + numberText("%.1g", of.uncertainty.scaled_condition),
+         .next_step = "add views with other tilts, distances and image positions, or use a smaller model"});
+  } else if (is_unknown) {
     diagnoses.push_back(
-        {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
+        {.severity = Severity::kFailure,
          .id = "focal_uncertain",
          .cause = "the focal length is not known well",
-         .evidence = "one sigma is " + numberText("%.2g", 100 * focal_std) +
-                     " % of it (corners taken as no better than 0.05 px)",
+         .evidence = "standard deviation " + numberText("%.2g", 100 * focal_std) + " %",
          .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image",
          .is_undecided = true});
   }
 }
 
-void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  constexpr int kFewViews = 8;
-  if (of.fit.views.size() < kFewViews) {
-    diagnoses.push_back({.severity = Severity::kWarning,
-                         .id = "few_views",
-                         .cause = "there are few views to notice a mistake by",
-                         .evidence = std::to_string(of.fit.views.size()) + " in use",
-                         .next_step = "use at least " + std::to_string(kFewViews) + ", better 15 to 30"});
-  }
+void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  constexpr double kHopelessFactor = 5;  // of the tolerance
+  constexpr double kMostly = 0.5;
+  if (!of.uncertainty.accuracy) return;
+  const Accuracy& accuracy = *of.uncertainty.accuracy;
+  const double limit = kHopelessFactor * of.tolerance_px;
+  const double share = accuracy.coveredShareWithin(limit);
+  if (share >= 1 - kMostly) return;
+  diagnoses.push_back({.severity = Severity::kFailure,
+                       .id = "inaccurate",
+                       .cause = "even where boards were seen the camera is mostly not known to " +
+                                numberText("%.3g", limit) + " px",
+                       .evidence = "only " + numberText("%.0f", 100 * share) + " % are",
+                       .next_step = "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
+                       .effect_px = accuracy.covered_px});
 }
 
 namespace {
@@ -172,13 +173,11 @@ void runaway(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
              numberText("%.3g", params[i]);
   }
   if (names.empty()) return;
-  diagnoses.push_back({.severity = Severity::kWarning,
+  diagnoses.push_back({.severity = Severity::kNote,
                        .id = "ill_conditioned",
-                       .cause =
-                           "lens parameters make up for one another and went to numbers that no lens has; "
-                           "where no corner was seen the model is not to be trusted, whatever its sigmas",
+                       .cause = "lens parameters compensate for each other and have unrealistic values",
                        .evidence = names,
-                       .next_step = "use a smaller model, or add views that reach the image's corners"});
+                       .next_step = "use a smaller model, or add views that reach the image corners"});
 }
 
 }  // namespace
@@ -196,36 +195,11 @@ void illConditioned(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                numberText("%.3g", held.free_params[at]) + " to " +
                numberText("%.3g", of.camera.parameters()[at]);
   }
-  diagnoses.push_back(
-      {.severity = Severity::kWarning,
-       .id = "ill_conditioned",
-       .cause = "these views leave the lens undetermined, so it is held by the weakest prior that keeps it "
-                "within reason; single parameters mean little, and projections are as good as their sigmas",
-       .evidence = "a prior of " + numberText("%g", held.width) +
-                   " natural sizes, by which a parameter moves the image's corner by half the diagonal, "
-                   "changed " +
-                   changes,
-       .next_step = "use a smaller model, or add views that reach the image's corners"});
-}
-
-void modelDependent(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  // As much of the image as may be uncertain before `poor_coverage` says so.
-  constexpr double kMuch = 0.1;
-  if (!of.uncertainty.model_spread) return;
-  const ModelSpread& spread = *of.uncertainty.model_spread;
-  if (spread.share_apart <= kMuch) return;
-  diagnoses.push_back(
-      {.severity = Severity::kWarning,
-       .id = "model_dependent",
-       .cause = "in parts of the image it is the choice of the model and no corner that says where points "
-                "appear, and the stated sigmas know of one model alone",
-       .evidence = spread.id + " predicts corners as well as " + std::string(of.camera.modelId()) +
-                   " and differs by more than " + numberText("%.0f", kApartPx) + " px in " +
-                   numberText("%.0f", 100 * spread.share_apart) + " % of the image, by up to " +
-                   numberText("%.2g", spread.worst_px) + " px at pixel (" +
-                   numberText("%.0f", spread.worst_pixel.x()) + ", " +
-                   numberText("%.0f", spread.worst_pixel.y()) + ")",
-       .next_step = "add views with the board in the image's borders and corners, or do not use these"});
+  diagnoses.push_back({.severity = Severity::kNote,
+                       .id = "ill_conditioned",
+                       .cause = "the views do not determine the lens; a weak prior regularises it",
+                       .evidence = changes,
+                       .next_step = "use a smaller model, or add views that reach the image corners"});
 }
 
 namespace {
@@ -243,75 +217,63 @@ std::string cameraText(const AnyCamera& camera, std::span<const double> params, 
 void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.uncertainty.other_optima.empty()) return;
   const OtherOptimum& other = of.uncertainty.other_optima.front();
-  const std::string apart =
-      std::isfinite(other.projection_px)
-          ? "their projections differ by up to " + numberText("%.2g", other.projection_px) + " px"
-          : "they have no pixel in common";
-  diagnoses.push_back(
-      {.severity = Severity::kWarning,
-       .id = "ambiguous_optimum",
-       .cause = "two different cameras explain the corners equally well, so either may be the true one, and "
-                "the stated sigmas know of one alone",
-       .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " or " +
-                   cameraText(of.camera, other.params, other.rms_px) + "; " + apart +
-                   "; the costs differ by a chi square of " + numberText("%.2g", other.excess_chi2),
-       .next_step = "add views that reach the image's border and corners, nearer and more tilted, or use a "
-                    "model with fewer parameters"});
+  const double effect_px = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, other.params));
+  addByEffect(of,
+              {.id = "ambiguous_optimum",
+               .cause = "two cameras explain the views equally well",
+               .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
+                           cameraText(of.camera, other.params, other.rms_px),
+               .next_step = "add nearer and more tilted views that reach the image border, or use a smaller "
+                            "model"},
+              effect_px, diagnoses);
 }
 
-void domainEndsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (of.domain.full_image) return;
-  std::string evidence = numberText("%.0f", degrees(of.domain.cone.max_angle_rad)) + " degrees from the axis";
-  if (const auto& pixel = of.domain.pixel_without_ray) {
-    evidence +=
-        ", pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
+namespace {
+
+std::string domainText(const DomainCertificate& domain) {
+  std::string text = numberText("%.0f", degrees(domain.cone.max_angle_rad)) + " degrees from the axis";
+  if (const auto& pixel = domain.pixel_without_ray) {
+    text +=
+        "; pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
   }
-  if (!foldsInsideImage(of.domain)) {
-    // A wide lens leaves the image's corners dark: no ray of its ends there.
-    diagnoses.push_back(
-        {.severity = Severity::kWarning,
-         .id = "pixels_without_ray",
-         .cause = "the model ends inside the image",
-         .evidence = evidence,
-         .next_step = "look whether the lens leaves these pixels dark; if it does not, use another model"});
-    return;
-  }
+  return text;
+}
+
+}  // namespace
+
+void foldsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  if (of.domain.full_image || !foldsInsideImage(of.domain)) return;
   diagnoses.push_back(
       {.severity = Severity::kFailure,
        .id = "folds_in_image",
        .cause = "the distortion folds over inside the image",
-       .evidence = evidence,
-       .next_step = "add views that reach the image's corners, or use a model that suits the lens",
+       .evidence = domainText(of.domain),
+       .next_step = "add views that reach the image corners, or use a model that suits the lens",
        .is_undecided = true});
 }
 
-// Corners of the image that no board reached hold what the model makes of the rest. A few are usual.
+// Wide lenses leave the image corners dark.
+void pixelsWithoutRay(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  if (of.domain.full_image || foldsInsideImage(of.domain)) return;
+  diagnoses.push_back({.severity = Severity::kNote,
+                       .id = "pixels_without_ray",
+                       .cause = "some pixels have no ray",
+                       .evidence = domainText(of.domain),
+                       .next_step = "check that the lens leaves these pixels dark"});
+}
+
 void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  // A pixel known to one sigma no better than this is a guess, and this share of the image may be one.
-  constexpr double kGuessPx = 1.0;
-  constexpr double kGuessedShare = 0.1;
-  if (!of.uncertainty.projection_far) return;
-  const UncertaintyGrid& grid = *of.uncertainty.projection_far;
-  std::size_t num_rays = 0;
-  std::size_t num_guessed = 0;
-  for (const double std_px : grid.std_px) {
-    if (std::isnan(std_px)) continue;
-    ++num_rays;
-    if (std_px > kGuessPx) ++num_guessed;
-  }
-  const double share =
-      static_cast<double>(num_guessed) / static_cast<double>(std::max<std::size_t>(num_rays, 1));
-  if (share <= kGuessedShare) return;
-  diagnoses.push_back(
-      {.severity = Severity::kWarning,
-       .id = "poor_coverage",
-       .cause = "the views leave parts of the image to guesswork",
-       .evidence = "one sigma of a projected point is above 1 px in " + numberText("%.0f", 100 * share) +
-                   " % of the image, " + numberText("%.3g", grid.worst_px) + " px at (" +
-                   numberText("%.0f", grid.worst_pixel.x()) + ", " +
-                   numberText("%.0f", grid.worst_pixel.y()) + ")",
-       .next_step = "take the view that is suggested as the next one, and others that fill the image to its "
-                    "corners"});
+  constexpr double kMostOfImage = 0.9;
+  if (!of.uncertainty.accuracy) return;
+  const Accuracy& accuracy = *of.uncertainty.accuracy;
+  const double share = accuracy.shareWithin(of.tolerance_px);
+  if (share >= kMostOfImage) return;
+  diagnoses.push_back({.severity = Severity::kWarning,
+                       .id = "poor_coverage",
+                       .cause = "only " + numberText("%.0f", 100 * share) + " % of the image is known to " +
+                                numberText("%.3g", of.tolerance_px) + " px",
+                       .next_step = "take the suggested view, and more in the image corners",
+                       .effect_px = accuracy.worst_px});
 }
 
 }  // namespace alidade

@@ -12,47 +12,61 @@
 namespace alidade {
 namespace {
 
+constexpr double kTwoSided95 = 1.96;
+
 std::string percent(double share) {
   return numberText("%.2g", 100 * share) + " %";
 }
 
+std::string counted(std::size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
 }  // namespace
 
+// Nothing contradicts a mistake in a few views, so all that is claimed of them may be wrong.
+void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  constexpr std::size_t kFewViews = 8;
+  if (of.fit.views.size() >= kFewViews) return;
+  addByEffect(of,
+              {.id = "few_views",
+               .cause = "too few views to notice a mistake",
+               .evidence = std::to_string(of.fit.views.size()),
+               .next_step = "use at least 8, better 15 to 30, with the board in different places"},
+              coveredError(of), diagnoses, Severity::kWarning);
+}
+
 void outliers(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (!of.dropped.outliers.empty()) {
-    // A few bad corners are what leaving out is for.
-    constexpr double kManyOutliers = 0.02;
-    diagnoses.push_back(
-        {.severity = of.dropped.outlierShare(of.fit) > kManyOutliers ? Severity::kWarning : Severity::kNote,
-         .id = "outliers",
-         .cause = "corners lie far from where the camera puts them and were left out",
-         .evidence = std::to_string(of.dropped.outliers.size()) + " corners, " +
-                     percent(of.dropped.outlierShare(of.fit)),
-         .next_step = "look at the images named in the summary"});
-  }
+  if (of.dropped.outliers.empty()) return;
+  diagnoses.push_back({.severity = Severity::kNote,
+                       .id = "outliers",
+                       .cause = "corners were left out as outliers",
+                       .evidence = counted(of.dropped.outliers.size(), "corner") + " (" +
+                                   percent(of.dropped.outlierShare(of.fit)) + ")",
+                       .next_step = "check the images that --verbose lists"});
 }
 
 void viewsLeftOut(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   for (const ExcludedView& view : of.dropped.views) {
-    diagnoses.push_back({.severity = Severity::kWarning,
+    diagnoses.push_back({.severity = Severity::kNote,
                          .id = "view_left_out",
                          .cause = view.image,
                          .evidence = view.reason,
-                         .next_step = "look at the image; remove it, or correct its corners"});
+                         .next_step = "check the image; remove it, or correct its corners"});
   }
 }
 
 void viewsDisagree(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const std::size_t num_given = of.fit.views.size() + of.dropped.views.size();
-  if (2 * of.dropped.numMisfits() >= num_given && of.dropped.numMisfits() > 0) {
-    diagnoses.push_back({.severity = Severity::kFailure,
-                         .id = "views_disagree",
-                         .cause = "views contradict each other, and which of them are right cannot be told",
-                         .evidence = std::to_string(of.dropped.numMisfits()) + " of " +
-                                     std::to_string(num_given) + " views do not fit the camera of the others",
-                         .next_step = "check the board's size, and that all images are of one camera at one "
-                                      "zoom and focus"});
-  }
+  const std::size_t num_misfits = of.dropped.numMisfits();
+  if (num_misfits == 0 || 2 * num_misfits < num_given) return;
+  diagnoses.push_back({.severity = Severity::kFailure,
+                       .id = "views_disagree",
+                       .cause = "the views contradict each other",
+                       .evidence = std::to_string(num_misfits) + " of " + counted(num_given, "view") +
+                                   " do not fit the camera of the others",
+                       .next_step = "check the board's size, and that all images are of one camera at one "
+                                    "zoom and focus"});
 }
 
 void repeatedViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
@@ -61,31 +75,27 @@ void repeatedViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const std::size_t count = of.dropped.repeated.size();
   diagnoses.push_back({.severity = Severity::kNote,
                        .id = "repeated_views",
-                       .cause = "views show the board at the same place as others; those of one place were "
-                                "averaged and count as one",
-                       .evidence = std::to_string(count) + (count == 1 ? " view, " : " views, ") +
-                                   first.image + " as " + first.same_as + (count == 1 ? "" : ", ..."),
-                       .next_step = "move the board or the camera between photographs; copies add nothing"});
+                       .cause = "views of the same board position were averaged and count as one",
+                       .evidence = counted(count, "view") + ", " + first.image + " as " + first.same_as +
+                                   (count == 1 ? "" : ", ..."),
+                       .next_step = "move the board or the camera between photographs"});
 }
 
-// A view that fits, more or less, but only because the camera was bent to it. Without noise there is nothing
-// to compare with.
+// A view that fits only because it has biased the camera. Without noise there is nothing to compare with.
 void influentialViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  constexpr double kSurprise = 5.1;  // sigmas; of 400 clean sets no view exceeded 4
-  constexpr double kMove = 1;        // sigmas; less is no harm
+  constexpr double kSurprise = 5.1;  // standard deviations; of 400 clean sets no view exceeded 4
+  constexpr double kMove = 1;        // standard deviations
   const std::vector<ViewInfluence>& influences = of.uncertainty.influences;
   for (std::size_t v = 0; v < influences.size(); ++v) {
     const auto [move_sigmas, surprise_sigmas] = influences[v];
     if (!(surprise_sigmas > kSurprise) || !(move_sigmas > kMove)) continue;
-    diagnoses.push_back(
-        {.severity = Severity::kWarning,
-         .id = "influential_view",
-         .cause = of.fit.views[v].image + ": this view disagrees with the others about the camera",
-         .evidence = "by " + numberText("%.0f", surprise_sigmas) +
-                     " sigma; without it the result would move by up to " + numberText("%.1f", move_sigmas) +
-                     " of its sigma",
-         .next_step = "look whether the board is bent, moving or blurred there; calibrate without the image "
-                      "to see what changes"});
+    addByEffect(of,
+                {.id = "influential_view",
+                 .cause = of.fit.views[v].image + ": it contradicts the other views",
+                 .evidence = numberText("%.0f", surprise_sigmas) + " standard deviations",
+                 .next_step = "check it for motion, blur or a bent board, and calibrate without it"},
+                // No projection moves by more of its own standard deviations.
+                move_sigmas * coveredError(of) / kTwoSided95, diagnoses);
   }
 }
 
@@ -96,58 +106,53 @@ void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
     const SE3 pose = cameraFromBoard(of.fit, view);
     if (pose.rotation.matrix().col(2).dot(pose.translation) < 0) mirrored.push_back(view.image);
   }
-  const auto add = [&](const std::string& which) {
+  if (mirrored.size() == of.fit.views.size()) mirrored = {"all views"};
+  for (const std::string& which : mirrored) {
     diagnoses.push_back(
-        {.severity = Severity::kWarning,
+        {.severity = Severity::kNote,
          .id = "mirrored_view",
-         .cause = which + ": the corners are numbered as a mirror shows the board",
-         .evidence = "the pose makes up for it, as if the board were seen from behind",
-         .next_step = "check whether images were flipped, and in which order corners are numbered; the "
-                      "camera's parameters do not suffer, its poses do"});
-  };
-  if (mirrored.size() == of.fit.views.size()) {
-    add("all views");
-  } else {
-    for (const std::string& image : mirrored) add(image);
+         .cause = which,
+         .evidence = "the corners are numbered as in a mirror image",
+         .next_step = "check whether images were flipped; the camera is right, poses are not"});
   }
 }
 
 namespace {
 
-// The stretch of the squares and its one sigma, if it is more than chance and does harm.
-std::optional<BoardStretch> harmfulStretch(const Evidence& of) {
-  constexpr double kSignificant = 4;  // sigmas
-  constexpr double kHarmless = 1e-3;  // what paper stretches by in damp air
+// The stretch of the squares and its standard deviation, if it is significant.
+std::optional<BoardStretch> significantStretch(const Evidence& of) {
+  constexpr double kSignificant = 4;  // standard deviations
   if (!of.uncertainty.board_stretch) return std::nullopt;
   const auto [stretch, noise_sigma] = *of.uncertainty.board_stretch;
-  // A lens that does not follow its model errs in the same way in all views, so that they agree on it.
+  // A lens that deviates from its model errs alike in all views, so that they agree on it.
   const double sigma = noise_sigma * std::max(1.0, of.smoothness());
-  if (!(std::abs(stretch) > kSignificant * sigma) || std::abs(stretch) < kHarmless) return std::nullopt;
+  if (!(std::abs(stretch) > kSignificant * sigma)) return std::nullopt;
   return BoardStretch{.stretch = stretch, .sigma = sigma};
+}
+
+// What a wrong ratio of fx and fy displaces: each is off by half of it.
+double effectOfStretch(const Evidence& of, double stretch) {
+  return 0.5 * std::abs(stretch) * halfDiagonal(of);
 }
 
 }  // namespace
 
 void boardNotSquare(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  const auto board = harmfulStretch(of);
+  const auto board = significantStretch(of);
   if (!board) return;
-  diagnoses.push_back({.severity = Severity::kWarning,
-                       .id = "board_not_square",
-                       .cause = "the board's squares seem not to be square",
-                       .evidence = numberText("%.4f", 1 + board->stretch) + " (+- " +
-                                   numberText("%.4f", board->sigma) +
-                                   ") times as wide (from column to column) as high (from row to row)",
-                       .next_step = "measure the board along both directions over many squares; printers "
-                                    "stretch one of them. Print it again, and calibrate with that"});
+  addByEffect(of,
+              {.id = "board_not_square",
+               .cause = "the board's squares are not square",
+               .evidence = "width / height = " + numberText("%.4f", 1 + board->stretch) + " +- " +
+                           numberText("%.4f", board->sigma),
+               .next_step = "measure the board in both directions over many squares, and print it again"},
+              effectOfStretch(of, board->stretch), diagnoses);
 }
 
 namespace {
 
-// Boards and lenses that are not quite what they are taken for make single views differ a little too: on good
-// photographs F comes to 6, on changed or sheared ones of the same size to 30 and more.
-
-// One camera has one focal length. The share is about a half where images are sheared at random, 1 where
-// focal lengths vary.
+// One camera has one focal length. Of what varies the focal length explains about a half if images are
+// sheared at random, and all if focal lengths vary.
 bool isFocalChange(const ViewVariations& variations) {
   constexpr double kFocalShare = 0.8;
   return variations.focal_share > kFocalShare;
@@ -156,43 +161,46 @@ bool isFocalChange(const ViewVariations& variations) {
 }  // namespace
 
 void focalChanged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  constexpr double kFocalF = 8;
-  constexpr double kHarmless = 2e-3;  // of the focal length
-  constexpr double kHarmful = 1e-2;
+  constexpr double kFocalF = 8;  // on good photographs F reaches 6 because boards and lenses are not perfect
   const ViewVariations& variations = of.uncertainty.variations;
   const auto [f, spread] = variations.focal;
-  if (!isFocalChange(variations) || !(f > kFocalF) || !(spread > kHarmless)) return;
-  diagnoses.push_back(
-      {.severity = spread > kHarmful ? Severity::kFailure : Severity::kWarning,
-       .id = "focal_changed",
-       .cause = "the focal length differs from view to view: zoom or focus changed, or images of several "
-                "cameras or crops are mixed",
-       .evidence = "by " + percent(spread) + " (one standard deviation; F " + numberText("%.0f", f) + ")",
-       .next_step = "fix zoom and focus (autofocus off), and calibrate the images of each setting apart"});
+  if (!isFocalChange(variations) || !(f > kFocalF)) return;
+  addByEffect(
+      of,
+      {.id = "focal_changed",
+       .cause = "the focal length differs between views: zoom, focus, or several cameras",
+       .evidence = "standard deviation " + percent(spread),
+       .next_step = "fix zoom and focus (no autofocus), and calibrate each camera and setting on its own"},
+      kTwoSided95 * spread * halfDiagonal(of), diagnoses);
 }
 
 // A board that stands still is not sheared.
 void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kRowsF = 20;
-  constexpr double kHarmless = 2e-3;  // of the image's height
-  // What the lens does that the model does not looks different from each pose, and squares that are not
-  // square shear each view by its own roll.
-  if (of.choice.better_model || of.uncertainty.hasBias() || harmfulStretch(of)) return;
+  constexpr double kHarmless = 2e-3;  // of the image height
+  // Distortion that the model lacks looks different from each pose, and squares that are not square shear
+  // each view according to its roll.
+  const auto stretch = significantStretch(of);
+  const bool is_stretched =
+      stretch && severityOf(effectOfStretch(of, stretch->stretch), of.tolerance_px) >= Severity::kWarning;
+  if (of.choice.better_model || of.uncertainty.hasBias() || is_stretched) return;
   const ViewVariations& variations = of.uncertainty.variations;
   const auto [f, spread] = variations.rows;
   if (isFocalChange(variations) || !(f > kRowsF) || !(spread > kHarmless)) return;
-  diagnoses.push_back(
-      {.severity = Severity::kWarning,
-       .id = "rolling_shutter",
-       .cause = "images are sheared or stretched differently from view to view, as when something moves "
-                "while the rows are read one after the other",
-       .evidence = "by " + percent(spread) + " of the image's height (F " + numberText("%.0f", f) + ")",
-       .next_step = "rest camera and board on something while each image is taken, with short exposure"});
+  // It differs from view to view, so the camera gets the mean of as many.
+  const double effect_px = kTwoSided95 * spread * onlyCamera(of.fit).size.height /
+                           std::sqrt(static_cast<double>(of.fit.views.size()));
+  addByEffect(of,
+              {.id = "rolling_shutter",
+               .cause = "images are sheared: something moved while the rows were read",
+               .evidence = "by " + percent(spread) + " of the image height",
+               .next_step = "fix camera and board while a photograph is taken, with short exposure"},
+              effect_px, diagnoses);
 }
 
 namespace {
 
-// The larger bend as a share of the board's extent along it.
+// The larger bend as a share of the board's size in its direction.
 double bendShare(const FitBoard& board) {
   const Checkerboard& target = board.target;
   return std::max(std::abs(board.shape.bend_x_m) / (target.square_m * (target.columns - 1)),
@@ -202,44 +210,41 @@ double bendShare(const FitBoard& board) {
 }  // namespace
 
 void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  // Bent by this share of its size it is no longer the paraboloid that two numbers describe.
+  // Beyond this share of its size, a bent board is no longer the paraboloid that two numbers describe.
   constexpr double kBentShare = 0.005;
+  // Of a strong bend, what is taken to deviate from that paraboloid.
+  constexpr double kOtherShape = 0.25;
   if (!isShapeEstimated(of.fit)) return;
   const double share = bendShare(onlyBoard(of.fit));
-  if (!(share > kBentShare)) return;
-  diagnoses.push_back(
-      {.severity = Severity::kWarning,
-       .id = "bent_board",
-       .cause = "the board is bent too much to be a paraboloid, which is what is allowed for",
-       .evidence = "its middle stands out by " + numberText("%.2g", 100 * share) + " % of its size",
-       .next_step = "mount the board on something flat and rigid, and photograph it again"});
+  const std::vector<double>& flat = of.choice.shape.flat_params;
+  if (!(share > kBentShare) || flat.empty()) return;
+  const double bend_effect = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, flat));
+  addByEffect(of,
+              {.id = "bent_board",
+               .cause = "the board is strongly bent",
+               .evidence = "by " + numberText("%.2g", 100 * share) + " % of its size",
+               .next_step = "mount the board on something flat and rigid, and photograph it again"},
+              kOtherShape * bend_effect, diagnoses);
 }
 
 void bendIgnored(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (of.uncertainty.ignored_bend) {
-    const BoardShape& bend = of.uncertainty.ignored_bend->shape;
-    diagnoses.push_back(
-        {.severity = Severity::kWarning,
-         .id = "bend_ignored",
-         .cause = "the board is bent but was taken as flat; the stated uncertainty allows for it",
-         .evidence = numberText("%.2g", 1e3 * bend.bend_x_m) + " mm from left to right and " +
-                     numberText("%.2g", 1e3 * bend.bend_y_m) +
-                     " mm from top to bottom; with the bend fx would change by " +
-                     numberText("%.2g", of.uncertainty.ignored_bend->params_step(0, 0)) + " px",
-         .next_step = "use --board-shape auto, and a model that suits the lens"});
-  }
+  if (!of.uncertainty.ignored_bend) return;
+  const IgnoredBend& ignored = *of.uncertainty.ignored_bend;
+  addByEffect(of,
+              {.id = "bend_ignored",
+               .cause = "the board is bent, but --board-shape flat ignores it",
+               .evidence = numberText("%.2g", 1e3 * ignored.shape.bend_x_m) + " and " +
+                           numberText("%.2g", 1e3 * ignored.shape.bend_y_m) + " mm",
+               .next_step = "use --board-shape auto"},
+              effectOfStep(of, ignored.params_step.view().col(0)), diagnoses);
 }
 
 void bendUnknown(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (!of.choice.shape.is_determined && of.choice.shape.is_requested) {
-    diagnoses.push_back(
-        {.severity = Severity::kWarning,
-         .id = "bend_unknown",
-         .cause = "these views do not tell whether the board is bent, so it was taken as flat",
-         .evidence = {},
-         .next_step = "take more views, tilted both ways, of a board with three or more "
-                      "corners a side"});
-  }
+  if (of.choice.shape.is_determined || !of.choice.shape.is_requested) return;
+  diagnoses.push_back({.severity = Severity::kNote,
+                       .id = "bend_unknown",
+                       .cause = "the views do not show whether the board is bent; it is assumed flat",
+                       .next_step = "add views tilted in both directions"});
 }
 
 }  // namespace alidade

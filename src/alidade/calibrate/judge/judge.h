@@ -20,6 +20,7 @@ struct Evidence {
   const Uncertainty& uncertainty;
   const DomainCertificate& domain;
   const AnyCamera& camera;  ///< that of the fit
+  double tolerance_px;      ///< see CalibratorOptions
 
   /// Errors over what neighbouring corners differ by: 1 for noise alone, more where they vary smoothly. NaN
   /// without neighbours.
@@ -27,6 +28,9 @@ struct Evidence {
 };
 
 /// Everything that is wrong with a calibration, failures first; pure judgement, no estimation.
+///
+/// A failure makes the answer wrong or meaningless whatever the tolerance. Every other diagnosis states its
+/// effect in pixels, from which its severity follows by severityOf().
 [[nodiscard]] std::vector<Diagnosis> judge(const Evidence& evidence);
 
 }  // namespace alidade

@@ -36,7 +36,8 @@ struct CalibratorOptions {
   std::vector<std::string> held = {};
   bool same_focal = false;  ///< fx = fy in pixels
   BoardShapeMode board_shape = BoardShapeMode::kAuto;
-  int jobs = 1;  ///< threads; 0 = one per processor. The result does not depend on it.
+  double tolerance_px = 1;  ///< the error of a projected point (95 %) that the user accepts; see judge()
+  int jobs = 1;             ///< threads; 0 = one per processor. The result does not depend on it.
   const CancelFlag* cancel = nullptr;
 };
 

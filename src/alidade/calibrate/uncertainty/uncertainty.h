@@ -9,6 +9,7 @@
 
 #include "alidade/adjust/cross_validation.h"
 #include "alidade/calibrate/bend/shape_step.h"
+#include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/calibrate/uncertainty/image_bias.h"
 #include "alidade/calibrate/uncertainty/model_spread.h"
 #include "alidade/calibrate/uncertainty/other_optimum.h"
@@ -59,9 +60,11 @@ struct Uncertainty {
   ImageBias image_bias;
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;
-  ViewVariations variations;                ///< what changes from view to view although it should not
-  std::vector<OtherOptimum> other_optima;   ///< that the corners do not rule out, the likeliest first
+  ViewVariations variations;               ///< what changes from view to view although it should not
+  std::vector<OtherOptimum> other_optima;  ///< that the corners do not rule out, the likeliest first
+  // Set once all cameras that explain the corners as well are known.
   std::optional<ModelSpread> model_spread;  ///< where other models predict corners as well
+  std::optional<Accuracy> accuracy;         ///< of projected points; nothing without a covariance
 
   /// One standard deviation of parameter i; NaN without a covariance.
   [[nodiscard]] double parameterStd(int i) const;

@@ -10,6 +10,10 @@
 
 namespace alidade {
 
+/// Whether each pixel lies within the convex hull of some view's corners.
+[[nodiscard]] std::vector<bool> isCovered(std::span<const Eigen::Vector2d> pixels,
+                                          std::span<const View> views);
+
 /// Those of the pixels that lie within the convex hull of some view's corners.
 [[nodiscard]] std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
                                                          std::span<const View> views);

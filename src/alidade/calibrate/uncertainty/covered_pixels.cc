@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/validate/held_out/covered_pixels.h"
+#include "alidade/calibrate/uncertainty/covered_pixels.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -51,15 +51,23 @@ bool isInside(const Polygon& hull, const Eigen::Vector2d& pixel) {
 
 }  // namespace
 
-std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
-                                           std::span<const View> views) {
+std::vector<bool> isCovered(std::span<const Eigen::Vector2d> pixels, std::span<const View> views) {
   std::vector<Polygon> hulls;
   for (const View& view : views) hulls.push_back(hullOf(view));
-  std::vector<Eigen::Vector2d> covered;
+  std::vector<bool> is_covered;
   for (const Eigen::Vector2d& pixel : pixels) {
-    const bool is_covered =
-        std::any_of(hulls.begin(), hulls.end(), [&](const Polygon& hull) { return isInside(hull, pixel); });
-    if (is_covered) covered.push_back(pixel);
+    is_covered.push_back(
+        std::any_of(hulls.begin(), hulls.end(), [&](const Polygon& hull) { return isInside(hull, pixel); }));
+  }
+  return is_covered;
+}
+
+std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
+                                           std::span<const View> views) {
+  const std::vector<bool> is_covered = isCovered(pixels, views);
+  std::vector<Eigen::Vector2d> covered;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (is_covered[i]) covered.push_back(pixels[i]);
   }
   return covered;
 }

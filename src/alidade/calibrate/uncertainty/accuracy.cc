@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/accuracy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/lens_prior.h"
+#include "alidade/adjust/scaled_inverse.h"
+#include "alidade/calibrate/uncertainty/covered_pixels.h"
+#include "alidade/calibrate/uncertainty/far_difference.h"
+#include "alidade/calibrate/uncertainty/uncertainty.h"
+#include "alidade/camera/aligned_jacobians.h"
+#include "alidade/camera/model_fit.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// A model of the same kind of lens with room for what the given one cannot express.
+std::string_view flexibleModel(std::string_view model_id) {
+  if (model_id == "pinhole" || model_id == "radtan") return "rational";
+  if (model_id == "fov" || model_id == "ucm" || model_id == "eucm" || model_id == "double_sphere")
+    return "kannala_brandt";
+  return model_id;
+}
+
+// What the views leave open with the flexible model at the same lens, under no more than what is known of
+// lenses in general.
+struct Flexible {
+  AnyCamera camera;
+  Eigen::MatrixXd covariance;
+};
+
+std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
+  const FitCamera& camera = onlyCamera(fit);
+  const std::string id(flexibleModel(camera.model));
+  if (id == camera.model || !camera.constraint.isNone()) return std::nullopt;
+  const ModelFit same = fitModel(AnyCamera::make(camera.model, camera.params), camera.size, id);
+  Fit flexible = fit;
+  FitCamera& of = onlyCamera(flexible);
+  of.model = id;
+  const auto params = same.camera.parameters();
+  of.params.assign(params.begin(), params.end());
+  of.weak_prior = {};
+  Eigen::MatrixXd information = intrinsicsInformation(flexible).information;
+  // Of LensScale: how far lenses deviate from a stiff model, 5 % of the image diagonal in the corner.
+  constexpr double kDeviation = 0.1;
+  const LensPrior prior = lensScale(id, same.camera, of.size).prior(kDeviation, variance);
+  for (std::size_t i = 0; i < prior.precision.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    information(at, at) += prior.precision[i];
+  }
+  const ScaledInverse scaled = scaledInverse(information);
+  if (!scaled.inverse) return std::nullopt;
+  return Flexible{.camera = same.camera, .covariance = variance * *scaled.inverse};
+}
+
+// As views for coveredPixels().
+std::vector<View> seenCorners(const Fit& fit) {
+  std::vector<View> views;
+  for (const FitView& view : fit.views) {
+    View& seen = views.emplace_back();
+    for (const Observation& corner : view.corners) seen.corners.push_back({.pixel = corner.pixel});
+  }
+  return views;
+}
+
+double share(std::size_t part, std::size_t all) {
+  return all == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(all);
+}
+
+}  // namespace
+
+// Leenhouts 1985, On the computation of bi-normal radial error, Navigation 32(1): within 0.2 %.
+double radius95(const Eigen::Matrix2d& covariance) {
+  const double mean = 0.5 * covariance.trace();
+  const double half = 0.5 * (covariance(0, 0) - covariance(1, 1));
+  const double root = std::sqrt(half * half + covariance(0, 1) * covariance(0, 1));
+  const double large = mean + root;
+  if (!(large > 0)) return large == 0 ? 0.0 : kNan;
+  const double c = std::sqrt(std::max(0.0, mean - root) / large);
+  return std::sqrt(large) * (1.960790 + c * (0.004071 + c * (0.114276 + c * 0.371625)));
+}
+
+double Accuracy::shareWithin(double tolerance_px) const {
+  std::size_t num_rays = 0;
+  std::size_t num_within = 0;
+  for (const double error : error_px) {
+    num_rays += std::isnan(error) ? 0 : 1;
+    num_within += error <= tolerance_px ? 1 : 0;
+  }
+  return share(num_within, num_rays);
+}
+
+double Accuracy::coveredShareWithin(double tolerance_px) const {
+  std::size_t num_covered = 0;
+  std::size_t num_within = 0;
+  for (std::size_t i = 0; i < error_px.size(); ++i) {
+    if (!is_covered[i] || std::isnan(error_px[i])) continue;
+    ++num_covered;
+    num_within += error_px[i] <= tolerance_px ? 1 : 0;
+  }
+  return share(num_within, num_covered);
+}
+
+namespace {
+
+// Changes of the pixels by the parameters after alignment by the rotation that fits best where boards were
+// seen.
+class Alignment {
+ public:
+  Alignment(const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels,
+            const std::vector<bool>& is_covered) {
+    std::vector<Eigen::Vector2d> covered;
+    std::vector<Eigen::Vector2d> others;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      index_.push_back(is_covered[i] ? covered.size() : others.size());
+      (is_covered[i] ? covered : others).push_back(pixels[i]);
+    }
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (!is_covered[i]) index_[i] += covered.size();
+    }
+    aligned_ = alignedJacobians(camera, covered, others, Freed::kRotation);
+  }
+
+  [[nodiscard]] bool hasRay(std::size_t i) const { return aligned_.has_ray[index_[i]]; }
+  [[nodiscard]] double error(std::size_t i, const Eigen::MatrixXd& covariance) const {
+    const auto A = aligned_.transposed.middleCols(2 * static_cast<Eigen::Index>(index_[i]), 2);
+    return radius95(Eigen::Matrix2d(A.transpose() * covariance * A));
+  }
+
+ private:
+  std::vector<std::size_t> index_;
+  AlignedJacobians aligned_;
+};
+
+// To cameras that explain the corners as well, px; 0 where they see nothing.
+std::vector<double> largestDifferences(const AnyCamera& camera, std::span<const AnyCamera> alternatives,
+                                       const std::vector<Eigen::Vector2d>& pixels,
+                                       const std::vector<bool>& is_covered) {
+  std::vector<Eigen::Vector2d> covered;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (is_covered[i]) covered.push_back(pixels[i]);
+  }
+  std::vector<double> largest(pixels.size(), 0.0);
+  for (const AnyCamera& alternative : alternatives) {
+    const std::vector<double> differences = farDifferences(camera, alternative, pixels, covered);
+    for (std::size_t i = 0; i < pixels.size(); ++i) largest[i] = std::fmax(largest[i], differences[i]);
+  }
+  return largest;
+}
+
+}  // namespace
+
+Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const AnyCamera> alternatives) {
+  const FitCamera& camera = onlyCamera(fit);
+  const UncertaintyGrid& grid = *known.projection_far;
+  Accuracy accuracy{.columns = grid.columns, .rows = grid.rows, .pixels = grid.pixels};
+  accuracy.is_covered = isCovered(accuracy.pixels, seenCorners(fit));
+  const Alignment stated(AnyCamera::make(camera.model, camera.params), accuracy.pixels, accuracy.is_covered);
+  const Eigen::MatrixXd covariance = known.statedCovariance();
+  double variance = known.coordinate_sigma_px * known.coordinate_sigma_px;
+  if (known.isNoiseExceeded()) variance *= std::max(1.0, known.by_views->excess);
+  const std::optional<Flexible> flexible = flexibleOf(fit, variance);
+  std::optional<Alignment> open;
+  if (flexible) open.emplace(flexible->camera, accuracy.pixels, accuracy.is_covered);
+
+  const std::vector<double> open_px = largestDifferences(AnyCamera::make(camera.model, camera.params),
+                                                         alternatives, accuracy.pixels, accuracy.is_covered);
+  // Of a deviation whose two coordinates are normal variables over the image.
+  constexpr double kPlanar95 = 2.4477;
+  if (known.hasBias()) accuracy.deviation_px = kPlanar95 / std::sqrt(2.0) * known.image_bias.rms_px;
+  std::size_t num_rays = 0;
+  std::size_t num_covered = 0;
+  for (std::size_t i = 0; i < accuracy.pixels.size(); ++i) {
+    double& error = accuracy.error_px.emplace_back(kNan);
+    if (!stated.hasRay(i)) continue;
+    ++num_rays;
+    error = stated.error(i, covariance);
+    if (!accuracy.is_covered[i] && open && open->hasRay(i))
+      error = std::max(error, open->error(i, flexible->covariance));
+    if (!accuracy.is_covered[i]) error = std::max(error, open_px[i]);
+    error += accuracy.deviation_px;
+    if (accuracy.is_covered[i]) {
+      ++num_covered;
+      accuracy.covered_px = std::fmax(accuracy.covered_px, error);
+    }
+    if (!(error <= accuracy.worst_px)) {
+      accuracy.worst_px = error;
+      accuracy.worst_pixel = accuracy.pixels[i];
+    }
+  }
+  accuracy.covered_share = share(num_covered, num_rays);
+  return accuracy;
+}
+
+}  // namespace alidade

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/fit.h"
+#include "alidade/camera/any_camera.h"
+
+namespace alidade {
+
+struct Uncertainty;
+
+/// The error of the pixel of a far scene point that is not exceeded with a probability of 95 %, over the
+/// whole image and after alignment by the best rotation. It adds up
+///
+/// - the stated covariance,
+/// - the deviation of the lens from its model that all views have in common (ImageBias), and
+/// - outside the region that boards covered, what is open there: the covariance of a more flexible model at
+///   the same lens, or the difference to another camera that explains the corners as well, whichever is
+///   larger. A stiff model extrapolates with a small covariance, and wrongly.
+struct Accuracy {
+  int columns = 0;  ///< of the grid, from border to border
+  int rows = 0;
+  std::vector<Eigen::Vector2d> pixels = {};  ///< row by row
+  std::vector<double> error_px = {};         ///< 95 %, one per pixel; NaN if the pixel has no ray
+  std::vector<bool> is_covered = {};         ///< within the corners of some view
+  double covered_share = 0;                  ///< of the pixels with a ray
+  double covered_px = std::numeric_limits<double>::quiet_NaN();  ///< the largest error where boards were seen
+  double worst_px = std::numeric_limits<double>::quiet_NaN();    ///< the largest error of all
+  Eigen::Vector2d worst_pixel{0, 0};
+  double deviation_px = 0;  ///< of the lens from its model, 95 %; included
+
+  /// Share of the pixels with a ray whose error is at most `tolerance_px`.
+  [[nodiscard]] double shareWithin(double tolerance_px) const;
+  /// The same of the covered pixels.
+  [[nodiscard]] double coveredShareWithin(double tolerance_px) const;
+};
+
+/// The radius about the mean that a normal variable in the plane stays within with a probability of 95 %.
+[[nodiscard]] double radius95(const Eigen::Matrix2d& covariance);
+
+/// @param fit    of one camera, solved
+/// @param known  with a covariance and the image bias
+/// @param alternatives  cameras that explain the corners as well
+[[nodiscard]] Accuracy accuracyOf(const Fit& fit, const Uncertainty& known,
+                                  std::span<const AnyCamera> alternatives);
+
+}  // namespace alidade
