@@ -59,7 +59,7 @@ TEST(Poses, ReadsThemAsTheyAreCommonlyWritten) {
       {"[{id: a, matrix: [[0, -1, 0, 0.1], [1, 0, 0, -0.2], [0, 0, 1, 1], [0, 0, 0, 1]]},\n"
        " {id: b, rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, 2]}]\n"},
       {fmt::format("- {{id: a, quaternion_xyzw: [0, 0, -{0}, {0}], translation_m: [0.2, 0.1, -1]}}\n"
-                   "- {{id: b, quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, -2]}}\n",
+                   "- {{id: b, quaternion_wxyz: [1, 0, 0, 0], translation_m: [0, 0, -2]}}\n",
                    s),
        {"--poses-are", "world_from_camera"}},
       // Tables.

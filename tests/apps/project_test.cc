@@ -69,6 +69,7 @@ TEST(Project, ReachesTheSamePixelsFromEveryFormOfAPose) {
   const std::string t = "translation_m: [0.1, -0.2, 1.5]";
   const std::vector<std::string> poses = {
       "{quaternion_xyzw: [1, 1, 0, 0], " + t + "}",
+      "{quaternion_wxyz: [0, 1, 1, 0], " + t + "}",
       "{rotation_vector_rad: [2.221441469079183, 2.221441469079183, 0], " + t + "}",
       "{rotation_matrix: [[0, 1, 0], [1, 0, 0], [0, 0, -1]], " + t + "}",
       "{rotation_matrix: [0, 1, 0, 1, 0, 0, 0, 0, -1], " + t + "}",
@@ -95,7 +96,7 @@ TEST(Project, ReachesTheSamePixelsFromEveryFormOfAPose) {
     }
     ++num_forms;
   }
-  EXPECT_EQ(num_forms, 9u);
+  EXPECT_EQ(num_forms, 10u);
   const ScratchFolder scratch;
   const RunResult from_file = project(points, {"--pose", scratch.write("pose.yaml", poses.front())});
   EXPECT_EQ(rowsOf(from_file.out), expected);

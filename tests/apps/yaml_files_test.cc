@@ -217,6 +217,10 @@ TEST(Pose, ThatIsWrongIsNamedWithItsKey) {
       {"{quaternion_xyzw: [0, 0, 0, 0], " + t + "}", "quaternion_xyzw: "},
       {"{quaternion_xyzw: [0, 0, 1], " + t + "}", "quaternion_xyzw: found 3 numbers; expected 4"},
       {"{quaternion_xyzw: [0, 0, 0, nan], " + t + "}", "a finite number"},
+      {"{quaternion_wxyz: [0, 0, 1], " + t + "}", "quaternion_wxyz: found 3 numbers; expected 4"},
+      {"{quaternion_xyzw: [0, 0, 0, 1], quaternion_wxyz: [1, 0, 0, 0], " + t + "}",
+       "both quaternion_xyzw and quaternion_wxyz"},
+      {"[0, 0, 0, 1]", "a list, '[0, 0, 0, 1]'; expected a map"},
       {"{quaternion: [0, 0, 0, 1], " + t + "}", "unknown key 'quaternion'"},
       {"{rotation_vector_rad: [0, 0, 0], euler_zyx_deg: [0, 0, 0], " + t + "}",
        "both rotation_vector_rad and euler_zyx_deg"},
@@ -237,7 +241,7 @@ TEST(Pose, ThatIsWrongIsNamedWithItsKey) {
         << c.pose;
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 16u);
+  EXPECT_EQ(num_refused, 19u);
   const ScratchFolder scratch;
   const std::string file =
       scratch.write("pose.yaml", "rotation_vector_rad: [0, 0]\ntranslation_m: [0, 0, 1]\n");

@@ -13,8 +13,8 @@ namespace alidade {
 namespace detail {
 namespace {
 
-const std::vector<std::string> kRotationKeys = {"quaternion_xyzw", "rotation_vector_rad", "rotation_matrix",
-                                                "euler_zyx_rad", "euler_zyx_deg"};
+const std::vector<std::string> kRotationKeys = {"quaternion_xyzw", "quaternion_wxyz", "rotation_vector_rad",
+                                                "rotation_matrix", "euler_zyx_rad",   "euler_zyx_deg"};
 
 // Numbers of an n x n matrix written as n lists or as one.
 std::vector<double> matrixNumbers(const YamlNode& node, std::size_t n) {
@@ -40,6 +40,10 @@ SO3 readRotation(const YamlNode& node, const std::string& key) {
     if (key == "quaternion_xyzw") {
       const std::vector<double> q = value.numbers(4);
       return SO3::fromQuaternion(Eigen::Quaterniond(q[3], q[0], q[1], q[2]));
+    }
+    if (key == "quaternion_wxyz") {
+      const std::vector<double> q = value.numbers(4);
+      return SO3::fromQuaternion(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
     }
     if (key == "rotation_matrix") return rotationFromMatrix(matrixOf<3>(value));
     const std::vector<double> v = value.numbers(3);
@@ -119,6 +123,12 @@ void writePose(YAML::Emitter& out, const SE3& pose) {
 SE3 readPoseSource(const std::string& source) {
   using detail::YamlNode;
   const bool is_text = trim(source).starts_with('{');
+  if (trim(source).starts_with('[')) {
+    throw inputError({.where = "pose",
+                      .found = "a list, '" + source + "'",
+                      .expected = "a map with a rotation and a translation, in braces",
+                      .next_step = "for example: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 0]}"});
+  }
   const YamlNode root = is_text ? YamlNode::parse(source, "pose") : YamlNode::readFile(source);
   if (!is_text && !root.isMap()) {
     throw root.error(root.isSequence() ? "a list" : "no pose",

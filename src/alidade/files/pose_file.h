@@ -10,6 +10,7 @@ namespace alidade {
 /// Reads a pose from a YAML file, or from YAML text when `source` starts with '{'. The rotation is one of
 ///
 ///   quaternion_xyzw: [x, y, z, w]            any length but zero
+///   quaternion_wxyz: [w, x, y, z]            the same with w first
 ///   rotation_vector_rad: [x, y, z]           axis times angle
 ///   rotation_matrix: [[...], [...], [...]]   3x3, rows; or nine numbers
 ///   euler_zyx_rad: [yaw, pitch, roll]        or euler_zyx_deg; R = Rz(yaw) Ry(pitch) Rx(roll)
