@@ -22,9 +22,9 @@ class ProjectCommand final : public StreamCommand {
     app.footer(
         "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\nExample: alidade project camera.yaml "
         "points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], translation_m: [0, 0, 2]}'\nExample: alidade "
-        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status. The status is ok, "
-        "behind, outside or (with --clip) out_of_image. Unless it is ok, u and v are nan.\nPixel (0, 0) is "
-        "the centre of "
+        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status. The status is ok "
+        "(a pixel of the image), out_of_image (a pixel outside the image),\nbehind or outside (no pixel; u "
+        "and v are nan).\nPixel (0, 0) is the centre of "
         "the top-left pixel. With --poses, the first column is the id of the pose.\n--poses reads one of: a "
         "YAML list of poses; a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera);\nor a "
         "table with a header that names tx,ty,tz, a rotation qx,qy,qz,qw or rx,ry,rz (rotation vector), and "
@@ -45,7 +45,7 @@ class ProjectCommand final : public StreamCommand {
            "Direction of the poses if their file does not state it: camera_from_world or world_from_camera")
         ->check(CLI::IsMember({"camera_from_world", "world_from_camera"}));
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
-    app.add_flag("--clip", is_clipped_, "Give points outside the image the status out_of_image and no pixel");
+    app.add_flag("--clip", is_clipped_, "Leave out the numbers of pixels outside the image");
   }
 
  private:
@@ -131,8 +131,9 @@ class ProjectCommand final : public StreamCommand {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       Eigen::Vector2d pixel(pixels_[0][i], pixels_[1][i]);
       const Status status = statusOf(statuses_[i], pixel, file.image_size);
-      if (status != Status::kOk) pixel.setConstant(kNone);
-      if (has_jacobian_) gatherJacobian(i, status == Status::kOk);
+      const bool has_pixel = hasNumbers(status);
+      if (!has_pixel) pixel.setConstant(kNone);
+      if (has_jacobian_) gatherJacobian(i, has_pixel);
       answer({pixel.data(), 2}, status, jacobian_, out);
     }
   }
@@ -150,10 +151,10 @@ class ProjectCommand final : public StreamCommand {
     }
   }
 
-  [[nodiscard]] Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) const {
+  [[nodiscard]] static Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) {
     switch (status) {
       case ProjectStatus::kOk:
-        return is_clipped_ && !isInImage(pixel, size) ? Status::kOutOfImage : Status::kOk;
+        return isInImage(pixel, size) ? Status::kOk : Status::kOutOfImage;
       case ProjectStatus::kBehind:
         return Status::kBehind;
       case ProjectStatus::kOutsideDomain:

@@ -12,8 +12,8 @@
 namespace alidade {
 namespace {
 
-const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kBehind),
-                                                      statusId(ProjectStatus::kOk), "out_of_image",
+const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kOk), "out_of_image",
+                                                      statusId(ProjectStatus::kBehind),
                                                       statusId(ProjectStatus::kOutsideDomain)};
 
 }  // namespace

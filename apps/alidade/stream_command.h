@@ -26,8 +26,8 @@ class StreamCommand : public Command {
   [[nodiscard]] bool owesJson() const final { return common_.json && !(out_ && out_->hasSent()); }
 
  protected:
-  /// What becomes of a row, in alphabetical order.
-  enum class Status { kBehind, kOk, kOutOfImage, kOutside };
+  /// What becomes of a row, in the order of the counts.
+  enum class Status { kOk, kOutOfImage, kBehind, kOutside };
 
   /// The options of both; `points` describes the input.
   void setUpStream(CLI::App& app, const char* points);
@@ -46,6 +46,11 @@ class StreamCommand : public Command {
               AnswerWriter& out);
 
   [[nodiscard]] static bool isInImage(const Eigen::Vector2d& pixel, ImageSize size);
+
+  /// Whether a row with this status has a pixel or a ray.
+  [[nodiscard]] bool hasNumbers(Status status) const {
+    return status == Status::kOk || (status == Status::kOutOfImage && !is_clipped_);
+  }
 
   bool is_clipped_ = false;
   bool has_jacobian_ = false;

@@ -17,14 +17,15 @@ class UnprojectCommand final : public StreamCommand {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: echo 320,240 | alidade unproject camera.yaml\nOutput: x,y,z,status. The status is ok (with "
-        "a unit ray in the camera frame), outside (no ray projects to the pixel)\nor, with --clip, "
-        "out_of_image.\n--jacobian appends dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
+        "Example: echo 320,240 | alidade unproject camera.yaml\nOutput: x,y,z,status: a unit ray in the "
+        "camera frame. The status is ok (a pixel of the image), out_of_image (a pixel\noutside the image) or "
+        "outside (no ray projects to the pixel; x, y and z are nan).\n--jacobian appends "
+        "dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
     setUpStream(
         app,
         "Rows u,v in pixels, separated by commas or blanks, header optional; standard input if omitted or -");
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
-    app.add_flag("--clip", is_clipped_, "Give pixels outside the image the status out_of_image and no ray");
+    app.add_flag("--clip", is_clipped_, "Leave out the rays of pixels outside the image");
   }
 
  private:
@@ -48,13 +49,13 @@ class UnprojectCommand final : public StreamCommand {
                    has_jacobian_ ? J_ray_pixel_.data() : nullptr);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const Eigen::Vector2d pixel = rows[i].head<2>();
-      const bool is_clipped = is_clipped_ && pixel.allFinite() && !isInImage(pixel, file.image_size);
-      Status status = statuses_[i] == ProjectStatus::kOk ? Status::kOk : Status::kOutside;
+      const Status status = statuses_[i] != ProjectStatus::kOk  ? Status::kOutside
+                            : isInImage(pixel, file.image_size) ? Status::kOk
+                                                                : Status::kOutOfImage;
       Eigen::Vector3d ray = rays_.row(i);
       const auto J =
           std::span<double>(J_ray_pixel_).subspan(has_jacobian_ ? 6 * i : 0, has_jacobian_ ? 6 : 0);
-      if (is_clipped) {
-        status = Status::kOutOfImage;
+      if (!hasNumbers(status)) {
         ray.setConstant(kNone);
         std::fill(J.begin(), J.end(), kNone);
       }

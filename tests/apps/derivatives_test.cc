@@ -120,16 +120,25 @@ TEST(Clip, TakesThePixelsOfTheImageOnly) {
   ASSERT_EQ(rows.size(), expected.size());
   for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(rows[i].at(3), expected[i]);
   EXPECT_EQ(rows[2].at(0), "nan");
+
+  const RunResult unclipped = runAlidade({"unproject", dataPath("camera.yaml")}, {.input = pixels});
+  EXPECT_EQ(unclipped.err, rays.err);
+  const auto all = rowsOf(unclipped.out);
+  ASSERT_EQ(all.size(), expected.size());
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i].at(3), expected[i]);
+  EXPECT_LT(numberIn(all[2].at(0)), 0);
 }
 
-TEST(Clip, KeepsPointsBeyondTheImageWithoutIt) {
+TEST(Clip, LeavesOutNumbersThatAreOtherwiseThere) {
   const std::string points = "0,0,1\n0.8,0,1\n0,0,-1\n";
-  const RunResult all = project(points);
-  EXPECT_EQ(all.err, "1 behind, 2 ok\n");
+  const RunResult all = project(points, {"--jacobian"});
+  EXPECT_EQ(all.err, "1 ok, 1 out_of_image, 1 behind\n");
+  EXPECT_EQ(rowsOf(all.out).at(1).at(2), "out_of_image");
   EXPECT_GT(numberIn(rowsOf(all.out).at(1).at(0)), 640);
+  EXPECT_TRUE(std::isfinite(numberIn(rowsOf(all.out).at(1).at(3))));
   const RunResult clipped = project(points, {"--clip", "--jacobian"});
   ASSERT_THAT(clipped, EndsWith(0));
-  EXPECT_EQ(clipped.err, "1 behind, 1 ok, 1 out_of_image\n");
+  EXPECT_EQ(clipped.err, "1 ok, 1 out_of_image, 1 behind\n");
   const auto rows = rowsOf(clipped.out);
   EXPECT_EQ(rows.at(0).at(2), "ok");
   EXPECT_EQ(std::vector<std::string>(rows.at(1).begin(), rows.at(1).begin() + 4),

@@ -42,7 +42,7 @@ TEST(Poses, ProjectsAllPointsForEachPose) {
   }
   EXPECT_EQ(all.out, expected);
   EXPECT_EQ(rowsOf(all.out).size(), 9u);
-  EXPECT_EQ(all.err, "1 behind, 8 ok\n");
+  EXPECT_EQ(all.err, "8 ok, 1 behind\n");
 }
 
 TEST(Poses, ReadsThemAsTheyAreCommonlyWritten) {
