@@ -84,6 +84,21 @@ void refuseNotANumber(const CLI::App& command) {
   }
 }
 
+// A shell passes an unset variable in quotes as an empty value. It must not count as "not given".
+void refuseEmptyValues(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_type_size_min() == 0) continue;  // a flag
+    for (const std::string& text : option->results()) {
+      if (!text.empty()) continue;
+      throw usageError({.where = command.get_name() + ": " + option->get_name(),
+                        .found = "an empty value",
+                        .expected = "a value",
+                        .next_step = "if it comes from a variable of the shell, check that the variable is "
+                                     "set; otherwise remove the flag"});
+    }
+  }
+}
+
 int exitCodeOf(const std::exception& error) {
   const auto* known = dynamic_cast<const Error*>(&error);
   return known != nullptr ? static_cast<int>(known->code()) : kInputExit;
@@ -139,10 +154,12 @@ int runProgram(int argc, char** argv) {
                                   [&](const CommandEntry& c) { return c.name == chosen->get_name(); });
   try {
     refuseNotANumber(*chosen);
+    refuseEmptyValues(*chosen);
     const CLI::Option* config = chosen->get_option_no_throw("--config");
     if (config != nullptr && config->count() > 0) {
       applySettingsFile(*chosen, config->as<std::string>());
       refuseNotANumber(*chosen);
+      refuseEmptyValues(*chosen);
     }
     return entry->command->run(*chosen);
   } catch (const Cancelled&) {
