@@ -11,10 +11,12 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/board_file.h"
 #include "alidade/imagery/image_list.h"
 #include "number_check.h"
+#include "one_line.h"
 
 namespace alidade {
 
@@ -115,7 +117,9 @@ void printResult(std::string_view text) {
 }
 
 void printMessage(const std::string& text) {
-  std::fprintf(stderr, "%s\n", text.c_str());
+  std::string message;
+  for (const std::string_view line : split(text, '\n')) message += printable(line) + "\n";
+  std::fputs(message.c_str(), stderr);
 }
 
 }  // namespace alidade

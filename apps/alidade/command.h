@@ -93,7 +93,7 @@ void checkOutput(const std::string& output, const std::vector<std::string>& sour
 /// full).
 void printResult(std::string_view text);
 
-/// Writes a line for people to standard error.
+/// Writes a message for people to standard error, with control characters as "\x1b".
 void printMessage(const std::string& text);
 
 }  // namespace alidade

@@ -22,11 +22,22 @@ ComparedCamera compared(const CameraRecord& file) {
 }
 
 Diagnosis failedCheck(const char* id, const Error& error) {
-  return {.severity = Severity::kFailure,
-          .id = id,
-          .cause = error.what(),
-          .evidence = "not possible",
-          .limit = "a camera of the same image"};
+  return {.severity = Severity::kFailure, .id = id, .cause = error.what(), .evidence = {}, .limit = {}};
+}
+
+std::vector<CheckValue> valuesOf(const std::string& id, const HeldOutJudgement& judgement,
+                                 double tolerance_px) {
+  if (id == "held_out_error") {
+    return {{"rms_px", judgement.held_out_rms_px},
+            {"noise_rms_px", judgement.noise_rms_px},
+            {"tolerance_px", tolerance_px},
+            {"num_corners", static_cast<double>(judgement.num_corners)},
+            {"num_views", static_cast<double>(judgement.views.size())}};
+  }
+  if (id != "images_agree" || !judgement.difference) return {};
+  return {{"p95_px", judgement.difference->p95_px},
+          {"tolerance_px", tolerance_px},
+          {"covered_share", judgement.covered_share}};
 }
 
 bool isAnyUndecided(const std::vector<Diagnosis>& checks) {
@@ -66,33 +77,38 @@ void HeldOutStage::prepare(const CommonOptions& options) {
   for (const std::string& note : given_->input.notes) printMessage("note: " + note);
 }
 
-void HeldOutStage::addChecks(const StatedCamera& camera, FileJudgement& judgement) const {
-  std::vector<Diagnosis>& checks = judgement.checks;
+void HeldOutStage::addChecks(const StatedCamera& camera, const std::string& file,
+                             CameraJudgement& judgement) const {
+  std::vector<FileCheck>& checks = judgement.checks;
   if (given_) {
     try {
-      const CameraRecord file = recordOf(camera, judgement.file);
+      const CameraRecord record = recordOf(camera, file);
       const Checkerboard& board = given_->input.board;
-      const HeldOutJudgement on_images =
-          judgeOnImages(compared(file), board, given_->views,
-                        {.is_covariance_by_views = isStatedByViews(file), .jobs = jobs_, .cancel = cancel_});
+      const HeldOutJudgement on_images = judgeOnImages(
+          compared(record), board, given_->views,
+          {.is_covariance_by_views = isStatedByViews(record), .jobs = jobs_, .cancel = cancel_});
       const std::vector<Diagnosis> held_out = heldOutChecks(on_images, tolerance_px_);
-      checks.insert(checks.end(), held_out.begin(), held_out.end());
-      if (file.calibration && !file.calibration->views.empty()) {
-        checks.push_back(
-            ownImagesCheck(file.calibration->views, board, on_images.views, on_images.num_views_given));
+      for (const Diagnosis& check : held_out) {
+        checks.push_back(fileCheck(check));
+        checks.back().values = valuesOf(check.id, on_images, tolerance_px_);
+      }
+      if (record.calibration && !record.calibration->views.empty()) {
+        checks.push_back(fileCheck(
+            ownImagesCheck(record.calibration->views, board, on_images.views, on_images.num_views_given)));
       }
       if (!isAnyUndecided(held_out)) judgement.can_show_slips = true;
     } catch (const Error& error) {
-      checks.push_back(failedCheck("held_out_error", error));
+      checks.push_back(fileCheck(failedCheck("held_out_error", error)));
     }
   }
   if (other_) {
     try {
-      const CameraRecord file = recordOf(camera, judgement.file);
-      checks.push_back(againstCheck(compared(file), compared(*other_), tolerance_px_));
-      if (!checks.back().is_undecided) judgement.can_show_slips = true;
+      const CameraRecord record = recordOf(camera, file);
+      const Diagnosis check = againstCheck(compared(record), compared(*other_), tolerance_px_);
+      checks.push_back(fileCheck(check));
+      if (!check.is_undecided) judgement.can_show_slips = true;
     } catch (const Error& error) {
-      checks.push_back(failedCheck("against", error));
+      checks.push_back(fileCheck(failedCheck("against", error)));
     }
   }
 }

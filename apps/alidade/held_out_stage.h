@@ -26,8 +26,11 @@ class HeldOutStage {
   /// @throws Error, see readViews(); (kUsage) for flags that need another
   void prepare(const CommonOptions& options);
 
-  /// Adds the checks that were asked for; none if nothing was.
-  void addChecks(const StatedCamera& camera, FileJudgement& judgement) const;
+  [[nodiscard]] bool hasImages() const { return given_.has_value(); }
+
+  /// Adds the checks that were asked for; none if nothing was. `file` is for messages. Thread-safe without
+  /// images.
+  void addChecks(const StatedCamera& camera, const std::string& file, CameraJudgement& judgement) const;
 
  private:
   std::vector<std::string> images_;

@@ -2,76 +2,285 @@
 #include "judgement_output.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <sstream>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 
-#include "alidade/core/text.h"
+#include "command.h"
+#include "one_line.h"
 
 namespace alidade {
 namespace {
 
-std::string checkText(const Diagnosis& check) {
-  // A message of several lines stays in its column.
-  return fmt::format(
-      "  {}  {:<18} {}\n        {:<18} found {}; accepted {}\n", checkStatusName(check.severity), check.id,
-      fmt::join(split(check.cause, '\n'), fmt::format("\n{:27}", "")), "", check.evidence, check.limit);
-}
+constexpr std::string_view kNext = "\n  next: ";
 
-std::string verdictText(const FileJudgement& judgement) {
-  const std::size_t num_failed = judgement.count(Severity::kFailure);
-  if (num_failed > 0) {
-    return fmt::format("  NOT valid: {} of {} checks failed\n", num_failed, judgement.checks.size());
+struct Totals {
+  std::size_t num_files = 0;
+  std::size_t num_failed = 0;
+  std::size_t num_warned = 0;  // passed, with warnings
+  std::size_t num_others = 0;
+};
+
+Totals totalsOf(const ValidationResult& result) {
+  Totals totals{.num_files = result.files.size(), .num_others = result.other_files.size()};
+  for (const FileJudgement& file : result.files) {
+    if (result.isFailed(file)) {
+      ++totals.num_failed;
+    } else if (file.severity() == Severity::kWarning) {
+      ++totals.num_warned;
+    }
   }
-  const std::size_t num_warned = judgement.count(Severity::kWarning);
-  return num_warned == 0 ? "  valid\n"
-                         : fmt::format("  valid\n  {} of {} checks have a warning (--strict fails them)\n",
-                                       num_warned, judgement.checks.size());
+  return totals;
 }
 
-}  // namespace
+std::string totalsText(const Totals& totals) {
+  std::string text = fmt::format("{} file{}: {} passed", totals.num_files, totals.num_files == 1 ? "" : "s",
+                                 totals.num_files - totals.num_failed);
+  if (totals.num_warned > 0) text += fmt::format(" ({} with warnings)", totals.num_warned);
+  text += fmt::format(", {} failed", totals.num_failed);
+  if (totals.num_others > 0) {
+    text += fmt::format("; {} other file{} without a camera", totals.num_others,
+                        totals.num_others == 1 ? "" : "s");
+  }
+  return text + "\n";
+}
 
-std::string judgementText(const FileJudgement& judgement) {
-  std::string text = judgement.file + "\n";
-  for (const Diagnosis& check : judgement.checks) text += checkText(check);
-  text += verdictText(judgement);
-  if (judgement.isValid() && !judgement.can_show_slips) {
-    text +=
-        "  nothing in this file can show a wrong number; --images, or --against another calibration, can\n";
+std::string sizeText(const CameraJudgement& camera) {
+  return camera.image_size ? fmt::format("{}x{}", camera.image_size->width, camera.image_size->height) : "-";
+}
+
+std::string modelText(const CameraJudgement& camera) {
+  return camera.camera ? std::string(camera.camera->modelId()) : "-";
+}
+
+// What a column says of all cameras of a file.
+template <class TextOf>
+std::string commonText(const FileJudgement& file, const TextOf& textOf) {
+  if (file.cameras.empty()) return "-";
+  const std::string first = textOf(file.cameras.front());
+  const bool is_common = std::all_of(file.cameras.begin(), file.cameras.end(),
+                                     [&](const CameraJudgement& camera) { return textOf(camera) == first; });
+  return is_common ? first : "several";
+}
+
+std::string verdictText(const ValidationResult& result, const FileJudgement& file) {
+  if (result.isFailed(file)) return "FAIL";
+  return file.severity() == Severity::kWarning ? "WARN" : "PASS";
+}
+
+std::string withoutNext(const std::string& message) {
+  return message.substr(0, message.find(kNext));
+}
+
+// The most severe of what was found, and how much more there is; empty if the file passed.
+std::string reasonText(const FileJudgement& file) {
+  const Severity worst = file.severity();
+  if (worst < Severity::kWarning) return "";
+  if (!file.error.empty()) return printable(oneLine(withoutNext(file.error)));
+  std::string reason;
+  std::size_t num_more = 0;
+  for (const CameraJudgement& camera : file.cameras) {
+    for (const FileCheck& check : camera.checks) {
+      if (check.severity != worst) continue;
+      if (!reason.empty()) {
+        ++num_more;
+        continue;
+      }
+      if (file.cameras.size() > 1) reason = camera.name + ": ";
+      reason += check.id + ": " + withoutNext(check.message);
+    }
+  }
+  if (num_more > 0) reason += fmt::format(" (and {} more)", num_more);
+  return printable(oneLine(reason));
+}
+
+struct Row {
+  std::string verdict, file, model, size, reason;
+};
+
+Row rowOf(const ValidationResult& result, const FileJudgement& file) {
+  Row row{.verdict = verdictText(result, file),
+          .file = printable(file.file),
+          .model = commonText(file, modelText),
+          .size = commonText(file, sizeText),
+          .reason = reasonText(file)};
+  if (file.cameras.size() > 1) row.model = fmt::format("{} {}", file.cameras.size(), row.model);
+  return row;
+}
+
+std::string rowsText(const std::vector<Row>& rows) {
+  // One long name must not push all other rows to the right.
+  constexpr std::size_t kMaxWidth = 60;
+  std::size_t file_width = 0;
+  std::size_t model_width = 0;
+  std::size_t size_width = 0;
+  for (const Row& row : rows) {
+    file_width = std::max(file_width, std::min(kMaxWidth, row.file.size()));
+    model_width = std::max(model_width, row.model.size());
+    size_width = std::max(size_width, row.size.size());
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line = fmt::format("{}  {:<{}}  {:<{}}  {:<{}}  {}", row.verdict, row.file, file_width,
+                                   row.model, model_width, row.size, size_width, row.reason);
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
   }
   return text;
 }
 
-std::string judgementTable(std::span<const FileJudgement> judgements) {
-  std::size_t width = 4;
-  for (const FileJudgement& j : judgements) width = std::max(width, j.file.size());
-  std::string text =
-      fmt::format("{:<7}  {:<{}}  {:<10}  {:<14}  {}\n", "", "file", width, "format", "model", "image");
-  std::size_t num_valid = 0;
-  for (const FileJudgement& j : judgements) {
-    num_valid += j.isValid() ? 1 : 0;
-    text += fmt::format("{:<7}  {:<{}}  {:<10}  {:<14}  {}\n", j.isValid() ? "valid" : "INVALID", j.file,
-                        width, j.format.empty() ? "-" : j.format, j.model.empty() ? "-" : j.model,
-                        j.size.empty() ? "-" : j.size);
-    for (const Diagnosis& check : j.checks) {
-      if (check.severity != Severity::kPass) text += checkText(check);
-    }
-  }
-  return text + fmt::format("{} of {} valid\n", num_valid, judgements.size());
+// Further lines of a message stay in its column.
+std::string indented(const std::string& message) {
+  std::string text;
+  std::istringstream lines(message);
+  for (std::string line; std::getline(lines, line);)
+    text += (text.empty() ? "" : fmt::format("\n{:27}", "")) + printable(line);
+  return text;
 }
 
-nlohmann::json judgementJson(const FileJudgement& judgement) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const Diagnosis& check : judgement.checks) {
-    list.push_back({{"id", check.id},
-                    {"status", checkStatusName(check.severity)},
-                    {"value", check.evidence},
-                    {"limit", check.limit},
-                    {"message", check.cause}});
+std::string cameraText(const FileJudgement& file, const CameraJudgement& camera) {
+  std::string text;
+  if (file.cameras.size() > 1)
+    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), sizeText(camera));
+  for (const FileCheck& check : camera.checks) {
+    text += fmt::format("    {}  {:<17}  {}\n", checkStatusName(check.severity), check.id,
+                        indented(check.message));
   }
-  return {{"file", judgement.file},  {"format", judgement.format},   {"model", judgement.model},
-          {"image", judgement.size}, {"valid", judgement.isValid()}, {"checks", std::move(list)}};
+  return text;
+}
+
+std::string fileText(const ValidationResult& result, const FileJudgement& file) {
+  std::string text = rowsText({rowOf(result, file)});
+  if (!file.error.empty()) {
+    const std::size_t next = file.error.find(kNext);
+    if (next != std::string::npos)
+      text += fmt::format("    next: {}\n", printable(file.error.substr(next + kNext.size())));
+    return text;
+  }
+  for (const CameraJudgement& camera : file.cameras) text += cameraText(file, camera);
+  const bool can_show_slips = std::all_of(file.cameras.begin(), file.cameras.end(),
+                                          [](const CameraJudgement& c) { return c.can_show_slips; });
+  if (!can_show_slips && !result.isFailed(file))
+    text += "    A file cannot prove its own numbers. Test it with --images or --against.\n";
+  return text;
+}
+
+// "pass", "warning" or "failure".
+std::string_view statusId(const ValidationResult& result, const FileJudgement& file) {
+  if (result.isFailed(file)) return severityName(Severity::kFailure);
+  return severityName(file.severity() == Severity::kWarning ? Severity::kWarning : Severity::kPass);
+}
+
+nlohmann::json cameraJson(const CameraJudgement& camera) {
+  using nlohmann::json;
+  json checks = json::array();
+  for (const FileCheck& check : camera.checks) {
+    json values = json::object();
+    for (const CheckValue& value : check.values) values[value.name] = orNull(value.value);
+    checks.push_back({{"id", check.id},
+                      {"status", severityName(check.severity)},
+                      {"values", std::move(values)},
+                      {"message", check.message}});
+  }
+  json document = {{"name", camera.name}, {"model", nullptr}, {"image_size", nullptr}};
+  if (camera.image_size)
+    document["image_size"] = {{"width", camera.image_size->width}, {"height", camera.image_size->height}};
+  if (camera.camera) {
+    document["model"] = camera.camera->modelId();
+    const auto names = camera.camera->parameterNames();
+    for (std::size_t i = 0; i < names.size(); ++i)
+      document["parameters"][std::string(names[i])] = camera.camera->parameters()[i];
+  }
+  document["checks"] = std::move(checks);
+  return document;
+}
+
+}  // namespace
+
+bool ValidationResult::isFailed(const FileJudgement& file) const {
+  return file.severity() >= (is_strict ? Severity::kWarning : Severity::kFailure);
+}
+
+std::string judgementText(const ValidationResult& result, bool is_verbose) {
+  std::string text;
+  if (is_verbose) {
+    for (const FileJudgement& file : result.files) text += fileText(result, file);
+    for (const std::string& file : result.other_files)
+      text += fmt::format("other {}  not a camera file\n", printable(file));
+  } else {
+    std::vector<Row> rows;
+    for (const FileJudgement& file : result.files) rows.push_back(rowOf(result, file));
+    text = rowsText(rows);
+  }
+  return text + totalsText(totalsOf(result));
+}
+
+std::string failuresText(const ValidationResult& result) {
+  std::vector<Row> rows;
+  for (const FileJudgement& file : result.files) {
+    if (result.isFailed(file)) rows.push_back(rowOf(result, file));
+  }
+  return rowsText(rows);
+}
+
+nlohmann::json judgementJson(const ValidationResult& result) {
+  using nlohmann::json;
+  json files = json::array();
+  for (const FileJudgement& file : result.files) {
+    json cameras = json::array();
+    for (const CameraJudgement& camera : file.cameras) cameras.push_back(cameraJson(camera));
+    files.push_back({{"file", file.file},
+                     {"status", statusId(result, file)},
+                     {"format", file.format.empty() ? json(nullptr) : json(file.format)},
+                     {"error", file.error.empty() ? json(nullptr) : json(file.error)},
+                     {"cameras", std::move(cameras)}});
+  }
+  const Totals totals = totalsOf(result);
+  return {{"created_by", programName()},
+          {"strict", result.is_strict},
+          {"totals",
+           {{"files", totals.num_files},
+            {"passed", totals.num_files - totals.num_failed},
+            {"passed_with_warnings", totals.num_warned},
+            {"failed", totals.num_failed},
+            {"other_files", totals.num_others}}},
+          {"files", std::move(files)},
+          {"other_files", result.other_files}};
+}
+
+std::string junitText(const ValidationResult& result) {
+  const Totals totals = totalsOf(result);
+  pugi::xml_document document;
+  pugi::xml_node declaration = document.append_child(pugi::node_declaration);
+  declaration.append_attribute("version") = "1.0";
+  declaration.append_attribute("encoding") = "UTF-8";
+  pugi::xml_node suites = document.append_child("testsuites");
+  pugi::xml_node suite = suites.append_child("testsuite");
+  suite.append_attribute("name") = "alidade validate";
+  for (pugi::xml_node node : {suites, suite}) {
+    node.append_attribute("tests") = static_cast<unsigned long long>(totals.num_files);
+    node.append_attribute("failures") = static_cast<unsigned long long>(totals.num_failed);
+    node.append_attribute("errors") = 0;
+  }
+  for (const FileJudgement& file : result.files) {
+    pugi::xml_node test = suite.append_child("testcase");
+    test.append_attribute("classname") = "camera_file";
+    test.append_attribute("name") = printable(file.file).c_str();
+    const std::string text = fileText(result, file);
+    if (result.isFailed(file)) {
+      pugi::xml_node failure = test.append_child("failure");
+      failure.append_attribute("message") = reasonText(file).c_str();
+      failure.text().set(text.c_str());
+    } else {
+      test.append_child("system-out").text().set(text.c_str());
+    }
+  }
+  std::ostringstream out;
+  document.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
+  return out.str();
 }
 
 }  // namespace alidade

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -10,12 +11,24 @@
 
 namespace alidade {
 
-/// All checks of one camera, and what they come to.
-[[nodiscard]] std::string judgementText(const FileJudgement& judgement);
+/// All that `validate` found out.
+struct ValidationResult {
+  std::vector<FileJudgement> files;
+  std::vector<std::string> other_files;  ///< in folders; not camera files
+  bool is_strict = false;                ///< a warning fails a file
 
-/// A row for each camera, under it what did not pass, and at the end how many are valid.
-[[nodiscard]] std::string judgementTable(std::span<const FileJudgement> judgements);
+  [[nodiscard]] bool isFailed(const FileJudgement& file) const;
+};
 
-[[nodiscard]] nlohmann::json judgementJson(const FileJudgement& judgement);
+/// A line for each file, and the totals. With `is_verbose`, each check has a line too.
+[[nodiscard]] std::string judgementText(const ValidationResult& result, bool is_verbose);
+
+/// A line for each file that failed; empty if there is none.
+[[nodiscard]] std::string failuresText(const ValidationResult& result);
+
+[[nodiscard]] nlohmann::json judgementJson(const ValidationResult& result);
+
+/// JUnit XML: a test case for each file.
+[[nodiscard]] std::string junitText(const ValidationResult& result);
 
 }  // namespace alidade

@@ -185,19 +185,25 @@ TEST(Formats, SetCamerasAsideThatAreNotSupported) {
     const RunResult judged = runAlidade({"validate", file, "--json"});
     EXPECT_THAT(judged, EndsWith(3)) << c.text;
     const auto files = nlohmann::json::parse(judged.out).at("files");
-    ASSERT_EQ(files.size(), 2u);
-    EXPECT_EQ(files[0].at("file"), file + "#" + c.good);
-    EXPECT_EQ(files[0].at("valid"), true);
-    EXPECT_EQ(files[1].at("file"), file + "#" + c.bad);
-    EXPECT_EQ(files[1].at("checks").size(), 1u);
-    EXPECT_EQ(files[1].at("checks")[0].at("id"), "schema");
-    EXPECT_EQ(files[1].at("checks")[0].at("status"), "FAIL");
+    ASSERT_EQ(files.size(), 1u);
+    EXPECT_EQ(files[0].at("file"), file);
+    const auto cameras = files[0].at("cameras");
+    ASSERT_EQ(cameras.size(), 2u);
+    EXPECT_EQ(cameras[0].at("name"), c.good);
+    EXPECT_TRUE(cameras[0].at("model").is_string());
+    EXPECT_EQ(cameras[1].at("name"), c.bad);
+    EXPECT_TRUE(cameras[1].at("model").is_null());
+    ASSERT_EQ(cameras[1].at("checks").size(), 1u);
+    EXPECT_EQ(cameras[1].at("checks")[0].at("id"), "model");
+    EXPECT_EQ(cameras[1].at("checks")[0].at("status"), "failure");
     ++num_files;
   }
   EXPECT_EQ(num_files, 5);
   // A file without a camera that is supported is not readable.
-  EXPECT_THAT(runAlidade({"validate", scratch.write("none.txt", "1 DIVISION 640 480 5 5 320 240 0\n")}),
-              FailsWith(1, testing::HasSubstr("DIVISION")));
+  const RunResult none =
+      runAlidade({"validate", scratch.write("none.txt", "1 DIVISION 640 480 5 5 320 240 0\n")});
+  EXPECT_THAT(none, EndsWith(3));
+  EXPECT_THAT(none.out, testing::HasSubstr("DIVISION"));
 }
 
 TEST(Formats, LimitsAreNumbers) {
@@ -218,12 +224,16 @@ TEST(Formats, ADamagedFileOfAFolderIsNoOtherFile) {
   const ScratchFolder scratch;
   scratch.write("good.yaml", readFile(dataPath("camera.yaml")));
   scratch.write("cut.yaml", readFile(dataPath("camera.yaml")).substr(0, 200));
+  scratch.write("empty.yaml", "");
+  scratch.write("zeros.json", std::string(100, '\0'));
   scratch.write("notes.yaml", "nothing: of a camera\n");
+  scratch.write("latin.txt", "gr\xfc\xdf\n");
   const RunResult result = runAlidade({"validate", scratch.path(""), "--json", "--quiet"});
-  EXPECT_THAT(result, EndsWith(1));
+  EXPECT_THAT(result, EndsWith(3));
   const auto document = nlohmann::json::parse(result.out);
-  EXPECT_EQ(document.at("files").size(), 2u);
-  EXPECT_EQ(document.at("skipped").size(), 1u);
+  EXPECT_EQ(document.at("files").size(), 4u);
+  EXPECT_EQ(document.at("totals").at("failed"), 3);
+  EXPECT_EQ(document.at("other_files").size(), 2u);
 }
 
 // What every other command tells as a note is in the rows of `validate` too.
@@ -246,12 +256,14 @@ TEST(Formats, HaveEveryNoteOfOtherCommandsInARowOfValidate) {
     const RunResult converted = runAlidade({"convert", path, "--to", "alidade", "-o",
                                             scratch.path("out" + std::to_string(num_notes) + ".yaml")});
     ASSERT_THAT(converted, EndsWith(0));
-    const auto checks =
-        nlohmann::json::parse(runAlidade({"validate", path, "--json"}).out).at("files")[0].at("checks");
+    const auto checks = nlohmann::json::parse(runAlidade({"validate", path, "--json"}).out)
+                            .at("files")[0]
+                            .at("cameras")[0]
+                            .at("checks");
     std::string warned;
     for (const auto& check : checks) {
-      const bool is_row = check.at("id") == "conventions" || check.at("id") == "unknown_keys";
-      if (is_row && check.at("status") == "WARN") warned += check.at("message").get<std::string>() + "\n";
+      if (check.at("status") == "note" || check.at("status") == "warning")
+        warned += check.at("message").get<std::string>() + "\n";
     }
     std::istringstream notes(converted.err);
     for (std::string line; std::getline(notes, line);) {

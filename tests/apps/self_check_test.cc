@@ -70,7 +70,7 @@ TEST(SelfCheck, IsARowOfValidate) {
   const ScratchFolder scratch;
   const RunResult result = runAlidade({"validate", slipped(scratch)});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.out, HasSubstr("FAIL  self_check"));
+  EXPECT_THAT(result.out, HasSubstr("self_check: "));
 }
 
 TEST(SelfCheck, NoticesAnotherSizeOfTheImage) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 
 #include "apps/command_line.h"
 #include "support/corners_text.h"
@@ -21,8 +22,13 @@ using testing::Not;
 TEST(Validate, PassesGoodFiles) {
   const RunResult result = runAlidade({"validate", dataPath("camera.yaml")});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.out, AllOf(HasSubstr(dataPath("camera.yaml")), HasSubstr("PASS  self_check"),
-                                HasSubstr("  valid\n"), Not(HasSubstr("FAIL"))));
+  EXPECT_EQ(result.out,
+            "PASS  " + dataPath("camera.yaml") + "  radtan  640x480\n1 file: 1 passed, 0 failed\n");
+  const RunResult verbose = runAlidade({"validate", dataPath("camera.yaml"), "--verbose"});
+  ASSERT_THAT(verbose, EndsWith(0));
+  EXPECT_THAT(verbose.out, AllOf(HasSubstr("    PASS  self_check "), HasSubstr("    PASS  one_to_one "),
+                                 Not(HasSubstr("FAIL"))));
+  EXPECT_EQ(runAlidade({"validate", dataPath("camera.yaml"), "--quiet"}).out, "");
 }
 
 TEST(Validate, SeesAParameterThatWasEdited) {
@@ -31,7 +37,8 @@ TEST(Validate, SeesAParameterThatWasEdited) {
       scratch.write("camera.yaml", replaced(readFile(dataPath("camera.yaml")), "fx: 535,", "fx: 536,"));
   const RunResult result = runAlidade({"validate", file});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL  self_check"), HasSubstr("NOT valid")));
+  EXPECT_THAT(result.out,
+              AllOf(testing::StartsWith("FAIL  "), HasSubstr("self_check: "), HasSubstr("1 failed\n")));
 }
 
 TEST(Validate, SeesALensThatFoldsInItsImage) {
@@ -43,7 +50,8 @@ TEST(Validate, SeesALensThatFoldsInItsImage) {
                     "p2: 0, k3: 0}\n");
   const RunResult result = runAlidade({"validate", file});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL  one_to_one"), HasSubstr("folds over inside the image")));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("one_to_one: "), HasSubstr("folds over inside the image: only "),
+                                HasSubstr(" % of the image has a ray; limit 99 %")));
 }
 
 TEST(Validate, JudgesEveryFileAndFailsWithTheWorst) {
@@ -55,16 +63,19 @@ TEST(Validate, JudgesEveryFileAndFailsWithTheWorst) {
   EXPECT_THAT(result, EndsWith(3));
   const auto files = nlohmann::json::parse(result.out).at("files");
   ASSERT_EQ(files.size(), 3u);
-  EXPECT_EQ(files[0].at("valid"), true);
-  EXPECT_EQ(files[1].at("valid"), true);
-  EXPECT_EQ(files[2].at("valid"), false);
+  EXPECT_EQ(files[0].at("status"), "pass");
+  EXPECT_EQ(files[1].at("status"), "pass");
+  EXPECT_EQ(files[2].at("status"), "failure");
   int num_failed = 0;
-  for (const auto& check : files[2].at("checks")) {
-    EXPECT_THAT(check.at("status").get<std::string>(), MatchesRegex("PASS|WARN|FAIL"));
-    num_failed += check.at("status") == "FAIL" ? 1 : 0;
-    for (const char* key : {"id", "value", "limit", "message"}) EXPECT_NE(check.at(key), "") << key;
+  for (const auto& check : files[2].at("cameras").at(0).at("checks")) {
+    EXPECT_THAT(check.at("status").get<std::string>(), MatchesRegex("pass|note|warning|failure"));
+    num_failed += check.at("status") == "failure" ? 1 : 0;
+    EXPECT_NE(check.at("message"), "");
+    for (const auto& value : check.at("values")) EXPECT_TRUE(value.is_number()) << check;
   }
   EXPECT_GE(num_failed, 1);
+  EXPECT_EQ(files[2].at("cameras").at(0).at("image_size"), nlohmann::json({{"width", 640}, {"height", 480}}));
+  EXPECT_EQ(files[2].at("cameras").at(0).at("parameters").at("cy"), 237.1);
 }
 
 TEST(Validate, NamesAMissingFile) {
@@ -74,37 +85,37 @@ TEST(Validate, NamesAMissingFile) {
               FailsWith(1, HasSubstr("did you mean '" + scratch.path("camera.yaml") + "'?")));
 }
 
-TEST(Validate, ChecksTheOtherFilesWhenOneCannotBeRead) {
+TEST(Validate, FailsAFileThatCannotBeReadAndChecksTheOthers) {
   const ScratchFolder scratch;
   const std::string bad =
       scratch.write("bad.yaml", replaced(readFile(dataPath("camera.yaml")), "cy: 238.1", "cy: 237.1"));
   const std::string broken = scratch.write("broken.yaml", "alidade_camera: 1\nmodel: pinhole\n");
-  const std::vector<std::string> files = {broken, dataPath("camera.yaml"), scratch.path("none.yaml"), bad};
+  const std::vector<std::string> files = {broken, dataPath("camera.yaml"), bad};
   std::vector<std::string> args = {"validate"};
   args.insert(args.end(), files.begin(), files.end());
 
   const RunResult table = runAlidade(args);
-  EXPECT_THAT(table, EndsWith(1));  // worse than a check that failed
+  EXPECT_THAT(table, EndsWith(3));
   EXPECT_THAT(table.out,
-              AllOf(HasSubstr("FAIL  schema"), HasSubstr("no such file"),
-                    HasSubstr("valid    " + dataPath("camera.yaml")), HasSubstr("FAIL  self_check")));
-  EXPECT_EQ(table.err, "error: 2 of 4 files cannot be read\n");
+              AllOf(testing::StartsWith("FAIL  " + broken), HasSubstr("line 1: found no key 'parameters'"),
+                    HasSubstr("PASS  " + dataPath("camera.yaml")), HasSubstr("self_check: "),
+                    testing::EndsWith("3 files: 1 passed, 2 failed\n")));
+  EXPECT_EQ(table.err, "");
 
   args.emplace_back("--json");
   const RunResult json = runAlidade(args);
-  EXPECT_THAT(json, EndsWith(1));
+  EXPECT_THAT(json, EndsWith(3));
   const auto documents = nlohmann::json::parse(json.out).at("files");
   ASSERT_EQ(documents.size(), files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
     EXPECT_EQ(documents[i].at("file"), files[i]);
-    EXPECT_EQ(documents[i].at("valid"), i == 1) << files[i];
-    const auto& schema = documents[i].at("checks").at(0);
-    EXPECT_EQ(schema.at("id"), "schema");
-    EXPECT_EQ(schema.at("status"), i % 2 == 0 ? "FAIL" : "PASS") << files[i];
+    EXPECT_EQ(documents[i].at("status"), i == 1 ? "pass" : "failure") << files[i];
+    EXPECT_EQ(documents[i].at("error").is_null(), i != 0) << files[i];
+    EXPECT_EQ(documents[i].at("cameras").size(), i == 0 ? 0u : 1u) << files[i];
   }
-  const auto& missing = documents[2].at("checks");
-  EXPECT_EQ(missing.size(), 1u);
-  EXPECT_THAT(missing[0].at("message").get<std::string>(), HasSubstr("no such file"));
+  // One that does not exist is a slip in the command.
+  EXPECT_THAT(runAlidade({"validate", bad, scratch.path("none.yaml")}),
+              FailsWith(1, HasSubstr("none.yaml: no such file")));
 }
 
 TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
@@ -117,22 +128,22 @@ TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
   ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("verdict: rejected"));
   const RunResult result = runAlidade({"validate", file});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL  calibration"), HasSubstr("NOT valid")));
+  EXPECT_THAT(result.out, HasSubstr("calibration: the verdict was no"));
 }
 
 // The check of this id in the report on one file.
 nlohmann::json checkOf(const RunResult& result, const std::string& id) {
   const nlohmann::json document = nlohmann::json::parse(result.out);
-  for (const auto& check : document.at("files").at(0).at("checks")) {
+  for (const auto& check : document.at("files").at(0).at("cameras").at(0).at("checks")) {
     if (check.at("id") == id) return check;
   }
   ADD_FAILURE() << "no check " << id << " in " << result.out;
   return {};
 }
 
-// "PASS" and so on of a check in the program's JSON.
+// "pass" and so on of a check of a file's first camera in the program's JSON; empty: it has no such check.
 std::string statusOf(const nlohmann::json& file, const std::string& id) {
-  for (const auto& check : file.at("checks")) {
+  for (const auto& check : file.at("cameras").at(0).at("checks")) {
     if (check.at("id") == id) return check.at("status");
   }
   return "";
@@ -153,13 +164,13 @@ TEST(Validate, TestsACameraOnImages) {
   const RunResult good =
       runAlidade({"validate", dataPath("camera.yaml"), "--images", photos, "--board", kBoard, "--json"});
   EXPECT_THAT(good, EndsWith(0));
-  EXPECT_EQ(checkOf(good, "held_out_error").at("status"), "PASS");
-  EXPECT_NE(checkOf(good, "images_agree").at("status"), "FAIL");
+  EXPECT_EQ(checkOf(good, "held_out_error").at("status"), "pass");
+  EXPECT_NE(checkOf(good, "images_agree").at("status"), "failure");
 
   const std::string wrong = withFocal(scratch, "540.4", "539.3");
   const RunResult bad = runAlidade({"validate", wrong, "--images", dataPath("corners.csv"), "--json"});
   EXPECT_THAT(bad, EndsWith(3));
-  EXPECT_EQ(checkOf(bad, "images_agree").at("status"), "FAIL");
+  EXPECT_EQ(checkOf(bad, "images_agree").at("status"), "failure");
   // Whoever puts up with more may have it.
   EXPECT_THAT(
       runAlidade({"validate", wrong, "--images", dataPath("corners.csv"), "--tolerance", "20", "--json"}),
@@ -170,12 +181,12 @@ TEST(Validate, TestsACameraOnImages) {
 TEST(Validate, DoesNotAskForTheImagesThatItHad) {
   const ScratchFolder scratch;
   const std::string bare = withFocal(scratch, "535", "534");
-  const std::string advice = "nothing in this file can show a wrong number";
-  EXPECT_THAT(runAlidade({"validate", bare}).out, HasSubstr(advice));
+  const std::string advice = "A file cannot prove its own numbers.";
+  EXPECT_THAT(runAlidade({"validate", bare, "--verbose"}).out, HasSubstr(advice));
   for (const char* flag : {"--images", "--against"}) {
     const std::string other =
         flag == std::string("--images") ? dataPath("corners.csv") : dataPath("camera.yaml");
-    const RunResult result = runAlidade({"validate", bare, flag, other});
+    const RunResult result = runAlidade({"validate", bare, flag, other, "--verbose"});
     EXPECT_THAT(result, EndsWith(0));
     EXPECT_THAT(result.out, Not(HasSubstr(advice))) << flag;
   }
@@ -187,7 +198,8 @@ TEST(Validate, DoesNotAskForTheImagesThatItHad) {
                                !line.starts_with("camera,view_002");
     if (!is_other_view) few += line + "\n";
   }
-  const RunResult undecided = runAlidade({"validate", bare, "--images", scratch.write("few.csv", few)});
+  const RunResult undecided =
+      runAlidade({"validate", bare, "--images", scratch.write("few.csv", few), "--verbose"});
   EXPECT_THAT(undecided, EndsWith(0));
   EXPECT_THAT(undecided.out, AllOf(HasSubstr("WARN  images_agree"), HasSubstr(advice)));
 }
@@ -200,16 +212,16 @@ TEST(Validate, SaysThatImagesHaveTheNamesOfTheFilesOwnViews) {
               EndsWith(0));
   const RunResult own = runAlidade({"validate", camera, "--images", dataPath("corners.csv"), "--json"});
   EXPECT_THAT(own, EndsWith(0));
-  EXPECT_EQ(checkOf(own, "held_out_names").at("status"), "WARN");
-  EXPECT_EQ(checkOf(own, "held_out_names").at("value"), "12 of 12 images");
-  EXPECT_THAT(checkOf(own, "held_out_names").at("message").get<std::string>(), HasSubstr("view_001.png"));
+  EXPECT_EQ(checkOf(own, "held_out_names").at("status"), "warning");
+  EXPECT_THAT(checkOf(own, "held_out_names").at("message").get<std::string>(),
+              AllOf(HasSubstr("view_001.png"), HasSubstr("12 of 12 images")));
 
   std::string renamed = readFile(dataPath("corners.csv"));
   for (std::size_t at = 0; (at = renamed.find("view_", at)) != std::string::npos; ++at)
     renamed.replace(at, 5, "shot_");
   const RunResult others =
       runAlidade({"validate", camera, "--images", scratch.write("others.csv", renamed), "--json"});
-  EXPECT_EQ(checkOf(others, "held_out_names").at("status"), "PASS");
+  EXPECT_EQ(checkOf(others, "held_out_names").at("status"), "pass");
   // A file that lists no views cannot be asked.
   const RunResult bare =
       runAlidade({"validate", dataPath("camera.yaml"), "--images", dataPath("corners.csv"), "--json"});
@@ -246,16 +258,17 @@ TEST(Validate, TakesOthersImagesOfTheSameNamesForOthers) {
     const char* status;
     const char* value;
   };
-  const std::vector<Case> cases = {{setOf(1), "WARN", "12 of 12 images"},
-                                   {renumbered(setOf(1), true), "WARN", "12 of 12 images"},   // turned
-                                   {renumbered(setOf(1), false), "WARN", "12 of 12 images"},  // mirrored
-                                   {setOf(2), "PASS", "0 of 12 images"}};
+  const std::vector<Case> cases = {{setOf(1), "warning", "12 of 12 images"},
+                                   {renumbered(setOf(1), true), "warning", "12 of 12 images"},   // turned
+                                   {renumbered(setOf(1), false), "warning", "12 of 12 images"},  // mirrored
+                                   {setOf(2), "pass", "0 of 12 images"}};
   int num_checked = 0;
   for (const Case& c : cases) {
     const std::string corners = scratch.write("given.csv", cornersText(c.set, kViews));
     const RunResult result = runAlidade({"validate", file, "--images", corners, "--json"});
     EXPECT_EQ(checkOf(result, "held_out_names").at("status"), c.status) << num_checked;
-    EXPECT_EQ(checkOf(result, "held_out_names").at("value"), c.value) << num_checked;
+    EXPECT_THAT(checkOf(result, "held_out_names").at("message").get<std::string>(), HasSubstr(c.value))
+        << num_checked;
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 4);
@@ -272,28 +285,94 @@ TEST(Validate, TakesOthersImagesOfTheSameNamesForOthers) {
   const RunResult result =
       runAlidade({"validate", scratch.write("edited.yaml", edited), "--images", own, "--json"});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_EQ(checkOf(result, "held_out_names").at("value"), "12 of 12 images");
+  EXPECT_THAT(checkOf(result, "held_out_names").at("message").get<std::string>(),
+              HasSubstr("12 of 12 images"));
 }
 
-TEST(Validate, NamesFoldersAndLinksToNothing) {
+TEST(Validate, SearchesFoldersWithinFolders) {
   const ScratchFolder scratch;
-  scratch.write("set/a.yaml", smallCamera());
-  scratch.write("set/deeper/b.yaml", smallCamera());
+  scratch.write("set/cam10.yaml", smallCamera());
+  scratch.write("set/cam2.YML", smallCamera());
+  scratch.write("set/deeper/b.json", smallCamera());
+  scratch.write("set/.git/c.yaml", smallCamera());
+  scratch.write("set/notes.md", "not looked at");
+  std::filesystem::create_directory_symlink(scratch.path("set"), scratch.path("set/deeper/loop"));
+  const auto filesOf = [](const RunResult& result) {
+    std::vector<std::string> files;
+    const nlohmann::json document = nlohmann::json::parse(result.out);
+    for (const auto& file : document.at("files")) files.push_back(file.at("file"));
+    return files;
+  };
+  const std::vector<std::string> all = {scratch.path("set/cam2.YML"), scratch.path("set/cam10.yaml"),
+                                        scratch.path("set/deeper/b.json")};
   const RunResult sound = runAlidade({"validate", scratch.path("set"), "--json"});
   EXPECT_THAT(sound, EndsWith(0));
-  const auto document = nlohmann::json::parse(sound.out);
-  EXPECT_EQ(document.at("files").size(), 1u);
-  EXPECT_EQ(document.at("folders"), nlohmann::json({scratch.path("set/deeper")}));
-  EXPECT_THAT(sound.err, HasSubstr("1 sub-folders were skipped"));
+  EXPECT_EQ(filesOf(sound), all);
+  // Each file once, however it is named; patterns are for scripts without a shell.
+  EXPECT_EQ(filesOf(runAlidade({"validate", all[1], scratch.path("set"), "--json"})),
+            (std::vector<std::string>{all[1], all[0], all[2]}));
+  EXPECT_EQ(filesOf(runAlidade({"validate", scratch.path("set/*.y*ml"), "--json"})),
+            (std::vector<std::string>{all[1]}));
+  EXPECT_THAT(runAlidade({"validate", scratch.path("set/*.jsn")}),
+              FailsWith(1, HasSubstr("no file matches")));
+
   scratch.makeFolder("outer/inner");
   EXPECT_THAT(runAlidade({"validate", scratch.path("outer")}),
-              FailsWith(1, HasSubstr("list them explicitly: " + scratch.path("outer/inner"))));
+              FailsWith(1, HasSubstr("no file with the extension of a camera file")));
+  scratch.write("outer/inner/poses.yaml", "- 1\n");
+  EXPECT_THAT(runAlidade({"validate", scratch.path("outer")}),
+              FailsWith(1, HasSubstr("no camera file among 1 files")));
+  // A link to nothing stands for a file that is missing.
   std::filesystem::create_symlink(scratch.path("gone.yaml"), scratch.path("set/c.yaml"));
   std::filesystem::create_symlink(scratch.path("gone.bin"), scratch.path("set/c.bin"));
   const RunResult dangling = runAlidade({"validate", scratch.path("set")});
-  EXPECT_THAT(dangling, EndsWith(1));
-  EXPECT_THAT(dangling.out,
-              AllOf(HasSubstr("set/c.yaml"), HasSubstr("1 of 2 valid"), Not(HasSubstr("c.bin"))));
+  EXPECT_THAT(dangling, EndsWith(3));
+  EXPECT_THAT(dangling.out, AllOf(HasSubstr("FAIL  " + scratch.path("set/c.yaml")), Not(HasSubstr("c.bin")),
+                                  testing::EndsWith("4 files: 3 passed, 1 failed\n")));
+}
+
+// Name and text of a file may hold anything: they must not make a line of the table, or invalid XML.
+TEST(Validate, WritesNoControlCharacters) {
+  const ScratchFolder scratch;
+  const std::string name = "a\nPASS  fake.yaml\x1b[2J\xff.yaml";
+  scratch.write("set/" + name, "alidade_camera: 1\nmodel: \"\\e[2J\"\n");
+  const RunResult result =
+      runAlidade({"validate", scratch.path("set"), "--junit", scratch.path("report.xml")});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 2);
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr(R"(a\x0aPASS  fake.yaml\x1b[2J\xff.yaml)"), Not(HasSubstr("\x1b"))));
+  EXPECT_THAT(scratch.read("report.xml"), AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("&#"))));
+}
+
+TEST(Validate, WritesJUnit) {
+  const ScratchFolder scratch;
+  scratch.write("set/good.yaml", readFile(dataPath("camera.yaml")));
+  scratch.write("set/bad.yaml", replaced(readFile(dataPath("camera.yaml")), "cy: 238.1", "cy: 237.1"));
+  scratch.write("set/cut.json", "{\"camera_model\": ");
+  const std::string report = scratch.path("set/report.xml");
+  // Again with the report of the first run in the folder, which is not a camera file.
+  for (int run = 0; run < 2; ++run) {
+    const RunResult result = runAlidade({"validate", scratch.path("set"), "--junit", report});
+    EXPECT_THAT(result, EndsWith(3));
+    pugi::xml_document document;
+    ASSERT_TRUE(document.load_file(report.c_str()));
+    const pugi::xml_node suite = document.child("testsuites").child("testsuite");
+    EXPECT_EQ(suite.attribute("tests").as_int(), 3);
+    EXPECT_EQ(suite.attribute("failures").as_int(), 2);
+    std::vector<std::string> failed;
+    for (const pugi::xml_node test : suite.children("testcase")) {
+      if (test.child("failure")) failed.emplace_back(test.child("failure").attribute("message").as_string());
+    }
+    ASSERT_EQ(failed.size(), 2u);
+    EXPECT_THAT(failed[0], HasSubstr("self_check: "));
+    EXPECT_THAT(failed[1], HasSubstr("line 1: not valid JSON"));
+  }
+  EXPECT_THAT(
+      runAlidade({"validate", scratch.path("set/good.yaml"), "--junit", scratch.path("set/good.yaml")}),
+      FailsWith(2, HasSubstr("also an input")));
+  EXPECT_THAT(runAlidade({"validate", scratch.path("set"), "--junit", "-"}),
+              FailsWith(2, HasSubstr("--junit -")));
 }
 
 TEST(Validate, ComparesWithAnotherCamera) {
@@ -301,11 +380,11 @@ TEST(Validate, ComparesWithAnotherCamera) {
   const RunResult same =
       runAlidade({"validate", dataPath("camera.yaml"), "--against", dataPath("camera.yaml"), "--json"});
   EXPECT_THAT(same, EndsWith(0));
-  EXPECT_EQ(checkOf(same, "against").at("status"), "PASS");
+  EXPECT_EQ(checkOf(same, "against").at("status"), "pass");
   const std::string wrong = withFocal(scratch, "540.4", "539.3");
   const RunResult other = runAlidade({"validate", wrong, "--against", dataPath("camera.yaml"), "--json"});
   EXPECT_THAT(other, EndsWith(3));
-  EXPECT_EQ(checkOf(other, "against").at("status"), "FAIL");
+  EXPECT_EQ(checkOf(other, "against").at("status"), "failure");
 }
 
 TEST(Validate, FailsImagesOfAnotherSizeAndNamesFlagsThatNeedOthers) {
@@ -313,7 +392,7 @@ TEST(Validate, FailsImagesOfAnotherSizeAndNamesFlagsThatNeedOthers) {
   const std::string half = scratch.path("half.yaml");
   ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "-o", half, "--resize", "320x240"}),
               EndsWith(0));
-  const RunResult result = runAlidade({"validate", half, "--images", dataPath("corners.csv")});
+  const RunResult result = runAlidade({"validate", half, "--images", dataPath("corners.csv"), "--verbose"});
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("FAIL  held_out_error"), HasSubstr("640x480"), HasSubstr("--resize")));
@@ -327,9 +406,9 @@ TEST(Validate, KeepsAbsurdNumbersShort) {
   const std::string file =
       scratch.write("camera.yaml", replaced(smallCamera(), "fx: 500", "fx: 1e300") +
                                        "domain: {max_angle_rad: 1e300, full_image: true}\n");
-  const RunResult result = runAlidade({"validate", file});
+  const RunResult result = runAlidade({"validate", file, "--verbose"});
   EXPECT_THAT(result, EndsWith(3));
-  constexpr std::size_t kMaxLine = 200;
+  constexpr std::size_t kMaxLine = 250;
   std::size_t longest = 0;
   for (std::size_t start = 0; start < result.out.size();) {
     const std::size_t end = result.out.find('\n', start);
@@ -361,8 +440,8 @@ TEST(Validate, SeesAnUncertaintyThatWasEdited) {
     const std::string file = scratch.write("edited.yaml", replaced(good, from, to));
     const RunResult result = runAlidade({"validate", file, "--json"});
     EXPECT_THAT(result, EndsWith(3));
-    EXPECT_EQ(checkOf(result, "projection_std").at("status"), "FAIL") << to;
-    EXPECT_EQ(checkOf(result, "covariance").at("status"), "PASS") << to;
+    EXPECT_EQ(checkOf(result, "projection_std").at("status"), "failure") << to;
+    EXPECT_EQ(checkOf(result, "covariance").at("status"), "pass") << to;
     ++num_seen;
   }
   EXPECT_EQ(num_seen, 4);
@@ -376,8 +455,8 @@ TEST(Validate, PassesOldFilesAndThoseOfAHeldCalibration) {
     EXPECT_THAT(result, EndsWith(0));
     return checkOf(result, id).at("status").get<std::string>();
   };
-  EXPECT_EQ(statusIn(run(folder + "version_1.yaml"), "projection_std"), "PASS");
-  EXPECT_EQ(statusIn(run(folder + "version_1_before_verdict.yaml"), "projection_std"), "WARN");
+  EXPECT_EQ(statusIn(run(folder + "version_1.yaml"), "projection_std"), "pass");
+  EXPECT_THAT(run(folder + "version_1_before_verdict.yaml").out, Not(HasSubstr("projection_std")));
   EXPECT_THAT(run(folder + "version_1_by_hand.yaml").out, Not(HasSubstr("projection_std")));
 
   // A parameter that was held has no variance, and fx = fy makes the covariance singular.
@@ -390,8 +469,8 @@ TEST(Validate, PassesOldFilesAndThoseOfAHeldCalibration) {
     args.insert(args.end(), held.begin(), held.end());
     static_cast<void>(runAlidade(args));
     const RunResult result = run(file);
-    EXPECT_EQ(checkOf(result, "covariance").at("status"), "PASS") << held.back();
-    EXPECT_EQ(checkOf(result, "projection_std").at("status"), "PASS") << held.back();
+    EXPECT_EQ(checkOf(result, "covariance").at("status"), "pass") << held.back();
+    EXPECT_EQ(checkOf(result, "projection_std").at("status"), "pass") << held.back();
     ++num_calibrated;
   }
   EXPECT_EQ(num_calibrated, 3);
@@ -425,14 +504,14 @@ TEST(Validate, PassesWhatCalibrateStatesOfParametersThatAreHardlyKnown) {
         ASSERT_TRUE(scratch.has("camera.yaml")) << what << calibration.err;
         const RunResult result = runAlidade({"validate", camera, "--json"});
         const auto file = nlohmann::json::parse(result.out).at("files").at(0);
-        EXPECT_EQ(statusOf(file, "self_check"), "PASS") << what << "\n" << result.out;
-        EXPECT_NE(statusOf(file, "covariance"), "FAIL") << what << "\n" << result.out;
+        EXPECT_EQ(statusOf(file, "self_check"), "pass") << what << "\n" << result.out;
+        EXPECT_NE(statusOf(file, "covariance"), "failure") << what << "\n" << result.out;
         const std::string status = statusOf(file, "projection_std");
         if (status.empty()) {
           ++num_without;
           continue;
         }
-        EXPECT_EQ(status, "PASS") << what << "\n" << result.out;
+        EXPECT_EQ(status, "pass") << what << "\n" << result.out;
         ++num_judged;
       }
     }
@@ -448,10 +527,9 @@ TEST(Validate, FailsNothingForASizeThatItGuessed) {
                "300.0123456789012, 0., 322.5, 0., 300.");
   const std::string unsized = replaced(folding, "image_width: 640\nimage_height: 480\n", "");
   EXPECT_THAT(runAlidade({"validate", scratch.write("folding.yml", folding)}), EndsWith(3));
-  const RunResult guessed = runAlidade({"validate", scratch.write("unsized.yml", unsized)});
+  const RunResult guessed = runAlidade({"validate", scratch.write("unsized.yml", unsized), "--verbose"});
   EXPECT_THAT(guessed, EndsWith(0));
-  EXPECT_THAT(guessed.out,
-              AllOf(HasSubstr("WARN  one_to_one"), HasSubstr("the size of the image was guessed")));
+  EXPECT_THAT(guessed.out, AllOf(HasSubstr("WARN  one_to_one"), HasSubstr("does not state the image size")));
   EXPECT_THAT(runAlidade({"validate", scratch.path("unsized.yml"), "--image-size", "640x480"}), EndsWith(3));
 }
 
@@ -466,32 +544,13 @@ TEST(Validate, ReadsAsOnlyWhatLeavesItsModelOpen) {
   EXPECT_THAT(result, EndsWith(0));
   const auto files = nlohmann::json::parse(result.out).at("files");
   ASSERT_EQ(files.size(), 3U);
-  EXPECT_EQ(files[0].at("model"), "radtan");
-  EXPECT_EQ(files[1].at("model"), "kannala_brandt");
-  EXPECT_EQ(files[2].at("model"), "pinhole");
+  EXPECT_EQ(files[0].at("cameras").at(0).at("model"), "radtan");
+  EXPECT_EQ(files[1].at("cameras").at(0).at("model"), "kannala_brandt");
+  EXPECT_EQ(files[2].at("cameras").at(0).at("model"), "pinhole");
   // Who names a file means it.
-  EXPECT_THAT(runAlidade({"validate", scratch.path("own.yaml"), "--read-as", "kannala_brandt"}),
-              FailsWith(1, HasSubstr("from --read-as")));
-}
-
-TEST(Validate, ChecksAWholeFolderOfAnyFormat) {
-  const ScratchFolder scratch;
-  scratch.write("a.yml", opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01"));
-  scratch.write("b.yaml", smallCamera());
-  scratch.write("notes.txt", "nothing of a camera\n");
-  scratch.write("image.png", "not looked at");
-  const RunResult result = runAlidade({"validate", scratch.path(""), "--json"});
-  ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.err, AllOf(HasSubstr("1 files were skipped"), HasSubstr("notes.txt")));
-  const auto files = nlohmann::json::parse(result.out).at("files");
-  ASSERT_EQ(files.size(), 2u);
-  EXPECT_EQ(files[0].at("format"), "opencv");
-  EXPECT_EQ(files[0].at("model"), "radtan");
-  EXPECT_EQ(files[0].at("image"), "640x480");
-  EXPECT_EQ(files[1].at("format"), "alidade");
-  // OpenCV's format has no room for points to check itself by, so they are not missed.
-  EXPECT_EQ(statusOf(files[0], "self_check"), "");
-  EXPECT_EQ(statusOf(files[1], "self_check"), "WARN");
+  const RunResult named = runAlidade({"validate", scratch.path("own.yaml"), "--read-as", "kannala_brandt"});
+  EXPECT_THAT(named, EndsWith(3));
+  EXPECT_THAT(named.out, HasSubstr("from --read-as"));
 }
 
 TEST(Validate, NamesOnlyFlagsThatItHas) {
@@ -506,46 +565,65 @@ TEST(Validate, NamesOnlyFlagsThatItHas) {
 
 TEST(Validate, StrictFailsWarnings) {
   const ScratchFolder scratch;
-  const std::string file = scratch.write("camera.yaml", smallCamera());
-  EXPECT_THAT(runAlidade({"validate", file}), EndsWith(0));
-  const RunResult strict = runAlidade({"validate", file, "--strict"});
+  const std::string odd =
+      scratch.write("odd.yml", opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01") + "lens: a\n");
+  const RunResult passed = runAlidade({"validate", odd});
+  EXPECT_THAT(passed, EndsWith(0));
+  EXPECT_THAT(passed.out, AllOf(testing::StartsWith("WARN  "), HasSubstr("unknown_keys: "),
+                                testing::EndsWith("1 file: 1 passed (1 with warnings), 0 failed\n")));
+  const RunResult strict = runAlidade({"validate", odd, "--strict"});
   EXPECT_THAT(strict, EndsWith(3));
-  EXPECT_THAT(strict.out, AllOf(HasSubstr("FAIL  self_check"), Not(HasSubstr("WARN"))));
-  const std::string clean = scratch.write("clean.yml", opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01"));
-  EXPECT_THAT(runAlidade({"validate", clean, "--strict"}), EndsWith(0));
+  EXPECT_THAT(strict.out,
+              AllOf(testing::StartsWith("FAIL  "), testing::EndsWith("1 file: 0 passed, 1 failed\n")));
+  // What a file may leave out is no warning.
+  EXPECT_THAT(runAlidade({"validate", scratch.write("camera.yaml", smallCamera()), "--strict"}), EndsWith(0));
 }
 
 TEST(Validate, SuspectsWhatAFileCannotShowByItself) {
   const ScratchFolder scratch;
   struct Case {
     std::string text;
-    std::string check;
+    std::string row;
     std::string hint;
   };
   const std::string good = opencvCamera("-0.28, 0.08, 8e-4, -4e-4, -0.01");
   const std::vector<Case> cases = {
       // k1 k2 k3 p1 p2
-      {opencvCamera("-0.28, 0.08, -0.05, 8e-4, -4e-4"), "coefficient_order", "k1 k2 k3 p1 p2"},
-      {opencvCamera("0.08, -0.28, -0.1, 0.2, -0.01"), "coefficient_order", "permuted"},
-      {replaced(replaced(good, "322.5", "238.1"), "534., 238.1", "534., 322.5"), "principal_point",
+      {opencvCamera("-0.28, 0.08, -0.05, 8e-4, -4e-4"), "FAIL  tangential", "k1 k2 k3 p1 p2"},
+      {opencvCamera("0.08, -0.28, -0.1, 0.2, -0.01"), "FAIL  tangential", "in the right order"},
+      {opencvCamera("-0.28, 0.08, 0.02, 0.02, 0"), "WARN  tangential", "in the right order"},
+      {replaced(replaced(good, "322.5", "238.1"), "534., 238.1", "534., 322.5"), "FAIL  principal_point",
        "swapped"},
-      {replaced(replaced(good, "width: 640", "width: 480"), "height: 480", "height: 640"), "principal_point",
-       "swapped"},
-      {replaced(good, "535.0123456789012", "535.01"), "digits", "digits were cut off"},
-      {replaced(replaced(good, "image_width: 640\n", ""), "image_height: 480\n", ""), "image_size",
+      {replaced(replaced(good, "width: 640", "width: 480"), "height: 480", "height: 640"),
+       "FAIL  principal_point", "swapped"},
+      {replaced(good, "322.5", "450.5"), "WARN  principal_point", "cropped"},
+      {replaced(good, "534.", "470."), "WARN  aspect", "square"},
+      {replaced(replaced(good, "image_width: 640\n", ""), "image_height: 480\n", ""), "NOTE  image_size",
        "--image-size"},
-      {good + "lens: unknown\n", "unknown_keys", "lens"},
-      {good.substr(0, good.find("distortion_coefficients")), "conventions", "no distortion coefficients"},
+      {good + "lens: unknown\n", "WARN  unknown_keys", "lens"},
+      {good + "R: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n", "NOTE  not_carried", "R"},
+      {good.substr(0, good.find("distortion_coefficients")), "NOTE  assumed", "no distortion coefficients"},
   };
   const std::string path = scratch.write("good.yml", good);
-  EXPECT_THAT(runAlidade({"validate", path}).out, Not(AnyOf(HasSubstr("WARN"), HasSubstr("FAIL"))));
+  EXPECT_THAT(runAlidade({"validate", path, "--verbose"}).out,
+              Not(AnyOf(HasSubstr("WARN"), HasSubstr("FAIL"))));
   int num_seen = 0;
   for (const Case& c : cases) {
-    const RunResult result = runAlidade({"validate", scratch.write("odd.yml", c.text)});
-    EXPECT_THAT(result.out, AllOf(HasSubstr("WARN  " + c.check), HasSubstr(c.hint))) << c.text;
+    const RunResult result = runAlidade({"validate", scratch.write("odd.yml", c.text), "--verbose"});
+    EXPECT_THAT(result.out, AllOf(HasSubstr(c.row), HasSubstr(c.hint))) << c.text;
     ++num_seen;
   }
-  EXPECT_EQ(num_seen, 8);
+  EXPECT_EQ(num_seen, 11);
+}
+
+// The camera of a part of an image may have its principal point anywhere. The self-check proves the numbers.
+TEST(Validate, PassesTheCameraOfACroppedImage) {
+  const ScratchFolder scratch;
+  const std::string corner = scratch.path("corner.yaml");
+  ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "-o", corner, "--crop", "400,300,200,150"}),
+              EndsWith(0));
+  EXPECT_THAT(runAlidade({"validate", corner, "--strict"}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"validate", corner, "--verbose"}).out, HasSubstr("NOTE  principal_point"));
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST(WrongNumbers, AreCaughtByTheSelfCheck) {
     // Sigmas go by the names of the model's parameters.
     if (slip.camera.modelId() != "radtan") file.calibration.reset();
     writeCameraFile(scratch.path("slip.yaml"), file);
-    const RunResult result = runAlidade({"validate", scratch.path("slip.yaml")});
+    const RunResult result = runAlidade({"validate", scratch.path("slip.yaml"), "--verbose"});
     EXPECT_THAT(result, EndsWith(3)) << slip.name;
     EXPECT_THAT(result.out, testing::HasSubstr("FAIL  self_check")) << slip.name;
     num_caught += result.exit_code == 3 ? 1 : 0;
@@ -96,8 +96,8 @@ TEST(WrongNumbers, AreCaughtByImages) {
       EndsWith(0));
   const auto validate = [&](const CameraRecord& file) {
     writeCameraFile(scratch.path("tested.yaml"), file);
-    return runAlidade(
-        {"validate", scratch.path("tested.yaml"), "--images", scratch.path("views/corners.csv")});
+    return runAlidade({"validate", scratch.path("tested.yaml"), "--images", scratch.path("views/corners.csv"),
+                       "--verbose"});
   };
   EXPECT_THAT(validate(good), EndsWith(0));
   int num_caught = 0;

@@ -110,9 +110,13 @@ TEST(CameraRecord, ThatIsWrongIsNamedWithLineAndKey) {
       {"# nothing but a comment\n", "", "expected"},
       {good + "---\n" + good, "", "2 YAML documents"},
       {std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16), "", "a zero byte at offset 8"},
-      {"\x01\x02\x03\x04", ":1", "a file of no known format"},
-      {"just text\n", ":1", "a file of no known format"},
-      {"- 1\n- 2\n", ":1", "a file of no known format"},
+      {"\x01\x02\x03\x04", "", "not a camera file"},
+      {"just text\n", "", "not a camera file"},
+      {"- 1\n- 2\n", "", "not a camera file"},
+      {"", "", "an empty file"},
+      {replaced(good, "alidade_camera", "alidade_camra"), ":1: alidade_camra",
+       "did you mean 'alidade_camera'?"},
+      {"distortion_model: plumb_bob\n", ":1: distortion_model", "the key 'camera_matrix'"},
       {"alidade_camera: 1\nmodel: [\n", "", "not valid YAML"},
       {"alidade_camera: 1\n\tmodel: pinhole\n", ":2", "not valid YAML"},
       {repeated("[", 100'000), ":1", "nested more than"},
@@ -128,9 +132,9 @@ TEST(CameraRecord, ThatIsWrongIsNamedWithLineAndKey) {
   const ScratchFolder scratch;
   EXPECT_EQ(numRefused(scratch, bad_files,
                        [](const std::string& path) {
-                         return runAlidade({"validate", path});
+                         return runAlidade({"project", path});
                        }),
-            57u);
+            60u);
   int num_commands = 0;
   scratch.write("bad.yaml", bad_files.front().text);
   for (const char* command : {"project", "unproject"}) {

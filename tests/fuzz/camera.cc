@@ -6,33 +6,20 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/validate/camera_checks.h"
-#include "alidade/validate/file_checks.h"
+#include "alidade/validate/file_judgement.h"
 #include "fuzz.h"
 
 namespace alidade {
 namespace {
 
-void check(const StatedCamera& stated, ImageSize image_size) {
-  CameraRecord record{.camera = stated.camera,
-                      .image_size = image_size,
-                      .domain = {},
-                      .self_check = {},
-                      .calibration = {},
-                      .created_by = {}};
-  if (stated.own) record.self_check = stated.own->self_check;
-  (void)checkCamera(record);
-  (void)checkStatement({.camera = &stated.camera,
-                        .image_size = stated.image_size,
-                        .half_units = stated.half_units,
-                        .unknown_keys = {},
-                        .assumed = {}});
-}
-
 void use(const StatedCamera& stated, std::size_t choice) {
   const ImageSize image_size = stated.image_size.value_or(sizeAround(stated.camera));
   const auto formats = cameraFormats();
   choice %= 2 * formats.size();
-  if (choice == formats.size()) return check(stated, image_size);
+  if (choice == formats.size()) {
+    (void)judgeCamera(stated);
+    return;
+  }
   if (choice > formats.size()) return;
   const std::array<NamedCamera, 1> named = {
       NamedCamera{.name = stated.name, .camera = stated.camera, .image_size = image_size}};

@@ -11,15 +11,15 @@ namespace {
 constexpr ImageSize kSize{.width = 640, .height = 480};
 const std::vector<double> kGood = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
-Severity statusOf(const std::vector<Diagnosis>& checks, const std::string& id) {
+Severity statusOf(const std::vector<FileCheck>& checks, const std::string& id) {
   const auto check =
-      std::find_if(checks.begin(), checks.end(), [&](const Diagnosis& c) { return c.id == id; });
+      std::find_if(checks.begin(), checks.end(), [&](const FileCheck& c) { return c.id == id; });
   if (check == checks.end()) throw std::out_of_range(id);
   return check->severity;
 }
 
 // Checks of `params` with the claims of `claimed`, as if a file's numbers had been edited.
-std::vector<Diagnosis> checksOf(const std::vector<double>& params,
+std::vector<FileCheck> checksOf(const std::vector<double>& params,
                                 const std::vector<double>& claimed = kGood) {
   const AnyCamera camera = AnyCamera::make("radtan", params);
   const AnyCamera original = AnyCamera::make("radtan", claimed);
@@ -29,14 +29,15 @@ std::vector<Diagnosis> checksOf(const std::vector<double>& params,
 }
 
 TEST(CheckCamera, PassesAGoodCamera) {
-  const std::vector<Diagnosis> checks = checksOf(kGood);
-  EXPECT_EQ(checks.size(), 8U);
-  for (const Diagnosis& check : checks) {
-    EXPECT_EQ(check.severity,
-              check.id == "covariance" || check.id == "calibration" ? Severity::kWarning : Severity::kPass)
-        << check.id;
-    EXPECT_FALSE(check.cause.empty() || check.evidence.empty() || check.limit.empty()) << check.id;
+  const std::vector<FileCheck> checks = checksOf(kGood);
+  std::size_t num_values = 0;
+  for (const FileCheck& check : checks) {
+    EXPECT_EQ(check.severity, Severity::kPass) << check.id << ": " << check.message;
+    EXPECT_FALSE(check.message.empty()) << check.id;
+    num_values += check.values.size();
   }
+  EXPECT_EQ(checks.size(), 7U);
+  EXPECT_EQ(num_values, 21U);
 }
 
 TEST(CheckCamera, SelfCheckCatchesEveryEditedParameter) {
@@ -58,17 +59,123 @@ TEST(CheckCamera, CatchesAStatedDomainThatIsNotTheParameters) {
             Severity::kFailure);
 }
 
-TEST(CheckCamera, JudgesAspectFocalLengthAndPrincipalPoint) {
-  const auto status = [](std::size_t i, double value, const char* id) {
-    std::vector<double> params = kGood;
-    params[i] = value;
-    return statusOf(checksOf(params), id);
+// As read from another program's file: without anything that proves the numbers.
+FileCheck bareCheck(const std::vector<double>& params, const std::string& id, ImageSize size = kSize,
+                    const RecordContext& context = {}) {
+  const CameraRecord record{.camera = AnyCamera::make("radtan", params),
+                            .image_size = size,
+                            .domain = {},
+                            .self_check = {},
+                            .calibration = {},
+                            .created_by = {}};
+  const std::vector<FileCheck> checks = checkCamera(record, context);
+  const auto check =
+      std::find_if(checks.begin(), checks.end(), [&](const FileCheck& c) { return c.id == id; });
+  if (check == checks.end()) throw std::out_of_range(id);
+  return *check;
+}
+
+TEST(CheckCamera, JudgesNumbersByTheImage) {
+  struct Case {
+    std::size_t parameter;
+    double value;
+    const char* id;
+    Severity severity;
   };
-  EXPECT_EQ(status(0, 560, "aspect"), Severity::kWarning);
-  EXPECT_EQ(status(0, 900, "aspect"), Severity::kFailure);
-  EXPECT_EQ(status(0, 2e5, "focal_length"), Severity::kWarning);
-  EXPECT_EQ(status(2, 450, "principal_point"), Severity::kWarning);
-  EXPECT_EQ(status(2, 700, "principal_point"), Severity::kFailure);
+  const std::vector<Case> cases = {{0, 560, "aspect", Severity::kPass},
+                                   {0, 640, "aspect", Severity::kWarning},
+                                   {0, 900, "aspect", Severity::kFailure},
+                                   {0, 0.53, "focal_length", Severity::kFailure},
+                                   {0, 26, "focal_length", Severity::kPass},
+                                   {0, 1.9e5, "focal_length", Severity::kPass},
+                                   {0, 2e5, "focal_length", Severity::kFailure},
+                                   {2, 400, "principal_point", Severity::kPass},
+                                   {2, 450, "principal_point", Severity::kWarning},
+                                   {2, 700, "principal_point", Severity::kFailure},
+                                   {6, 0.008, "tangential", Severity::kPass},
+                                   {6, 0.02, "tangential", Severity::kWarning},
+                                   {6, 1.2, "tangential", Severity::kFailure}};
+  int num_judged = 0;
+  for (const Case& c : cases) {
+    std::vector<double> params = kGood;
+    params[8] = 0;
+    params[c.parameter] = c.value;
+    const FileCheck check = bareCheck(params, c.id);
+    EXPECT_EQ(check.severity, c.severity) << c.value << " " << check.message;
+    ++num_judged;
+  }
+  EXPECT_EQ(num_judged, 13);
+}
+
+TEST(CheckCamera, SeesAnImageSizeThatDoesNotFit) {
+  struct Case {
+    ImageSize size;
+    Severity severity;
+  };
+  // Sizes for the numbers of a 640x480 image.
+  const std::vector<Case> cases = {{{.width = 640, .height = 480}, Severity::kPass},
+                                   {{.width = 656, .height = 496}, Severity::kPass},
+                                   {{.width = 1280, .height = 960}, Severity::kFailure},
+                                   {{.width = 320, .height = 240}, Severity::kFailure},
+                                   {{.width = 800, .height = 600}, Severity::kFailure},
+                                   {{.width = 512, .height = 384}, Severity::kFailure},
+                                   {{.width = 1280, .height = 720}, Severity::kFailure},
+                                   {{.width = 1920, .height = 1080}, Severity::kFailure},
+                                   {{.width = 480, .height = 640}, Severity::kFailure},
+                                   {{.width = 640, .height = 360}, Severity::kWarning}};
+  int num_judged = 0;
+  for (const Case& c : cases) {
+    const FileCheck check = bareCheck(kGood, "principal_point", c.size);
+    EXPECT_EQ(check.severity, c.severity) << c.size.width << " " << check.message;
+    ++num_judged;
+  }
+  EXPECT_EQ(num_judged, 10);
+}
+
+TEST(CheckCamera, SeesASwappedPrincipalPoint) {
+  int num_seen = 0;
+  for (const ImageSize size :
+       {ImageSize{.width = 640, .height = 480}, ImageSize{.width = 1280, .height = 1024},
+        ImageSize{.width = 1920, .height = 1080}, ImageSize{.width = 752, .height = 480}}) {
+    std::vector<double> params = kGood;
+    params[2] = 0.5 * size.height - 3;
+    params[3] = 0.5 * size.width + 5;
+    const FileCheck check = bareCheck(params, "principal_point", size);
+    EXPECT_EQ(check.severity, Severity::kFailure) << size.width;
+    num_seen += check.message.find("swapped") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_EQ(num_seen, 4);
+  // In a square image only the projection matrix can show it.
+  const ImageSize square{.width = 1024, .height = 1024};
+  std::vector<double> params = kGood;
+  params[2] = 471;
+  params[3] = 562;
+  const auto severityBy = [&](const Eigen::Vector2d& rectified) {
+    return bareCheck(params, "projection_matrix", square, {.rectified_center = rectified}).severity;
+  };
+  EXPECT_EQ(severityBy({559, 474}), Severity::kFailure);
+  EXPECT_EQ(severityBy({475, 559}), Severity::kPass);
+  EXPECT_EQ(severityBy({300, 300}), Severity::kPass);
+}
+
+TEST(CheckCamera, SaysWhichShareOfTheImageHasARay) {
+  const auto shareOf = [](const FileCheck& check) { return check.values.at(0).value; };
+  const FileCheck whole = bareCheck(kGood, "one_to_one");
+  EXPECT_EQ(whole.severity, Severity::kPass);
+  EXPECT_EQ(shareOf(whole), 1);
+  const FileCheck folding = bareCheck({535, 535, 320, 240, -0.4, 0, 0, 0, 0}, "one_to_one");
+  EXPECT_EQ(folding.severity, Severity::kFailure);
+  EXPECT_GT(shareOf(folding), 0.5);
+  EXPECT_LT(shareOf(folding), 0.99);
+  // The same where the image size was guessed.
+  EXPECT_EQ(bareCheck({535, 535, 320, 240, -0.4, 0, 0, 0, 0}, "one_to_one", kSize, {.is_size_guessed = true})
+                .severity,
+            Severity::kWarning);
+  // A fold that only the very corners reach.
+  const FileCheck corners = bareCheck({535, 535, 319.5, 239.5, -0.285, 0, 0, 0, 0}, "one_to_one");
+  EXPECT_GT(shareOf(corners), 0.99);
+  EXPECT_LT(shareOf(corners), 1);
+  EXPECT_EQ(corners.severity, Severity::kNote);
 }
 
 TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
@@ -77,6 +184,8 @@ TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
   record.calibration.emplace();
   record.calibration->verdict = Verdict::kNo;
   EXPECT_EQ(statusOf(checkCamera(record), "calibration"), Severity::kFailure);
+  record.calibration->verdict = Verdict::kReservations;
+  EXPECT_EQ(statusOf(checkCamera(record), "calibration"), Severity::kNote);
   record.calibration->verdict = Verdict::kTrustworthy;
   EXPECT_EQ(statusOf(checkCamera(record), "calibration"), Severity::kPass);
 }

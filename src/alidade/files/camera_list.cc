@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/camera_list.h"
 
+#include <glob.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <filesystem>
+#include <set>
 #include <string_view>
+#include <utility>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
 
 namespace alidade {
@@ -26,65 +31,100 @@ bool hasCameraExtension(const fs::path& path) {
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
-void listFolder(const std::string& folder, CameraList& list) {
-  std::error_code error;
-  std::vector<std::string> names;
-  std::vector<std::string> folders;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+class Lister {
+ public:
+  void addInput(const std::string& input) {
     std::error_code ignored;
-    const std::string name = entry->path().filename().string();
-    if (name.starts_with('.')) continue;
-    if (entry->is_directory(ignored)) {
-      folders.push_back(name);
-      continue;
+    if (fs::is_directory(input, ignored)) return addNamedFolder(input);
+    // What cannot be told (no permission) is left to the reader of the file.
+    const bool is_missing = fs::status(cameraFilePath(input), ignored).type() == fs::file_type::not_found;
+    if (!is_missing) return add(input, false);
+    if (input.find_first_of("*?[") == std::string::npos) throw missingPathError(cameraFilePath(input));
+    for (const std::string& match : matchesOf(input)) {
+      fs::is_directory(match, ignored) ? addNamedFolder(match) : add(match, true);
     }
-    // A link to nothing stands for a camera file that is missed.
-    const bool is_file = entry->is_regular_file(ignored) || !entry->exists(ignored);
-    if (is_file && hasCameraExtension(entry->path())) names.push_back(name);
   }
-  if (error) {
-    throw inputError({.where = folder,
-                      .found = "a folder that cannot be read: " + error.message(),
-                      .expected = "a folder of camera files"});
+
+  [[nodiscard]] std::vector<ListedFile> finish() { return std::move(files_); }
+
+ private:
+  void add(const std::string& path, bool is_from_folder) {
+    if (paths_.insert(fs::path(path).lexically_normal().string()).second)
+      files_.push_back({.path = path, .is_from_folder = is_from_folder});
   }
-  std::sort(names.begin(), names.end(), naturalLess);
-  std::sort(folders.begin(), folders.end(), naturalLess);
-  for (const std::string& name : folders) list.folders.push_back((fs::path(folder) / name).string());
-  std::size_t num_found = 0;
-  for (const std::string& name : names) {
-    const std::string path = (fs::path(folder) / name).string();
-    if (kindOfFile(path) == FileKind::kOther) {
-      list.skipped.push_back(path);
-      continue;
+
+  void addNamedFolder(const std::string& folder) {
+    const std::size_t num_before = num_found_;
+    addFolder(folder);
+    if (num_found_ == num_before) {
+      throw inputError({.where = folder,
+                        .found = "no file with the extension of a camera file",
+                        .expected = "yaml, yml, json, xml, txt, cameramodel or cam, also in sub-folders"});
     }
-    list.files.push_back({.path = path, .is_from_folder = true});
-    ++num_found;
   }
-  if (num_found == 0) {
-    throw inputError({.where = folder,
-                      .found = names.empty()
-                                   ? "no file with the extension of a camera file"
-                                   : std::to_string(names.size()) + " files, none of a known format",
-                      .expected = "camera files (yaml, yml, json, xml, txt, cameramodel)",
-                      .next_step = folders.empty() ? ""
-                                                   : "sub-folders are not searched; list them explicitly: " +
-                                                         (fs::path(folder) / folders.front()).string()});
+
+  void addFolder(const std::string& folder) {
+    // A link may lead back to a folder above it.
+    std::error_code error;
+    const fs::path canonical = fs::canonical(folder, error);
+    if (!error && !open_.insert(canonical.string()).second) return;
+    std::vector<std::string> names;
+    std::vector<std::string> folders;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+      std::error_code ignored;
+      const std::string name = entry->path().filename().string();
+      if (name.starts_with('.')) continue;
+      // A link to nothing stands for a camera file that is missed.
+      const bool is_file = entry->is_regular_file(ignored) || !entry->exists(ignored);
+      if (entry->is_directory(ignored)) {
+        folders.push_back(name);
+      } else if (is_file && hasCameraExtension(entry->path())) {
+        names.push_back(name);
+      }
+    }
+    if (error) {
+      throw inputError({.where = folder,
+                        .found = "a folder that cannot be read: " + error.message(),
+                        .expected = "a folder of camera files"});
+    }
+    std::sort(names.begin(), names.end(), naturalLess);
+    std::sort(folders.begin(), folders.end(), naturalLess);
+    for (const std::string& name : names) {
+      add((fs::path(folder) / name).string(), true);
+      ++num_found_;
+    }
+    for (const std::string& name : folders) addFolder((fs::path(folder) / name).string());
+    open_.erase(canonical.string());
   }
-}
+
+  static std::vector<std::string> matchesOf(const std::string& pattern) {
+    glob_t matches{};
+    const int status = ::glob(pattern.c_str(), GLOB_NOSORT, nullptr, &matches);
+    std::vector<std::string> paths;
+    if (status == 0) paths.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
+    ::globfree(&matches);
+    std::sort(paths.begin(), paths.end(), naturalLess);
+    if (paths.empty()) {
+      throw inputError({.where = pattern,
+                        .found = "no file matches this pattern",
+                        .expected = "a pattern that matches camera files",
+                        .next_step = "check the pattern and the folder"});
+    }
+    return paths;
+  }
+
+  std::vector<ListedFile> files_;
+  std::set<std::string> paths_;
+  std::set<std::string> open_;  // folders that are being listed
+  std::size_t num_found_ = 0;
+};
 
 }  // namespace
 
-CameraList listCameraFiles(std::span<const std::string> inputs) {
-  CameraList list;
-  for (const std::string& input : inputs) {
-    std::error_code ignored;
-    if (fs::is_directory(input, ignored)) {
-      listFolder(input, list);
-    } else {
-      list.files.push_back({.path = input});
-    }
-  }
-  return list;
+std::vector<ListedFile> listCameraFiles(std::span<const std::string> inputs) {
+  Lister lister;
+  for (const std::string& input : inputs) lister.addInput(input);
+  return lister.finish();
 }
 
 }  // namespace alidade

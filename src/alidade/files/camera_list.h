@@ -9,21 +9,16 @@ namespace alidade {
 
 struct ListedFile {
   std::string path;
-  bool is_from_folder = false;  ///< it was not named itself
+  bool is_from_folder = false;  ///< a folder was named, or a pattern matches it
 };
 
-/// The camera files that inputs stand for.
-struct CameraList {
-  std::vector<ListedFile> files;     ///< in natural order (cam2 before cam10) within each folder
-  std::vector<std::string> skipped;  ///< files in folders that are text, but of no known format
-  std::vector<std::string> folders;  ///< in folders, not looked into
-};
-
-/// An input is a camera file ("FILE#NAME" too), or a folder: of its files with an extension that camera files
-/// have (yaml, yml, json, xml, txt, cameramodel, cam), those whose content is of a known format, and those
-/// that are damaged or links to nothing. Hidden files are passed over; sub-folders are named and not looked
-/// into. A file is not opened here, a folder's files are.
-/// @throws Error (kInput) for a folder without a camera file, or one that cannot be read
-[[nodiscard]] CameraList listCameraFiles(std::span<const std::string> inputs);
+/// The files that inputs stand for, each once. An input is a file ("FILE#NAME" too), a folder, or a pattern
+/// with * ? or [ that is not itself a file name. A folder means its files with an extension that camera files
+/// have (yaml, yml, json, xml, txt, cameramodel, cam), and those of its sub-folders; links to nothing are
+/// listed, hidden files and folders are not. Each folder is in natural order (cam2 before cam10), its files
+/// before its sub-folders. No file is opened.
+/// @throws Error (kInput) for an input that does not exist, a folder without such a file, or one that cannot
+/// be read
+[[nodiscard]] std::vector<ListedFile> listCameraFiles(std::span<const std::string> inputs);
 
 }  // namespace alidade

@@ -11,6 +11,7 @@
 #include "alidade/files/camera_file.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/format_guess.h"
 #include "alidade/files/utf8_check.h"
 
 namespace alidade {
@@ -112,10 +113,39 @@ const CameraFormat* formatOf(const detail::CameraDocument& document) {
   return nullptr;
 }
 
-std::string titles() {
-  std::vector<std::string> names;
-  for (const CameraFormat* format : cameraFormats()) names.emplace_back(format->title);
-  return join(names, "; ");
+// Any text may stand in a .txt; the other extensions promise YAML, JSON or XML.
+bool isFreeText(const std::string& file) {
+  return file.ends_with(".txt");
+}
+
+[[noreturn]] void throwUnknownFormat(const detail::CameraDocument& document) {
+  const std::string& file = document.file();
+  const bool is_free_text = isFreeText(file) && !document.isMap();
+  const auto guess = is_free_text ? std::nullopt : detail::guessFormat(document.text());
+  if (!document.isTree()) {
+    try {
+      static_cast<void>(document.root());
+    } catch (const Error& reason) {
+      // An empty file is what is left of one.
+      const bool is_empty = trim(document.text()).empty() && !is_free_text;
+      if (!guess && !is_empty) throw NotACameraFile(reason);
+      throw;
+    }
+  }
+  if (guess) {
+    const bool is_slip = guess->key != guess->meant;
+    const std::string title(guess->format->title);
+    throw inputError({.where = file + ":" + std::to_string(guess->line) + ": " + guess->key,
+                      .found = is_slip ? "unknown key in a file that is most like the format " + title
+                                       : "a file of no known format, most like " + title,
+                      .expected = is_slip || guess->missing.empty() ? "" : "the key '" + guess->missing + "'",
+                      .next_step = is_slip ? "did you mean '" + guess->meant + "'?"
+                                           : "see docs/formats.md for the keys of this format"});
+  }
+  throw NotACameraFile(inputError({.where = file,
+                                   .found = "not a camera file: it has no key of a camera format",
+                                   .next_step = "see docs/formats.md for the formats; Alidade's own files "
+                                                "start with: alidade_camera: 1"}));
 }
 
 void refuseSameNames(const CameraSource& source, const std::vector<std::string>& passed) {
@@ -134,7 +164,12 @@ void refuseSameNames(const CameraSource& source, const std::vector<std::string>&
 
 // Nothing is recomputed here.
 CameraSource parsedAsStated(const std::string& text, const std::string& name, const ReadOptions& options) {
-  detail::checkUtf8(text, name);
+  try {
+    detail::checkUtf8(text, name);
+  } catch (const Error& e) {
+    if (isFreeText(name) || !detail::guessFormat(text)) throw NotACameraFile(e);
+    throw;
+  }
   const detail::CameraDocument document(text, name);
   if (const CameraFormat* format = formatOf(document)) {
     StatedCameras read = format->read(document, options);
@@ -156,14 +191,29 @@ CameraSource parsedAsStated(const std::string& text, const std::string& name, co
     refuseSameNames(source, read.passed);
     return source;
   }
-  const detail::YamlNode& root = document.root();  // says why, where the text is no tree
-  throw root.error("a file of no known format", "a camera file in one of these formats: " + titles(),
-                   "check that this is a camera file; Alidade's own files start with: alidade_camera: 1");
+  throwUnknownFormat(document);
+}
+
+std::string cameraText(const std::string& file) {
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+  if (!unknown && size > kMaxCameraFileBytes) {
+    throw NotACameraFile(inputError(
+        {.where = file,
+         .found = std::to_string(size) + " bytes",
+         .expected = "a camera file of at most " + std::to_string(kMaxCameraFileBytes) + " bytes"}));
+  }
+  try {
+    return readTextFile(file, kMaxCameraFileBytes);
+  } catch (const Error& e) {
+    if (isFreeText(file) && !unknown) throw NotACameraFile(e);
+    throw;
+  }
 }
 
 CameraSource readAsStated(const std::string& path, const ReadOptions& options) {
   const auto [file, name] = splitPath(path);
-  const std::string text = readTextFile(file, kMaxCameraFileBytes);
+  const std::string text = cameraText(file);
   ReadOptions one = options;
   one.only = name;
   CameraSource source = parsedAsStated(text, file, one);
@@ -210,19 +260,6 @@ void requireAll(const CameraSource& source) {
 
 std::string cameraFilePath(const std::string& path) {
   return splitPath(path).path;
-}
-
-FileKind kindOfFile(const std::string& path) {
-  try {
-    const detail::CameraDocument document(readTextFile(path, kMaxCameraFileBytes), path);
-    if (formatOf(document) != nullptr) return FileKind::kCamera;
-    // Any text may stand in a .txt; the other extensions promise a tree.
-    if (path.ends_with(".txt")) return FileKind::kOther;
-    static_cast<void>(document.root());
-    return FileKind::kOther;
-  } catch (const Error&) {
-    return FileKind::kDamaged;
-  }
 }
 
 CameraSource loadCameras(const std::string& path, const ReadOptions& options) {

@@ -26,22 +26,22 @@ struct CameraSource {
 
 /// Reads a camera file of any format in docs/formats.md; the format is detected from the content. `path` may
 /// end in "#NAME" to select one camera of several, by its name or its number from 0.
-/// @throws Error (kInput) for a file that cannot be read, has no known format, contains no camera, or lacks
-/// the selected camera (the message lists the available ones); for an Alidade camera file that fails its
-/// self-check: its points do not project to its pixels
+/// @throws NotACameraFile for a file that is something else; Error (kInput) for a file that cannot be read,
+/// has no known format although it names a camera, contains no camera, or lacks the selected camera (the
+/// message lists the available ones); for an Alidade camera file that fails its self-check: its points do not
+/// project to its pixels
 [[nodiscard]] CameraSource loadCameras(const std::string& path, const ReadOptions& options = {});
 
 /// The same without the self-check, only for reports about the files. Do not compute with these
 /// cameras.
 [[nodiscard]] CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options = {});
 
-/// The kind of a file, detected from its content.
-enum class FileKind {
-  kCamera,   ///< of a known format; loadCameras() checks whether it is valid
-  kOther,    ///< text of no known format
-  kDamaged,  ///< cannot be read, or does not match its extension
+/// The Error of a file that can be read, has no known format, and does not name a camera: a list of poses, or
+/// the settings of another program.
+class NotACameraFile final : public Error {
+ public:
+  explicit NotACameraFile(const Error& reason) : Error(reason) {}
 };
-[[nodiscard]] FileKind kindOfFile(const std::string& path);
 
 /// The same from text; messages use `name` as the file name.
 [[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,

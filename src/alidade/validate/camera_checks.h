@@ -1,31 +1,32 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
-#include <string_view>
+#include <optional>
 #include <vector>
 
-#include "alidade/core/diagnosis.h"
+#include <Eigen/Core>
+
 #include "alidade/record/camera_record.h"
+#include "alidade/validate/file_check.h"
 
 namespace alidade {
 
-/// "PASS", "WARN" or "FAIL".
-[[nodiscard]] std::string_view checkStatusName(Severity severity);
-
 /// What to bear in mind about the file that a record comes from.
 struct RecordContext {
-  /// Does the file's format have room for a domain, self-check points, a covariance and a verdict? If not,
-  /// they are not missed.
-  bool can_say_more = true;
-  /// The file does not state `image_size`: what rests on it is a warning at most.
-  bool is_size_guessed = false;
+  bool is_size_guessed = false;  ///< the file does not state `image_size`; see sizeAround()
+  /// The principal point of the rectified images, px, if the file states it.
+  std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
 };
 
-/// A diagnosis for each question asked of a camera, with what was found and what is accepted. Focal lengths,
-/// aspect, principal point, one-to-one over the image, the stated domain, self-check points,
-/// covariance, the uncertainty of pixels, and what the calibration said of itself.
-[[nodiscard]] std::vector<Diagnosis> checkCamera(const CameraRecord& record,
+/// Checks the numbers of a camera: focal lengths, aspect, principal point, tangential coefficients, and which
+/// share of the image has a ray. Checks what the record states beside them: the domain, self-check points,
+/// the covariance, the uncertainty of pixels, and the verdict of the calibration. What is not stated has no
+/// check.
+[[nodiscard]] std::vector<FileCheck> checkCamera(const CameraRecord& record,
                                                  const RecordContext& context = {});
+
+/// The image size, px, to check a camera by if its file does not state one: its principal point is the
+/// centre.
+[[nodiscard]] ImageSize sizeAround(const AnyCamera& camera);
 
 }  // namespace alidade

@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "alidade/validate/file_checks.h"
+#include "alidade/validate/camera_checks.h"
 
 namespace alidade {
 namespace {
@@ -24,74 +22,56 @@ CameraRecord recordToCheck(const StatedCamera& stated) {
 
 }  // namespace
 
-std::size_t FileJudgement::count(Severity status) const {
-  return static_cast<std::size_t>(std::count_if(
-      checks.begin(), checks.end(), [status](const Diagnosis& c) { return c.severity == status; }));
+Severity CameraJudgement::severity() const {
+  Severity worst = Severity::kPass;
+  for (const FileCheck& check : checks) worst = std::max(worst, check.severity);
+  return worst;
 }
 
-FileJudgement judgeCamera(const CameraSource& source, std::size_t index) {
-  const StatedCamera& stated = source.cameras[index];
-  FileClaims file{.camera = &stated.camera,
-                  .image_size = stated.image_size,
-                  .half_units = stated.half_units,
-                  .unknown_keys = {},
-                  .assumed = {},
-                  .not_carried = {}};
-  const bool can_show_slips = stated.own && !stated.own->self_check.empty();
-  // Points to check by show better than the look of numbers whether digits are missing.
-  if (can_show_slips) file.half_units = {};
-  for (const Remark& remark : stated.remarks) {
-    // Every remark has its row, so that no command says more of a file than this one.
-    auto& sentences = remark.id == "unknown_keys"  ? file.unknown_keys
-                      : remark.id == "not_carried" ? file.not_carried
-                                                   : file.assumed;
-    sentences.push_back(remark.message);
+Severity FileJudgement::severity() const {
+  Severity worst = error.empty() ? Severity::kPass : Severity::kFailure;
+  for (const CameraJudgement& camera : cameras) worst = std::max(worst, camera.severity());
+  return worst;
+}
+
+CameraJudgement judgeCamera(const StatedCamera& stated) {
+  CameraJudgement judgement{.name = cameraLabel(stated),
+                            .camera = stated.camera,
+                            .image_size = stated.image_size,
+                            .checks = {},
+                            .can_show_slips = stated.own && !stated.own->self_check.empty()};
+  judgement.checks = checkCamera(recordToCheck(stated), {.is_size_guessed = !stated.image_size,
+                                                         .rectified_center = stated.rectified_center});
+  if (!stated.image_size) {
+    judgement.checks.push_back({.severity = Severity::kNote,
+                                .id = "image_size",
+                                .message = "the file does not state the image size; --image-size adds it"});
   }
-  FileJudgement judgement{
-      .file = source.cameras.size() + source.refused.size() > 1 ? source.path + "#" + cameraLabel(stated)
-                                                                : source.path,
-      .format = std::string(source.format),
-      .model = std::string(stated.camera.modelId()),
-      .size =
-          stated.image_size ? fmt::format("{}x{}", stated.image_size->width, stated.image_size->height) : "",
-      .checks = {},
-      .can_show_slips = can_show_slips};
-  judgement.checks.push_back({.severity = Severity::kPass,
-                              .id = "schema",
-                              .cause = "all required keys are present and all numbers are finite",
-                              .evidence = fmt::format("{}, {}", source.format_name, stated.camera.modelId()),
-                              .limit = "a known format"});
-  for (auto& checks :
-       {checkStatement(file), checkCamera(recordToCheck(stated), {.can_say_more = stated.own.has_value(),
-                                                                 .is_size_guessed = !stated.image_size})})
-    judgement.checks.insert(judgement.checks.end(), checks.begin(), checks.end());
+  // Every command prints these; only a key that is ignored may be a slip.
+  for (const Remark& remark : stated.remarks) {
+    judgement.checks.push_back(
+        {.severity = remark.id == "unknown_keys" ? Severity::kWarning : Severity::kNote,
+         .id = remark.id,
+         .message = remark.message});
+  }
   return judgement;
 }
 
-FileJudgement judgeRefused(const CameraSource& source, const RefusedCamera& camera) {
-  return {.file = source.path + "#" + cameraLabel(camera),
-          .format = std::string(source.format),
-          .model = {},
-          .size = {},
+CameraJudgement judgeRefused(const RefusedCamera& camera, const std::string& file) {
+  return {.name = cameraLabel(camera),
+          .camera = std::nullopt,
+          .image_size = std::nullopt,
           .checks = {{.severity = Severity::kFailure,
-                      .id = "schema",
-                      .cause = camera.reason.what(),
-                      .evidence = std::string(source.format_name) + ", a camera that is not supported",
-                      .limit = "a camera of a known model"}},
-          .can_show_slips = false};
+                      .id = "model",
+                      .message = withoutPath(camera.reason.what(), cameraFilePath(file))}}};
 }
 
-FileJudgement judgeUnreadable(const std::string& path, const std::string& reason) {
-  return {.file = path,
-          .format = {},
-          .model = {},
-          .size = {},
-          .checks = {{.severity = Severity::kFailure,
-                      .id = "schema",
-                      .cause = reason,
-                      .evidence = "cannot be read",
-                      .limit = "a known format"}},
-          .can_show_slips = false};
+std::string withoutPath(const std::string& message, const std::string& file) {
+  if (!message.starts_with(file + ":")) return message;
+  std::string rest = message.substr(file.size() + 1);
+  const bool is_line = !rest.empty() && rest.front() >= '0' && rest.front() <= '9';
+  if (is_line) return "line " + rest;
+  return rest.starts_with(' ') ? rest.substr(1) : rest;
 }
 
 }  // namespace alidade

@@ -41,6 +41,7 @@ const CameraFormat& alidade() {
   static const CameraFormat kFormat = {.id = "alidade",
                                        .title = "Alidade camera file (YAML)",
                                        .models = {modelIds().begin(), modelIds().end()},
+                                       .marks = {"alidade_camera"},
                                        .recognises = recognises,
                                        .read = read,
                                        .write = write};

@@ -170,6 +170,7 @@ const CameraFormat& basalt() {
       .title = "basalt calibration (JSON)",
       .models = {"pinhole", "rational", "kannala_brandt", "fov", "ucm", "eucm", "double_sphere"},
       .holds_several = true,
+      .marks = {"camera_type", "intrinsics"},
       .recognises = recognises,
       .read = read,
       .write = write};

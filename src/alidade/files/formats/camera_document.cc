@@ -109,6 +109,26 @@ YamlNode parseTree(std::string& text, const std::string& file) {
   return parseWithUniqueKeys(text, file);
 }
 
+// Why a .json file that is not YAML either is not valid JSON.
+std::optional<Error> jsonError(const std::string& text, const std::string& file) {
+  if (!file.ends_with(".json")) return std::nullopt;
+  try {
+    static_cast<void>(nlohmann::json::parse(text));
+  } catch (const nlohmann::json::parse_error& e) {
+    const auto line =
+        1 + std::count(text.begin(),
+                       text.begin() + static_cast<std::ptrdiff_t>(std::min(e.byte, text.size())), '\n');
+    // "[json.exception.parse_error.101] parse error at line 5, column 3: syntax error ...".
+    const std::string_view what = e.what();
+    const std::size_t at = what.find(": ");
+    return inputError(
+        {.where = file + ":" + std::to_string(line),
+         .found = "not valid JSON: " + std::string(at == std::string_view::npos ? what : what.substr(at + 2)),
+         .next_step = "correct the file near that line"});
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 CameraDocument::CameraDocument(std::string text, std::string file)
@@ -116,7 +136,12 @@ CameraDocument::CameraDocument(std::string text, std::string file)
   try {
     root_ = parseTree(tree_text_, file_);
   } catch (const Error& e) {
-    error_ = e;
+    error_ = jsonError(text_, file_).value_or(e);
+  }
+  try {
+    is_map_ = root_ && root_->isMap() && !root_->keys().empty();
+  } catch (const Error&) {
+    is_map_ = false;  // "{{ name }}" of a template has a map as a key
   }
 }
 

@@ -22,8 +22,9 @@ class CameraDocument {
   [[nodiscard]] const YamlNode& root() const;
   /// The text as YAML, from which the tree was read.
   [[nodiscard]] const std::string& treeText() const { return tree_text_; }
-  /// Is there a tree whose root is a map?
-  [[nodiscard]] bool isMap() const { return root_ && root_->isMap(); }
+  [[nodiscard]] bool isTree() const { return root_.has_value(); }
+  /// Is there a tree whose root is a map with names as keys?
+  [[nodiscard]] bool isMap() const { return is_map_; }
   /// Is there a tree whose root is a map with this key?
   [[nodiscard]] bool has(const std::string& key) const { return root_ && root_->has(key); }
 
@@ -32,6 +33,7 @@ class CameraDocument {
   std::string file_;
   std::string tree_text_;
   std::optional<YamlNode> root_;
+  bool is_map_ = false;
   std::optional<Error> error_;  ///< why there is no tree
 };
 

@@ -32,6 +32,9 @@ struct CameraFormat {
   /// What of these models it cannot say.
   std::vector<AbsentParameter> absent = {};
   bool holds_several = false;  ///< several cameras in a file
+  /// Keys that a file of this format has, and that hardly anything but a camera file has. They tell a camera
+  /// file with a slip in a key from a file without a camera.
+  std::vector<std::string_view> marks = {};
 
   bool (*recognises)(const detail::CameraDocument&) = nullptr;
   /// All cameras of a document that it recognises. @throws Error (kInput) that names line and key;

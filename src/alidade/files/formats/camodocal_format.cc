@@ -103,13 +103,15 @@ std::string write(std::span<const NamedCamera> cameras) {
 }  // namespace
 
 const CameraFormat& camodocal() {
-  static const CameraFormat kFormat = {.id = "camodocal",
-                                       .title = "camodocal camera (YAML)",
-                                       .models = {"radtan", "omni", "kannala_brandt"},
-                                       .absent = {{"radtan", "k3"}},
-                                       .recognises = recognises,
-                                       .read = read,
-                                       .write = write};
+  static const CameraFormat kFormat = {
+      .id = "camodocal",
+      .title = "camodocal camera (YAML)",
+      .models = {"radtan", "omni", "kannala_brandt"},
+      .absent = {{"radtan", "k3"}},
+      .marks = {"model_type", "projection_parameters", "distortion_parameters", "mirror_parameters"},
+      .recognises = recognises,
+      .read = read,
+      .write = write};
   return kFormat;
 }
 

@@ -218,6 +218,7 @@ const CameraFormat& kalibr() {
       .models = {"pinhole", "radtan", "kannala_brandt", "fov", "omni", "eucm", "double_sphere"},
       .absent = {{"radtan", "k3"}},
       .holds_several = true,
+      .marks = {"camera_model", "intrinsics", "distortion_model", "distortion_coeffs"},
       .recognises = recognises,
       .read = read,
       .write = write};

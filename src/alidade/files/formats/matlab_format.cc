@@ -181,7 +181,8 @@ StatedCamera readOne(const YamlNode& outer, const std::string& name) {
   detail::append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
   parameters = detail::storageOrder(kLens, parameters);
   detail::takeOrigin(parameters, kOrigin);
-  StatedCamera camera = detail::stateCamera(node.where(), name, kLens.model, parameters, statedImageSize(node));
+  StatedCamera camera =
+      detail::stateCamera(node.where(), name, kLens.model, parameters, statedImageSize(node));
   for (const char* key : {"RadialDistortion", "TangentialDistortion"}) {
     if (node.has(key)) continue;
     camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; assumed to be zero"});
@@ -223,12 +224,14 @@ std::string write(std::span<const NamedCamera> cameras) {
 }  // namespace
 
 const CameraFormat& matlab() {
-  static const CameraFormat kFormat = {.id = "matlab",
-                                       .title = "MATLAB camera parameters (JSON)",
-                                       .models = {"radtan"},
-                                       .recognises = recognises,
-                                       .read = read,
-                                       .write = write};
+  static const CameraFormat kFormat = {
+      .id = "matlab",
+      .title = "MATLAB camera parameters (JSON)",
+      .models = {"radtan"},
+      .marks = {"FocalLength", "PrincipalPoint", "RadialDistortion", "IntrinsicMatrix"},
+      .recognises = recognises,
+      .read = read,
+      .write = write};
   return kFormat;
 }
 

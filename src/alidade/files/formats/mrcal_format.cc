@@ -91,6 +91,7 @@ const CameraFormat& mrcal() {
   static const CameraFormat kFormat = {.id = "mrcal",
                                        .title = "mrcal camera model (.cameramodel)",
                                        .models = {"pinhole", "radtan", "rational", "thin_prism"},
+                                       .marks = {"lensmodel", "intrinsics", "imagersize"},
                                        .recognises = recognises,
                                        .read = read,
                                        .write = write};

@@ -387,6 +387,7 @@ const CameraFormat& nerfstudio() {
   static const CameraFormat kFormat = {.id = "nerfstudio",
                                        .title = "nerfstudio transforms.json",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},
+                                       .marks = {"fl_x", "camera_angle_x"},
                                        .recognises = recognises,
                                        .read = read,
                                        .write = write};

@@ -358,6 +358,7 @@ const CameraFormat& opencv() {
       .id = "opencv",
       .title = "OpenCV FileStorage (YAML, XML, JSON)",
       .models = {"pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "omni"},
+      .marks = {"camera_matrix", "distortion_coefficients", "dist_coeffs", "intrinsic_matrix"},
       .recognises = recognises,
       .read = read,
       .write = writeYaml,

@@ -315,6 +315,7 @@ const CameraFormat& orbslam() {
   static const CameraFormat kFormat = {.id = "orbslam",
                                        .title = "ORB-SLAM3 settings (YAML)",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},
+                                       .marks = {"Camera.fx", "Camera1.fx", "Camera.type"},
                                        .recognises = recognises,
                                        .read = read,
                                        .write = write};

@@ -147,6 +147,7 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
   const std::vector<StatedNumber> P = detail::statedNumbers(*node, 12);
   const auto isZero = [](const StatedNumber& number) { return number.value == 0; };
   if (std::all_of(P.begin(), P.end(), isZero)) return;
+  if (P[2].value > 0 && P[6].value > 0) camera.rectified_center = Eigen::Vector2d(P[2].value, P[6].value);
   constexpr std::array<std::size_t, 9> kLeft = {0, 1, 2, 4, 5, 6, 8, 9, 10};
   const StatedNumber zero;
   const StatedNumber one{1, 0};
@@ -277,12 +278,14 @@ std::string write(std::span<const NamedCamera> cameras) {
 }  // namespace
 
 const CameraFormat& ros() {
-  static const CameraFormat kFormat = {.id = "ros",
-                                       .title = "ROS camera_info (YAML)",
-                                       .models = {"pinhole", "radtan", "rational", "kannala_brandt"},
-                                       .recognises = recognises,
-                                       .read = read,
-                                       .write = write};
+  static const CameraFormat kFormat = {
+      .id = "ros",
+      .title = "ROS camera_info (YAML)",
+      .models = {"pinhole", "radtan", "rational", "kannala_brandt"},
+      .marks = {"camera_matrix", "distortion_model", "distortion_coefficients", "projection_matrix"},
+      .recognises = recognises,
+      .read = read,
+      .write = write};
   return kFormat;
 }
 

@@ -31,6 +31,8 @@ struct StatedCamera {
   /// number. In parameter order; empty = unknown.
   std::vector<double> half_units;
   std::vector<Remark> remarks;
+  /// The principal point of the rectified images, px, where a ROS file states a projection matrix.
+  std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
   std::optional<CameraRecord> own;  ///< the whole record of an Alidade camera file
 };
 
