@@ -45,7 +45,6 @@ TEST(FormatDetection, ReadsWhatEachExampleSays) {
       EXPECT_EQ(camera.image_size, std::optional(expected.size));
       EXPECT_THAT(std::vector<double>(camera.camera.parameters().begin(), camera.camera.parameters().end()),
                   testing::Pointwise(testing::DoubleEq(), expected.parameters));
-      EXPECT_EQ(camera.half_units.size(), expected.parameters.size());
       ++num_cameras;
     }
     std::vector<std::string> ids;
@@ -75,17 +74,6 @@ TEST(FormatDetection, ReadsTheExamplesOfTheDocumentation) {
     ++num_examples;
   }
   EXPECT_EQ(num_examples, static_cast<int>(cameraFormats().size()) - 1);  // all but this program's own
-}
-
-// Digits that were cut off are known where the numbers are text.
-TEST(FormatDetection, KnowsHowFarNumbersAreRounded) {
-  const CameraSource source = parseCameras(
-      R"({"FocalLength":[714.1885,710.3785],"PrincipalPoint":[563.6511,355.7254],"ImageSize":[712,1072],)"
-      R"("RadialDistortion":[-0.3361,0.0921],"TangentialDistortion":[0,0]})",
-      "file");
-  EXPECT_THAT(
-      source.cameras.front().half_units,
-      testing::Pointwise(testing::DoubleNear(1e-12), {5e-5, 5e-5, 5e-5, 5e-5, 5e-5, 5e-5, 0.0, 0.0, 0.0}));
 }
 
 }  // namespace

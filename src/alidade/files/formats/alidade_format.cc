@@ -7,7 +7,6 @@
 #include "alidade/files/camera_node.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::formats {
 namespace {
@@ -22,12 +21,8 @@ StatedCameras read(const detail::CameraDocument& document, const ReadOptions&) {
                       .number = 0,
                       .camera = file.camera,
                       .image_size = file.image_size,
-                      .half_units = {},
                       .remarks = {},
                       .own = std::move(file)};
-  const detail::YamlNode parameters = document.root().at("parameters");
-  for (const std::string_view name : camera.camera.parameterNames())
-    camera.half_units.push_back(detail::statedNumber(parameters.at(std::string(name))).half_unit);
   return {.cameras = {camera}};
 }
 

@@ -176,11 +176,7 @@ ImageSize readSize(const YamlNode& list) {
 StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
                          std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size) {
   std::vector<double> values;
-  std::vector<double> half_units;
-  for (const StatedNumber& number : parameters) {
-    values.push_back(number.value);
-    half_units.push_back(number.half_unit);
-  }
+  for (const StatedNumber& number : parameters) values.push_back(number.value);
   const auto make = [&] {
     try {
       return AnyCamera::make(model, values);
@@ -192,7 +188,6 @@ StatedCamera stateCamera(const std::string& place, std::string name, std::string
           .number = 0,
           .camera = make(),
           .image_size = image_size,
-          .half_units = std::move(half_units),
           .remarks = {},
           .own = {}};
 }

@@ -27,9 +27,6 @@ struct StatedCamera {
   std::size_t number = 0;  ///< its index among the cameras of the file, from 0
   AnyCamera camera;
   std::optional<ImageSize> image_size;  ///< empty: the file does not state it
-  /// The possible rounding error of each parameter in the text: half a unit of its last digit, 0 for a whole
-  /// number. In parameter order; empty = unknown.
-  std::vector<double> half_units;
   std::vector<Remark> remarks;
   /// The principal point of the rectified images, px, where a ROS file states a projection matrix.
   std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
