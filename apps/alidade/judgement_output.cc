@@ -79,7 +79,7 @@ std::string withoutNext(const std::string& message) {
 std::string reasonText(const FileJudgement& file) {
   const Severity worst = file.severity();
   if (worst < Severity::kWarning) return "";
-  if (!file.error.empty()) return printable(oneLine(withoutNext(file.error)));
+  if (!file.error.empty()) return printable(oneLine(file.error));
   std::string reason;
   std::size_t num_more = 0;
   for (const CameraJudgement& camera : file.cameras) {
@@ -154,12 +154,7 @@ std::string cameraText(const FileJudgement& file, const CameraJudgement& camera)
 
 std::string fileText(const ValidationResult& result, const FileJudgement& file) {
   std::string text = rowsText({rowOf(result, file)});
-  if (!file.error.empty()) {
-    const std::size_t next = file.error.find(kNext);
-    if (next != std::string::npos)
-      text += fmt::format("    next: {}\n", printable(file.error.substr(next + kNext.size())));
-    return text;
-  }
+  if (!file.error.empty()) return text;
   for (const CameraJudgement& camera : file.cameras) text += cameraText(file, camera);
   const bool can_show_slips = std::all_of(file.cameras.begin(), file.cameras.end(),
                                           [](const CameraJudgement& c) { return c.can_show_slips; });

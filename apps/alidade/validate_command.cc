@@ -107,7 +107,7 @@ class ValidateCommand final : public Command {
       const CameraSource source = readListed(file);
       judgement.format = source.format;
       for (const StatedCamera& camera : source.cameras) {
-        judgement.cameras.push_back(judgeCamera(camera));
+        judgement.cameras.push_back(judgeCamera(camera, file.path));
         held_out_.addChecks(camera, file.path, judgement.cameras.back());
       }
       for (const RefusedCamera& camera : source.refused)

@@ -267,9 +267,9 @@ TEST(Formats, HaveEveryNoteOfOtherCommandsInARowOfValidate) {
     }
     std::istringstream notes(converted.err);
     for (std::string line; std::getline(notes, line);) {
-      const std::size_t at = line.find("note: ");
-      if (at == std::string::npos) continue;
-      EXPECT_THAT(warned, testing::HasSubstr(line.substr(at + 6)));
+      const std::string start = "note: " + path + ":";
+      if (!line.starts_with(start)) continue;
+      EXPECT_THAT(warned, testing::HasSubstr("line " + line.substr(start.size())));
       ++num_notes;
     }
   }

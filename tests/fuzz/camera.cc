@@ -17,7 +17,7 @@ void use(const StatedCamera& stated, std::size_t choice) {
   const auto formats = cameraFormats();
   choice %= 2 * formats.size();
   if (choice == formats.size()) {
-    (void)judgeCamera(stated);
+    (void)judgeCamera(stated, "camera");
     return;
   }
   if (choice > formats.size()) return;

@@ -34,7 +34,7 @@ Severity FileJudgement::severity() const {
   return worst;
 }
 
-CameraJudgement judgeCamera(const StatedCamera& stated) {
+CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file) {
   CameraJudgement judgement{.name = cameraLabel(stated),
                             .camera = stated.camera,
                             .image_size = stated.image_size,
@@ -52,7 +52,7 @@ CameraJudgement judgeCamera(const StatedCamera& stated) {
     judgement.checks.push_back(
         {.severity = remark.id == "unknown_keys" ? Severity::kWarning : Severity::kNote,
          .id = remark.id,
-         .message = remark.message});
+         .message = withoutPath(remark.message, cameraFilePath(file))});
   }
   return judgement;
 }

@@ -34,8 +34,8 @@ struct FileJudgement {
   [[nodiscard]] Severity severity() const;
 };
 
-/// Checks a camera of a file by itself.
-[[nodiscard]] CameraJudgement judgeCamera(const StatedCamera& stated);
+/// Checks a camera of `file` by itself.
+[[nodiscard]] CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file);
 
 /// The judgement of a camera that is not supported, in a file with others.
 [[nodiscard]] CameraJudgement judgeRefused(const RefusedCamera& camera, const std::string& file);

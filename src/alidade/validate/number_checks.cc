@@ -103,7 +103,7 @@ FileCheck checkFocalLength(const CheckedNumbers& numbers) {
   const std::string image = numbers.is_size_guessed ? "any image" : sizeText(numbers.size) + " px";
   std::string message = fmt::format("fx {:.6g}, fy {:.6g} px", params[0], params[1]);
   if (!is_possible) {
-    message += fmt::format(" is impossible for {}; limits {:.4g} to {:.4g} px. Are the numbers in pixels?",
+    message += fmt::format(": impossible for {}; limits {:.4g} to {:.4g} px. Are the numbers in pixels?",
                            image, min_px, max_px);
   }
   return {.severity = is_possible ? Severity::kPass : Severity::kFailure,
@@ -147,25 +147,25 @@ FileCheck checkPrincipalPoint(const CheckedNumbers& numbers) {
     return check;
   };
   if (fitsOnlySwapped({params[2], params[3]}, size))
-    return end(Severity::kFailure, " fits only if cx and cy, or width and height, are swapped");
+    return end(Severity::kFailure, ": fits only if cx and cy, or width and height, are swapped");
   if (!numbers.is_proven && fitsOtherSize(offset)) {
     return end(Severity::kFailure,
-               fmt::format(" fits an image of about {:.0f}x{:.0f}. Was the image resized?",
+               fmt::format(": fits an image of about {:.0f}x{:.0f}. Was the image resized?",
                            std::abs(2 * params[2] + 1), std::abs(2 * params[3] + 1)));
   }
   const std::string percent = fmt::format("{:.0f} % of the side", 100 * kOffCentre);
   if (off > 0.5) {
     return end(numbers.is_proven ? Severity::kNote : Severity::kFailure,
-               " lies outside the image. Only the camera of a cropped image has that");
+               ": outside the image. Was the image cropped?");
   }
   if (offset.cwiseAbs().minCoeff() > kOffCentre) {
     return end(
         numbers.is_proven ? Severity::kNote : Severity::kFailure,
-        " is too far from the centre in both directions; limit " + percent + ". Is the image size right?");
+        ": too far from the centre in both directions; limit " + percent + ". Is the image size right?");
   }
   if (off > kOffCentre) {
     return end(numbers.is_proven ? Severity::kNote : Severity::kWarning,
-               " is far from the centre; limit " + percent + ". Was the image cropped?");
+               ": far from the centre; limit " + percent + ". Was the image cropped?");
   }
   return check;
 }
