@@ -159,6 +159,19 @@ TEST(FormatContradictions, OfOrbSlamKeysOfTwoKindsAreRefused) {
   }
 }
 
+// A slip in the key of the coefficients must not make a pinhole of the camera.
+TEST(FormatOmissions, OfOpenCvsCoefficientsAreNoticed) {
+  const std::string camera = R"({"camera_matrix": [[500, 0, 320], [0, 500, 240], [0, 0, 1]])";
+  int num_noticed = 0;
+  for (const char* coefficients : {"[-0.1, 0.02, 0, 0, 0]", "[[-0.1, 0.02, 0, 0, 0]]"}) {
+    EXPECT_THAT(complaintAbout(camera + R"(, "dist_coef": )" + coefficients + "}"),
+                AllOf(HasSubstr("5 numbers in 'dist_coef'"), HasSubstr("coefficients under a known name")));
+    ++num_noticed;
+  }
+  EXPECT_EQ(num_noticed, 2);
+  EXPECT_EQ(complaintAbout(camera + "}"), "");
+}
+
 TEST(FormatContradictions, OfOpenCvAFlagIsOneOrZero) {
   const std::string four = kRosSize + kOpenCv.substr(0, kOpenCv.find("distortion_coefficients")) +
                            "distortion_coefficients: [-0.1, 0.02, 0.001, 0.002]\n";

@@ -115,7 +115,9 @@ void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
     if (std::find(kOtherKeys.begin(), kOtherKeys.end(), name) != kOtherKeys.end() || name.starts_with("x_") ||
         !(is_matrix || node.isSequence()))
       continue;
-    const std::size_t count = (is_matrix ? node.at("data") : node).items().size();
+    std::vector<YamlNode> items = (is_matrix ? node.at("data") : node).items();
+    if (items.size() == 1 && items.front().isSequence()) items = items.front().items();  // [[k1, k2, ...]]
+    const std::size_t count = items.size();
     constexpr std::array<std::size_t, 5> kCounts = {4, 5, 8, 12, 14};
     if (std::find(kCounts.begin(), kCounts.end(), count) == kCounts.end()) continue;
     throw node.error(std::to_string(count) + " numbers in '" + name +
