@@ -102,7 +102,7 @@ std::vector<std::string> parameterLines(const Calibration& result) {
     const std::string value =
         std::isnan(std) ? fmt::format("{:.6g}", camera.params[i]) : valueText(camera.params[i], std);
     const std::string item = fmt::format("{} {}", names[i], value);
-    lines.back() += i % 4 == 3 || i + 1 == names.size() ? item : fmt::format("{:<22} ", item);
+    lines.back() += i % 4 == 3 || i + 1 == names.size() ? item : fmt::format("{:<21} ", item);
   }
   return lines;
 }

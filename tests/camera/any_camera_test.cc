@@ -32,7 +32,8 @@ TEST(AnyCamera, ListsModelsAndParameterNames) {
 }
 
 TEST(AnyCamera, RefusesUnknownModelsWithTheNearestName) {
-  const std::string message = messageOf([] { static_cast<void>(AnyCamera::make("radtn", std::vector<double>{})); });
+  const std::string message =
+      messageOf([] { static_cast<void>(AnyCamera::make("radtn", std::vector<double>{})); });
   EXPECT_THAT(message, HasSubstr("'radtn'"));
   EXPECT_THAT(message, HasSubstr("pinhole, radtan, rational"));
   EXPECT_THAT(message, HasSubstr("did you mean 'radtan'?"));

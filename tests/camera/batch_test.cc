@@ -221,7 +221,8 @@ TYPED_TEST(Batch, UnprojectsLikeOneByOne) {
       for (std::size_t i = 0; i < kNumPoints; ++i) {
         Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_one;
         const auto one = camera.unproject(pixels.at(i), J_one.data());
-        ASSERT_EQ(status[i], one ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain) << pixels.at(i).transpose();
+        ASSERT_EQ(status[i], one ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain)
+            << pixels.at(i).transpose();
         const Eigen::Map<const Eigen::Matrix<double, 3, 2, Eigen::RowMajor>> J_batch(J.data() + 6 * i);
         if (!one) {
           ASSERT_TRUE(std::isnan(rays.x[i]) && std::isnan(rays.y[i]) && std::isnan(rays.z[i]));

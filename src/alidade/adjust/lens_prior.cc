@@ -12,7 +12,6 @@
 namespace alidade {
 namespace {
 
-
 // The largest shift of a pixel by each parameter, px a unit, from the centre of the image to its corner.
 Eigen::VectorXd largestShifts(const AnyCamera& camera, ImageSize size) {
   constexpr int kNumSteps = 16;

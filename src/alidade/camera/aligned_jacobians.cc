@@ -41,7 +41,7 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
   const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
   const Eigen::Index num_freed = !freed ? 0 : *freed == Freed::kRotation ? 3 : 6;
   JacobianRows jacobians{.by_params = Eigen::MatrixXd::Zero(num_rows, num_params),
-                           .by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed)};
+                         .by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed)};
   AlignedJacobians result;
   Eigen::Index row = 0;
   for (const auto& list : {pixels, others}) {

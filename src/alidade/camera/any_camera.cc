@@ -129,7 +129,8 @@ AnyCamera AnyCamera::make(std::string_view model_id, const std::map<std::string,
   for (const std::string_view name : names) {
     const auto value = params.find(std::string(name));
     if (value == params.end())
-      throw inputError({.where = parametersOf(model_id), .found = "no " + std::string(name), .expected = list(names)});
+      throw inputError(
+          {.where = parametersOf(model_id), .found = "no " + std::string(name), .expected = list(names)});
     values.push_back(value->second);
   }
   for (const auto& [name, value] : params) {

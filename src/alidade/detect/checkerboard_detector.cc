@@ -323,9 +323,10 @@ Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   std::vector<BoardCandidate> candidates;
   for (const int level : levelsToSearch(image)) {
     searchLevel(pyramid.level(level), level, board, candidates);
-    std::stable_sort(candidates.begin(), candidates.end(), [](const BoardCandidate& a, const BoardCandidate& b) {
-      return a.mesh.size() != b.mesh.size() ? a.mesh.size() > b.mesh.size() : a.level < b.level;
-    });
+    std::stable_sort(
+        candidates.begin(), candidates.end(), [](const BoardCandidate& a, const BoardCandidate& b) {
+          return a.mesh.size() != b.mesh.size() ? a.mesh.size() > b.mesh.size() : a.level < b.level;
+        });
     if (!candidates.empty() && choose(candidates).isWhole(board)) break;
   }
   if (candidates.empty()) return refused({}, DetectionReason::kNoBoard, "no checkerboard pattern found");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/choose/model_choice.h"
 
-#include <cmath>
 #include <gmock/gmock.h>
+#include <cmath>
 
 #include <algorithm>
 #include <cstdio>

@@ -9,6 +9,16 @@
 #include "alidade/core/number_text.h"
 
 namespace alidade {
+namespace {
+
+// Are the errors far larger than those of corners in sharp images?
+bool isMisfit(const Evidence& of) {
+  constexpr double kMisfit = 0.0005;  // of the image diagonal
+  // Weighted: corners that state a large standard deviation are no misfit.
+  return weightedRms(of.fit) > kMisfit * 2 * halfDiagonal(of);
+}
+
+}  // namespace
 
 void notConverged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.fit.summary.termination == Termination::kConverged) return;
@@ -41,10 +51,8 @@ void parameterAtLimit(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 }
 
 void misfit(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  // Of the image diagonal. Corners of sharp images have a hundredth of this.
-  constexpr double kMisfit = 0.0005;
-  const double rms_px = weightedRms(of.fit);  // weighted: corners that state a large sigma are no misfit
-  if (rms_px <= kMisfit * 2 * halfDiagonal(of)) return;
+  if (!isMisfit(of)) return;
+  const double rms_px = weightedRms(of.fit);
   addByEffect(
       of,
       {.id = "misfit",
@@ -68,7 +76,7 @@ void modelTooLean(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 }
 
 void lensDeviates(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (!of.uncertainty.accuracy || of.choice.better_model) return;
+  if (!of.uncertainty.accuracy || of.choice.better_model || isMisfit(of)) return;
   const double deviation_px = of.uncertainty.accuracy->deviation_px;
   if (deviation_px == 0) return;
   addByEffect(of,
