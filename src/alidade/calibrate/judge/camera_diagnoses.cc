@@ -272,7 +272,7 @@ void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                        .id = "poor_coverage",
                        .cause = "only " + numberText("%.0f", 100 * share) + " % of the image is known to " +
                                 numberText("%.3g", of.tolerance_px) + " px",
-                       .next_step = "take the suggested view, and more in the image corners",
+                       .next_step = "take the suggested view",
                        .effect_px = accuracy.worst_px});
 }
 
