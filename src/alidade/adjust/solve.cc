@@ -189,7 +189,6 @@ class Bundle {
     options.parameter_tolerance = 1e-12;
     options.max_num_consecutive_invalid_steps = 100;  // each is smaller than the one before
     options.max_trust_region_radius = 1e12;           // damping that is left: above rounding
-    options.initial_trust_region_radius = 1e7;        // most fits begin near their optimum
     options.logging_type = ceres::SILENT;
     options.callbacks.push_back(&watch_);
     return options;
