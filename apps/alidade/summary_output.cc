@@ -25,7 +25,7 @@ constexpr std::size_t kMaxColumns = 100;
 constexpr std::size_t kIndent = 10;
 
 // Breaks words over lines of kMaxColumns; the first line has the label, the others an indent.
-std::vector<std::string> labelled(const std::string& label, const std::string& text) {
+std::vector<std::string> wrapped(const std::string& label, const std::string& text) {
   std::vector<std::string> lines;
   std::string line = fmt::format("{:<{}}", label, kIndent);
   bool is_empty = true;
@@ -74,7 +74,7 @@ std::string verdictText(const Calibration& result, bool is_coloured) {
 
 std::vector<std::string> accuracyLines(const Calibration& result, double tolerance_px) {
   if (!result.uncertainty.accuracy)
-    return labelled("Accuracy", "unknown: the views do not determine the camera");
+    return wrapped("Accuracy", "unknown: the views do not determine the camera");
   const Accuracy& accuracy = *result.uncertainty.accuracy;
   return {fmt::format("{:<{}}within {} (95 %) where boards were seen ({:.0f} % of the image)", "Accuracy",
                       kIndent, pixels(accuracy.covered_px), 100 * accuracy.covered_share),
@@ -147,14 +147,14 @@ std::string summaryText(const Calibration& result, const CalibrationInput& input
   lines.push_back(fmt::format("{:<{}}{}", "Verdict", kIndent, verdictText(result, style.is_coloured)));
   append(lines, accuracyLines(result, style.tolerance_px));
   std::vector<std::string> rest;
-  append(rest, labelled("Camera",
-                        fmt::format("{}, {} px{}", onlyCamera(result.fit).model, sizeText(result.imageSize()),
-                                    result.choice.model ? ", model chosen by cross-validation" : "")));
+  append(rest, wrapped("Camera",
+                       fmt::format("{}, {} px{}", onlyCamera(result.fit).model, sizeText(result.imageSize()),
+                                   result.choice.model ? ", model chosen by cross-validation" : "")));
   append(rest, parameterLines(result));
-  append(rest, labelled("Fit", fitText(result, input)));
-  append(rest, labelled("Board", boardText(result, input)));
-  append(rest, labelled("Views", viewsText(advice.coverage)));
-  std::vector<std::string> next = labelled("Next", shortNextViewText(advice.guidance, result.imageSize()));
+  append(rest, wrapped("Fit", fitText(result, input)));
+  append(rest, wrapped("Board", boardText(result, input)));
+  append(rest, wrapped("Views", viewsText(advice.coverage)));
+  std::vector<std::string> next = wrapped("Next", shortNextViewText(advice.guidance, result.imageSize()));
   // The diagnoses have the room that is left; what does not fit is counted.
   const std::size_t num_reserved =
       lines.size() + rest.size() + next.size() + (advice.guidance.target ? 3 : 1);
@@ -167,8 +167,8 @@ std::string summaryText(const Calibration& result, const CalibrationInput& input
       continue;
     }
     const std::vector<std::string> told =
-        labelled(std::string(severityLabel(diagnosis.severity)),
-                 diagnosis.message() + (diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step));
+        wrapped(std::string(severityLabel(diagnosis.severity)),
+                diagnosis.message() + (diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step));
     if (told.size() > room) {
       ++num_untold;
       continue;
@@ -180,7 +180,7 @@ std::string summaryText(const Calibration& result, const CalibrationInput& input
   append(lines, std::move(next));
   if (advice.guidance.target) {
     const std::string target = targetText(advice.guidance);
-    append(lines, labelled("Target", target.substr(0, target.find('\n'))));
+    append(lines, wrapped("Target", target.substr(0, target.find('\n'))));
   }
   if (num_untold + num_notes > 0) {
     const auto count = [](std::size_t n, const char* what) {
