@@ -90,7 +90,7 @@ void addSpread(const ChoiceSet& set, const Calibration& result, Tally& tally) {
   constexpr double kMuch = 0.1;
   const bool is_told = hasFinding(result, "model_dependent");
   tally.num_told += is_told ? 1 : 0;
-  const double share = shareAstray(set, result);
+  const double share = shareAstray(set.drawn.camera, set.set.views, result);
   if (!(share > kMuch) || !result.isUsable()) return;
   ++tally.num_astray;
   tally.num_astray_told += is_told ? 1 : 0;

@@ -22,7 +22,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/pose_from_rays.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/radtan.h"

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/adjust/cross_validation.h"
-#include "alidade/calibrate/choose/model_candidate.h"
+#include "alidade/calibrate/choose/choice.h"
 
 namespace alidade {
 

@@ -43,26 +43,12 @@ json gridJson(const UncertaintyGrid& grid) {
 
 }  // namespace
 
-// What no sigma says.
-std::string spreadText(const Calibration& result) {
-  if (!result.uncertainty.model_spread) return "";
-  const ModelSpread& spread = *result.uncertainty.model_spread;
-  std::string text = fmt::format(
-      "  {:<14} {}, which predicts corners as well, differs by up to {:.2g} px, at pixel ({:.0f}, {:.0f})",
-      "by the model", spread.id, spread.worst_px, spread.worst_pixel.x(), spread.worst_pixel.y());
-  if (spread.share_apart > 0) {
-    text +=
-        fmt::format("; by more than {:.0f} px in {:.2g} % of the image", kApartPx, 100 * spread.share_apart);
-  }
-  return text + "\n";
-}
-
 std::string projectionText(const Calibration& result) {
   if (!result.uncertainty.projection_far) return "";
   std::string text = "Projection, one sigma: how far a point's pixel may be off for the parameters' sake\n";
   text += fmt::format("  {:<14} {}\n", "far away", gridText(*result.uncertainty.projection_far));
   text += fmt::format("  {:<14} {}\n", "pose fitted", gridText(*result.uncertainty.projection_near));
-  return text + spreadText(result);
+  return text;
 }
 
 void addUncertainty(const Calibration& result, nlohmann::json& document) {
@@ -106,17 +92,6 @@ void addUncertainty(const Calibration& result, nlohmann::json& document) {
                   {"board_distance_m", result.uncertainty.board_distance_m}};
   }
   document["projection_std"] = std::move(projection);
-  json spread = nullptr;
-  if (result.uncertainty.model_spread) {
-    spread = {{"model", result.uncertainty.model_spread->id},
-              {"share_apart", result.uncertainty.model_spread->share_apart},
-              {"apart_px", kApartPx},
-              {"worst_px", result.uncertainty.model_spread->worst_px},
-              {"worst_pixel",
-               {result.uncertainty.model_spread->worst_pixel.x(),
-                result.uncertainty.model_spread->worst_pixel.y()}}};
-  }
-  document["model_spread"] = std::move(spread);
 }
 
 }  // namespace alidade

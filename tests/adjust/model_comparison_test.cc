@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/model_comparison.h"
+#include "alidade/adjust/cross_validation.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "alidade/adjust/robust_weighting.h"
-#include "alidade/adjust/se3_manifold.h"
+#include "alidade/adjust/manifolds.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/camera_variant.h"
 #include "support/fit_set.h"

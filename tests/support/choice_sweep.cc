@@ -2,10 +2,10 @@
 #include "support/choice_sweep.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <span>
 
-#include "alidade/calibrate/uncertainty/model_spread.h"
+#include "alidade/calibrate/uncertainty/far_difference.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
@@ -64,18 +64,24 @@ std::vector<std::string> modelsTooLeanFor(std::string_view model_id) {
   return {"fov", "ucm"};
 }
 
-double shareAstray(const ChoiceSet& set, const Calibration& result) {
+double shareAstray(const AnyCamera& truth, std::span<const View> views, const Calibration& result) {
+  constexpr double kAstrayPx = 1;
+  constexpr double kSigmas = 3;
   if (!result.uncertainty.projection_far) return std::numeric_limits<double>::quiet_NaN();
-  std::vector<Eigen::Vector2d> pixels;
-  for (const View& view : set.set.views) {
-    for (const Corner& corner : view.corners) pixels.push_back(corner.pixel);
+  std::vector<Eigen::Vector2d> corners;
+  for (const View& view : views) {
+    for (const Corner& corner : view.corners) corners.push_back(corner.pixel);
   }
-  const auto params = set.drawn.camera.parameters();
-  const RivalCamera truth{.id = std::string(set.drawn.camera.modelId()),
-                          .params = {params.begin(), params.end()}};
-  const auto spread =
-      modelSpread(result.camera(), std::span(&truth, 1), pixels, *result.uncertainty.projection_far);
-  return spread ? spread->share_apart : std::numeric_limits<double>::quiet_NaN();
+  const UncertaintyGrid& grid = *result.uncertainty.projection_far;
+  const auto differences = farDifferences(result.camera(), truth, grid.pixels, corners);
+  int num_seen = 0;
+  int num_astray = 0;
+  for (std::size_t i = 0; i < differences.size(); ++i) {
+    if (!std::isfinite(grid.std_px[i])) continue;
+    ++num_seen;
+    if (differences[i] > kAstrayPx && differences[i] > kSigmas * grid.std_px[i]) ++num_astray;
+  }
+  return static_cast<double>(num_astray) / num_seen;
 }
 
 bool hasFinding(const Calibration& result, std::string_view id) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,10 +42,11 @@ enum class ChoiceVerdict {
 
 [[nodiscard]] ChoiceVerdict judgeChoice(std::string_view true_model, const Calibration& result);
 
-/// Of the image, the part where a calibration is wrong beyond what it states: far points more than kApartPx
+/// Of the image, the part where a calibration is wrong beyond what it states: far points more than 1 px
 /// and 3 stated sigmas from where the true camera has them, the rotation taken out that fits where corners
 /// were. NaN where it states no uncertainty.
-[[nodiscard]] double shareAstray(const ChoiceSet& set, const Calibration& result);
+[[nodiscard]] double shareAstray(const AnyCamera& truth, std::span<const View> views,
+                                 const Calibration& result);
 
 [[nodiscard]] bool hasFinding(const Calibration& result, std::string_view id);
 

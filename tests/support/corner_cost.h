@@ -10,7 +10,7 @@
 #include <ceres/problem.h>
 
 #include "alidade/adjust/observation.h"
-#include "alidade/adjust/se3_manifold.h"
+#include "alidade/adjust/manifolds.h"
 #include "alidade/camera/projection.h"
 
 namespace alidade {

@@ -151,7 +151,7 @@ std::vector<std::string> findingsFor(Flaw flaw) {
     case Flaw::kCentreOnly:
       return {"poor_coverage"};
     case Flaw::kFocalChanged:
-      return {"focal_changed"};
+      return {"focal_changed", "two_cameras"};
     case Flaw::kSwappedImage:
       return {"view_left_out"};
     case Flaw::kTooLean:

@@ -12,7 +12,6 @@
 #include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/lens_prior.h"
 #include "alidade/adjust/observation.h"
-#include "alidade/adjust/param_constraint.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board_shape.h"
@@ -20,6 +19,17 @@
 #include "alidade/target/view.h"
 
 namespace alidade {
+
+/// The intrinsics that a solve must not change.
+struct ParamConstraint {
+  std::vector<int> held = {};  ///< indices of fixed parameters
+  bool same_focal = false;     ///< fx and fy change by the same step, so they stay equal
+
+  [[nodiscard]] bool isNone() const { return held.empty() && !same_focal; }
+};
+
+/// The remaining free directions, one per column: N parameters x M.
+[[nodiscard]] Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint);
 
 /// A camera of a rig. A single camera is a rig of one, at the rig's origin.
 struct FitCamera {

@@ -9,7 +9,6 @@
 
 #include "alidade/adjust/cross_validation.h"
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/model_comparison.h"
 #include "alidade/adjust/model_soundness.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/camera/lens_shapes.h"

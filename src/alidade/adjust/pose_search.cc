@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/pose_from_rays.h"
-#include "alidade/adjust/pose_refit.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/core/median.h"
 
 namespace alidade {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/shape_information.h"
 
-#include "alidade/adjust/scaled_inverse.h"
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/places.h"
 
 namespace alidade {
 namespace {
@@ -32,8 +33,8 @@ std::optional<ShapeInformation> shapeInformation(const Fit& fit) {
   const LensPrior& prior = camera.weak_prior.prior;
   const BendColumns bends{onlyBoard(fit).target};
   ShapeInformation result;
-  const auto robust_pulls = reduced(fit, LossWeights::kUse, bends);
-  result.pulls = reduced(fit, LossWeights::kLeaveOut, bends);
+  const auto robust_pulls = reducedByPlace(fit, LossWeights::kUse, bends);
+  result.pulls = reducedByPlace(fit, LossWeights::kLeaveOut, bends);
   Reduced robust = sumOf(robust_pulls);
   Reduced plain = sumOf(result.pulls);
   result.prior = Eigen::MatrixXd::Zero(plain.information.rows(), plain.information.cols());

@@ -39,7 +39,7 @@ struct ShapeInformation {
   /// Multiplied by the variance of a corner of weight 1, they are covariances.
   Eigen::Matrix2d bend_inverse;
   Eigen::MatrixXd params_inverse;
-  /// The information of each view at the end of the step, without the weights of the loss.
+  /// The information of each place, see placesOf(), at the end of the step, without the weights of the loss.
   std::vector<Reduced> pulls;
   Eigen::MatrixXd prior;  ///< the prior information, per px^2, with rows like those of the pulls
 };

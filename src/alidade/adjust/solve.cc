@@ -12,8 +12,7 @@
 #include <ceres/ceres.h>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/linear_manifold.h"
-#include "alidade/adjust/se3_manifold.h"
+#include "alidade/adjust/manifolds.h"
 #include "alidade/adjust/view_block.h"
 #include "alidade/camera/model_list.h"
 

@@ -7,8 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "alidade/adjust/manifolds.h"
 #include "alidade/adjust/reduced.h"
-#include "alidade/adjust/se3_manifold.h"
 #include "alidade/adjust/shape_information.h"
 
 namespace alidade {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "alidade/adjust/scaled_inverse.h"
+#include "alidade/adjust/covariance.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {

@@ -9,7 +9,6 @@
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/model_soundness.h"
 #include "alidade/adjust/robust_weighting.h"
-#include "alidade/adjust/scaled_inverse.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/image_folds.h"

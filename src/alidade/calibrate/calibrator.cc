@@ -13,30 +13,8 @@
 namespace alidade {
 namespace {
 
-// Enough to bring two cameras together.
-std::vector<Eigen::Vector2d> someCorners(const Fit& fit) {
-  constexpr std::size_t kEnough = 2000;
-  const std::size_t step = numCorners(fit) / kEnough + 1;
-  std::vector<Eigen::Vector2d> pixels;
-  std::size_t i = 0;
-  for (const FitView& view : fit.views) {
-    for (const Observation& corner : view.corners) {
-      if (i++ % step == 0) pixels.push_back(corner.pixel);
-    }
-  }
-  return pixels;
-}
-
-std::optional<ModelSpread> spreadOf(const ChosenModel& chosen, const Calibration& now) {
-  if (chosen.rivals.empty() || !now.uncertainty.projection_far) return std::nullopt;
-  return modelSpread(AnyCamera::make(onlyCamera(now.fit).model, chosen.params), chosen.rivals,
-                     someCorners(chosen.solution.fit), *now.uncertainty.projection_far);
-}
-
-void setAccuracy(std::span<const RivalCamera> rivals, Calibration& now) {
+void setAccuracy(std::vector<AnyCamera> alternatives, Calibration& now) {
   if (!now.uncertainty.covariance) return;
-  std::vector<AnyCamera> alternatives;
-  for (const RivalCamera& rival : rivals) alternatives.push_back(AnyCamera::make(rival.id, rival.params));
   for (const OtherOptimum& other : now.uncertainty.other_optima)
     alternatives.push_back(AnyCamera::make(onlyCamera(now.fit).model, other.params));
   now.uncertainty.accuracy = accuracyOf(now.fit, now.uncertainty, alternatives);
@@ -69,6 +47,10 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   Calibration now{.fit = std::move(solution.fit), .choice = std::move(solution.choice)};
   now.uncertainty = uncertaintyOf(now.fit, is_flat ? ignoredBend(now.fit) : std::nullopt,
                                   now.choice.shape.std_m, solution.close_params, options.cancel);
+  std::vector<std::string> names;
+  for (const FitView& view : now.fit.views) names.push_back(given.views[view.source].image);
+  const double sigma_px = now.uncertainty.coordinate_sigma_px;
+  now.uncertainty.two_cameras = twoCameras(now.fit, names, sigma_px * sigma_px);
   now.dropped = droppedFrom(now.fit, given, options.cancel);
   now.domain = certifyDomain(now.camera(), now.imageSize());
   for (FitPlacement& placement : now.fit.placements)
@@ -79,9 +61,8 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
 Calibration chosenByHeldOutErrors(const Checkerboard& board, const PreparedViews& given,
                                   const CalibratorOptions& options) {
   ChosenModel chosen = chooseModel(board, given, options);
-  Calibration now = calibrationOf(chosen.solution, given, options);
-  now.uncertainty.model_spread = spreadOf(chosen, now);
-  setAccuracy(chosen.rivals, now);
+  Calibration now = calibrationOf(std::move(chosen.solution), given, options);
+  setAccuracy(std::move(chosen.rivals), now);
   now.choice.model = std::move(chosen.choice);
   return now;
 }

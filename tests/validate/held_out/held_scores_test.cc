@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/adjust/pose_refit.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/validate/held_out/camera_change.h"
 #include "support/fit_set.h"
 #include "support/lens_draw.h"

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/adjust/model_comparison.h"
+#include "alidade/adjust/cross_validation.h"
 #include "alidade/adjust/model_soundness.h"
-#include "alidade/calibrate/choose/model_candidate.h"
+#include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/choose/model_solution.h"
 
 namespace alidade {

@@ -120,14 +120,14 @@ bool isPerspective(std::string_view id) {
 // that folds in the image is not the lens there, and up to the fold it shows what else the corners allow. In
 // a wide field models of the plane z = 1 have nothing to say: their coefficients are set by the corners far
 // out, where that plane is stretched without bounds, and beyond them they go anywhere.
-std::vector<RivalCamera> rivalsOf(const Candidate& chosen, const Candidate& best,
-                                  const Candidates& candidates, bool is_wide) {
-  std::vector<RivalCamera> rivals;
+std::vector<AnyCamera> rivalsOf(const Candidate& chosen, const Candidate& best, const Candidates& candidates,
+                                bool is_wide) {
+  std::vector<AnyCamera> rivals;
   for (const Candidate& c : candidates) {
     if (&c == &chosen || !c.score || (c.unsoundness && !c.unsoundness->folds)) continue;
     if (is_wide && isPerspective(c.id)) continue;
     if (c.score->sum > chosen.score->sum && excessOf(*c.score, *best.score).is_significant) continue;
-    rivals.push_back({.id = c.id, .params = c.params});
+    rivals.push_back(AnyCamera::make(c.id, c.params));
   }
   return rivals;
 }
@@ -181,7 +181,7 @@ ChosenModel chooseModel(const Checkerboard& board, const PreparedViews& given,
   const Candidate* best = bestOf(candidates);
   // Where no model is sound, the findings on the one that fits say why.
   const Candidate& chosen = best != nullptr ? smallestAsGoodAs(*best, candidates) : reference;
-  std::vector<RivalCamera> rivals;
+  std::vector<AnyCamera> rivals;
   if (best != nullptr) {
     choice.best = best->id;
     rivals = rivalsOf(chosen, *best, candidates, choice.is_wide);
@@ -194,10 +194,7 @@ ChosenModel chooseModel(const Checkerboard& board, const PreparedViews& given,
     if (!winner.solution) winner.solution = fittedPlainly(board, given, own);
     winner.solution = withDataSettled(*std::move(winner.solution), given, own);
   }
-  return {.solution = *std::move(winner.solution),
-          .choice = std::move(choice),
-          .params = std::move(winner.params),
-          .rivals = std::move(rivals)};
+  return {.solution = *std::move(winner.solution), .choice = std::move(choice), .rivals = std::move(rivals)};
 }
 
 }  // namespace alidade

@@ -1,25 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
 #include <vector>
 
-#include "alidade/calibrate/choose/model_candidate.h"
+#include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/choose/model_solution.h"
+#include "alidade/camera/any_camera.h"
 
 namespace alidade {
-
-/// A camera of another model that predicts corners as well as the chosen one.
-struct RivalCamera {
-  std::string id;
-  std::vector<double> params;  ///< in storage order, solved on the same corners
-};
 
 struct ChosenModel {
   ModelSolution solution;  ///< with what withDataSettled() leaves
   ModelChoice choice;
-  std::vector<double> params;  ///< of the chosen model on the corners in common; empty if it was not solved
-  std::vector<RivalCamera> rivals;  ///< the models on the same corners that predict them as well
+  std::vector<AnyCamera> rivals;  ///< of other models, which predict the corners as well
 };
 
 /// Chooses the smallest model beside which none with further parameters has significantly smaller held-out

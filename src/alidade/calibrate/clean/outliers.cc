@@ -2,14 +2,43 @@
 #include "alidade/calibrate/clean/outliers.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "alidade/adjust/solve.h"
-#include "alidade/calibrate/clean/foreign_views.h"
+#include "alidade/calibrate/clean/renumbering.h"
 #include "alidade/calibrate/clean/view_fit.h"
 
 namespace alidade {
 namespace {
+
+// Of the views in use.
+struct Misfits {
+  std::vector<ViewFit> fits;
+  std::vector<double> ratios;
+  double stand_out = 0;  // ratio
+};
+
+Misfits misfitsInUse(const Fit& fit, const PreparedViews& given) {
+  Misfits misfits;
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    misfits.fits.push_back(fitInUse(fit, v, given.views[fit.views[v].source]));
+    misfits.ratios.push_back(misfitRatio(misfits.fits.back(), noiseSigma(fit)));
+  }
+  misfits.stand_out = standOutRatio(misfits.ratios);
+  return misfits;
+}
+
+std::optional<std::size_t> worstForeignView(const Fit& fit, const PreparedViews& given) {
+  const Misfits misfits = misfitsInUse(fit, given);
+  std::optional<std::size_t> worst;
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    if (!isForeign(onlyBoard(fit).target, misfits.fits[v], noiseSigma(fit), misfits.stand_out)) continue;
+    if (!worst || misfits.ratios[v] > misfits.ratios[*worst]) worst = v;
+  }
+  return worst;
+}
 
 bool haveSameIds(const std::vector<Observation>& a, const std::vector<Observation>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
@@ -36,6 +65,51 @@ bool leaveOutCorners(Fit& fit, const PreparedViews& given, const CancelFlag* can
 }
 
 }  // namespace
+
+void setAsideForeignViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
+  while (2 * now.fit.views.size() > given.views.size()) {
+    const auto worst = worstForeignView(now.fit, given);
+    if (!worst) break;
+    now.fit = withoutView(now.fit, *worst);
+    requireViews(given, now.fit);
+    now = settled(std::move(now.fit), cancel);
+  }
+}
+
+bool readmitViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
+  const std::vector<std::size_t> left_out = viewsLeftOut(given, now.fit);
+  if (left_out.empty()) return false;
+  const double stand_out = misfitsInUse(now.fit, given).stand_out;
+  std::vector<std::pair<std::size_t, ViewFit>> fitting;
+  for (const std::size_t v : left_out) {
+    auto view = fitAlone(now.fit, given.views[v]);
+    if (!view || isForeign(onlyBoard(now.fit).target, *view, noiseSigma(now.fit), stand_out)) continue;
+    fitting.emplace_back(v, *std::move(view));
+  }
+  if (fitting.empty()) return false;
+  for (auto& [source, view] : fitting)
+    addView(now.fit, source, std::move(view.corners), view.camera_from_board);
+  now = settled(std::move(now.fit), cancel);
+  return true;
+}
+
+bool setAsideMisnumberedViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
+  constexpr std::size_t kFewOutliers = 3;  // fewer are no row and no column
+  std::vector<bool> is_out(now.fit.views.size());
+  bool is_changed = false;
+  for (std::size_t v = 0; v < now.fit.views.size(); ++v) {
+    const View& view = given.views[now.fit.views[v].source];
+    if (countOutliers(fitInUse(now.fit, v, view), noiseSigma(now.fit)) < kFewOutliers) continue;
+    if (!fittingOrder(now.fit, view)) continue;
+    is_out[v] = true;
+    is_changed = true;
+  }
+  if (!is_changed) return false;
+  now.fit = withoutViews(now.fit, is_out);
+  requireViews(given, now.fit);
+  now = settled(std::move(now.fit), cancel);
+  return true;
+}
 
 SettledFit withoutOutliers(SettledFit settled, const PreparedViews& given, const CancelFlag* cancel) {
   bool may_readmit = true;

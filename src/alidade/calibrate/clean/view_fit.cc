@@ -5,10 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/local_sigma.h"
-#include "alidade/adjust/pose_from_rays.h"
-#include "alidade/adjust/pose_refit.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/core/median.h"
 

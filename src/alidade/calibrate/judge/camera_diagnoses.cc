@@ -13,7 +13,7 @@
 #include "alidade/adjust/errors.h"
 #include "alidade/adjust/lens_prior.h"
 #include "alidade/adjust/model_soundness.h"
-#include "alidade/calibrate/judge/diagnoses.h"
+#include "alidade/calibrate/judge/judge.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/core/number_text.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/judge/diagnoses.h"
+#include "alidade/calibrate/judge/judge.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade {
@@ -27,11 +27,12 @@ std::string counted(std::size_t count, const char* what) {
 // Nothing contradicts a mistake in a few views, so all that is claimed of them may be wrong.
 void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr std::size_t kFewViews = 8;
-  if (of.fit.views.size() >= kFewViews) return;
+  const std::size_t num_places = of.uncertainty.num_places;
+  if (num_places >= kFewViews) return;
   addByEffect(of,
               {.id = "few_views",
-               .cause = "too few views to notice a mistake",
-               .evidence = std::to_string(of.fit.views.size()),
+               .cause = "too few positions of the board to notice a mistake",
+               .evidence = std::to_string(num_places) + " in " + counted(of.fit.views.size(), "view"),
                .next_step = "use at least 8, better 15 to 30, with the board in different places"},
               coveredError(of), diagnoses, Severity::kWarning);
 }
@@ -67,6 +68,24 @@ void viewsDisagree(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                                    " do not fit the camera of the others",
                        .next_step = "check the board's size, and that all images are of one camera at one "
                                     "zoom and focus"});
+}
+
+void twoCamerasMixed(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  if (!of.uncertainty.two_cameras) return;
+  const auto& [minority, step] = *of.uncertainty.two_cameras;
+  const auto num_params = static_cast<Eigen::Index>(step.size());
+  const double effect_px = effectOfStep(of, Eigen::Map<const Eigen::VectorXd>(step.data(), num_params));
+  addByEffect(of,
+              {.id = "two_cameras",
+               .cause = "the views fall into two groups: two cameras, or two settings of zoom or focus",
+               .evidence = std::to_string(minority.size()) + " of " + counted(of.fit.views.size(), "view") +
+                           " fit another camera, among them " + of.fit.views[minority.front()].image +
+                           " and " + of.fit.views[minority.back()].image,
+               .next_step = "calibrate each camera and setting on its own"},
+              effect_px, diagnoses);
+  Diagnosis& added = diagnoses.back();
+  // No camera lies between two others.
+  if (added.severity == Severity::kWarning) added.severity = Severity::kFailure;
 }
 
 void repeatedViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
@@ -164,7 +183,7 @@ void focalChanged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kFocalF = 8;  // on good photographs F reaches 6 because boards and lenses are not perfect
   const ViewVariations& variations = of.uncertainty.variations;
   const auto [f, spread] = variations.focal;
-  if (!isFocalChange(variations) || !(f > kFocalF)) return;
+  if (of.uncertainty.two_cameras || !isFocalChange(variations) || !(f > kFocalF)) return;
   addByEffect(
       of,
       {.id = "focal_changed",

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/calibrate/judge/diagnoses.h"
+#include "alidade/calibrate/judge/judge.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade {

@@ -2,11 +2,15 @@
 #include "alidade/calibrate/start/prepared_views.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <numeric>
 #include <utility>
 
-#include "alidade/calibrate/start/repeated_views.h"
+#include <Eigen/QR>
+
 #include "alidade/core/error.h"
+#include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 
@@ -93,6 +97,98 @@ std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>&
       {.where = twin->image, .found = "two views with this name", .expected = "one view an image"});
 }
 
+constexpr double kFarPx = 10;            // no noise of a corner that was found moves it as far
+constexpr double kScatterPx = 1;         // median length of what noise alone leaves of a displacement
+constexpr double kMinCommonShare = 0.5;  // of the view with more corners
+
+struct Displacements {
+  std::vector<Eigen::Vector2d> places;
+  std::vector<Eigen::Vector2d> moves;
+};
+
+// Calls f(corner of a, corner of b) for the corners that both views have until it says false.
+template <class F>
+void forEachCommon(const View& a, const View& b, F&& f) {
+  auto at = b.corners.begin();
+  for (const Corner& corner : a.corners) {
+    while (at != b.corners.end() && at->id < corner.id) ++at;
+    if (at == b.corners.end()) return;
+    if (at->id == corner.id && !f(corner, *at)) return;
+  }
+}
+
+// Most pairs of views are known by their first few corners.
+bool areFarApart(const View& a, const View& b) {
+  int num_far = 0;
+  forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
+    if ((x.pixel - y.pixel).norm() > kFarPx) ++num_far;
+    return 2 * num_far <= static_cast<int>(kMinCornersPerView);
+  });
+  return 2 * num_far > static_cast<int>(kMinCornersPerView);
+}
+
+bool repeats(const View& a, const View& b) {
+  if (areFarApart(a, b)) return false;
+  Displacements d;
+  forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
+    d.places.push_back(x.pixel);
+    d.moves.emplace_back(y.pixel - x.pixel);
+    return true;
+  });
+  const std::size_t most = std::max(a.corners.size(), b.corners.size());
+  const auto count = static_cast<double>(d.moves.size());
+  if (d.moves.size() < kMinCornersPerView || count < kMinCommonShare * static_cast<double>(most))
+    return false;
+  // A corner that one of the views has wrong says nothing of the pose.
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < d.moves.size(); ++i) {
+    if (d.moves[i].norm() <= kFarPx) used.push_back(i);
+  }
+  Eigen::MatrixXd basis(static_cast<Eigen::Index>(used.size()), 3);
+  Eigen::MatrixXd moves(basis.rows(), 2);
+  for (Eigen::Index row = 0; row < basis.rows(); ++row) {
+    const std::size_t i = used[static_cast<std::size_t>(row)];
+    basis.row(row) << 1, d.places[i].transpose();
+    moves.row(row) = d.moves[i].transpose();
+  }
+  const Eigen::MatrixXd smooth = basis * basis.colPivHouseholderQr().solve(moves);
+  std::vector<double> scatter;
+  for (Eigen::Index row = 0; row < basis.rows(); ++row)
+    scatter.push_back((moves.row(row) - smooth.row(row)).norm());
+  const double smooth_rms = std::sqrt(smooth.squaredNorm() / static_cast<double>(smooth.rows()));
+  return smooth_rms <= kSamePlacePx && medianOf(scatter) <= kScatterPx;
+}
+
+// Of an even number, the mean of the two in the middle.
+double middleOf(std::vector<double> values) {
+  const double upper = medianOf(values);
+  for (double& value : values) value = -value;
+  return 0.5 * (upper - medianOf(values));
+}
+
+// The corners that any of the views has, each at the median of where they have it.
+std::vector<Corner> mergedCorners(const std::vector<View>& views, const std::vector<std::size_t>& group) {
+  struct Samples {
+    std::vector<double> u, v, sigma;
+  };
+  std::map<int, Samples> by_id;
+  for (const std::size_t i : group) {
+    for (const Corner& corner : views[i].corners) {
+      Samples& samples = by_id[corner.id];
+      samples.u.push_back(corner.pixel.x());
+      samples.v.push_back(corner.pixel.y());
+      if (!std::isnan(corner.sigma_px)) samples.sigma.push_back(corner.sigma_px);
+    }
+  }
+  std::vector<Corner> corners;
+  for (auto& [id, samples] : by_id) {
+    Corner corner{.id = id, .pixel = {middleOf(samples.u), middleOf(samples.v)}};
+    if (samples.sigma.size() == samples.u.size()) corner.sigma_px = middleOf(samples.sigma);
+    corners.push_back(corner);
+  }
+  return corners;
+}
+
 }  // namespace
 
 PreparedViews prepareViews(const Checkerboard& board, std::vector<View> views) {
@@ -131,6 +227,35 @@ void requireViews(const PreparedViews& given, const Fit& fit) {
   for (const std::size_t v : viewsLeftOut(given, fit))
     reasons.push_back(given.views[v].image + ": does not fit the other views");
   checkEnoughUsable(fit.views.size(), std::move(reasons));
+}
+
+void mergeRepeatedViews(PreparedViews& given) {
+  std::vector<View>& views = given.views;
+  // Each joins the first group whose first view it repeats: in order of names, so that there is one answer.
+  std::vector<std::vector<std::size_t>> groups;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+      return repeats(views[group.front()], views[v]);
+    });
+    if (same == groups.end()) {
+      groups.push_back({v});
+    } else {
+      same->push_back(v);
+    }
+  }
+  if (groups.size() == views.size()) return;
+  std::vector<View> merged;
+  std::vector<std::size_t> sources;
+  for (const auto& group : groups) {
+    View view = views[group.front()];
+    if (group.size() > 1) view.corners = mergedCorners(views, group);
+    for (std::size_t i = 1; i < group.size(); ++i)
+      given.repeated.push_back({.image = views[group[i]].image, .same_as = view.image});
+    merged.push_back(std::move(view));
+    sources.push_back(given.sources[group.front()]);
+  }
+  views = std::move(merged);
+  given.sources = std::move(sources);
 }
 
 }  // namespace alidade

@@ -11,7 +11,6 @@
 
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/lens_prior.h"
-#include "alidade/adjust/scaled_inverse.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/calibrate/uncertainty/far_difference.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"

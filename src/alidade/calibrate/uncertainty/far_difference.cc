@@ -6,7 +6,6 @@
 #include "alidade/geometry/best_rotation.h"
 
 namespace alidade {
-
 std::vector<double> farDifferences(const AnyCamera& a, const AnyCamera& b,
                                    std::span<const Eigen::Vector2d> pixels,
                                    std::span<const Eigen::Vector2d> anchors) {

@@ -7,9 +7,10 @@
 
 #include <Eigen/LU>
 
+#include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/local_sigma.h"
+#include "alidade/adjust/places.h"
 #include "alidade/adjust/shape_information.h"
 #include "alidade/adjust/weak_prior.h"
 #include "alidade/calibrate/uncertainty/other_optima.h"
@@ -80,7 +81,7 @@ Known withShapeGiven(const Fit& fit, const Residuals& residuals, const Intrinsic
   Known known{.variance = residuals.variance, .information = information.information};
   if (information.inverse) {
     known.covariance = known.variance * *information.inverse;
-    known.by_views = viewCovariance(reduced(fit, LossWeights::kLeaveOut), directions,
+    known.by_views = viewCovariance(reducedByPlace(fit, LossWeights::kLeaveOut), directions,
                                     static_cast<int>(directions.rows()), known.variance, residuals.slope);
   }
   applyPrior(onlyCamera(fit), known);
@@ -177,6 +178,7 @@ Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_ben
   result.coordinate_sigma_px = std::sqrt(residuals.variance);
   result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
   result.local_sigma_px = localSigma(fit);
+  result.num_places = numPlaces(fit);
   setCovariances(fit, residuals, result);
   const auto scores = reduced(fit, LossWeights::kUse, StretchColumn{});
   result.board_stretch = boardStretch(scores, residuals.directions, residuals.variance);

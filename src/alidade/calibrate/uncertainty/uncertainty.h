@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -8,10 +9,10 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/cross_validation.h"
-#include "alidade/calibrate/bend/shape_step.h"
+#include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/calibrate/uncertainty/image_bias.h"
-#include "alidade/calibrate/uncertainty/model_spread.h"
+#include "alidade/calibrate/uncertainty/two_cameras.h"
 #include "alidade/calibrate/uncertainty/view_covariance.h"
 #include "alidade/calibrate/uncertainty/view_scores.h"
 #include "alidade/calibrate/uncertainty/view_variation.h"
@@ -47,6 +48,7 @@ struct Uncertainty {
   /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
   /// neighbours.
   double local_sigma_px = 0;
+  std::size_t num_places = 0;  ///< of the board, see placesOf()
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
   std::optional<DenseMatrix> covariance;
   /// The same without taking the corners of one view for independent, and with a bend that was ignored as a
@@ -75,10 +77,9 @@ struct Uncertainty {
   /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
   std::optional<BoardStretch> board_stretch;
   ViewVariations variations;               ///< what changes from view to view although it should not
+  std::optional<TwoCameras> two_cameras;   ///< what speaks for two cameras among the views
   std::vector<OtherOptimum> other_optima;  ///< that the corners do not rule out, the likeliest first
-  // Set once all cameras that explain the corners as well are known.
-  std::optional<ModelSpread> model_spread;  ///< where other models predict corners as well
-  std::optional<Accuracy> accuracy;         ///< of projected points; nothing without a covariance
+  std::optional<Accuracy> accuracy;        ///< of projected points; nothing without a covariance
 
   /// One standard deviation of parameter i; NaN without a covariance.
   [[nodiscard]] double parameterStd(int i) const;

@@ -60,7 +60,7 @@ struct ViewCovariance {
 /// What is wrong in the same way in all views (a bent board held flat) shows only as far as it pulls
 /// different views differently: see `common_error`, which is left empty here.
 ///
-/// @param pulls       one a view, at the optimum; columns as the rows of `directions`
+/// @param pulls       one a place (placesOf()), at the optimum; columns as the rows of `directions`
 /// @param directions  what is free, one direction a column; the first `num_params` rows are the intrinsics
 /// @param variance    of the coordinate of a corner of weight 1, px^2, see coordinateVariance()
 /// @param mean_slope  see meanSlope()

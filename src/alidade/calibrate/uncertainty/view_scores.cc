@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "alidade/adjust/scaled_inverse.h"
+#include "alidade/adjust/covariance.h"
 #include "alidade/calibrate/uncertainty/view_covariance.h"
 #include "alidade/core/median.h"
 #include "alidade/core/statistics.h"

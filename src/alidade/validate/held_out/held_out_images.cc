@@ -10,7 +10,7 @@
 
 #include "alidade/adjust/cross_validation.h"
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/local_sigma.h"
+#include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/pose_search.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"

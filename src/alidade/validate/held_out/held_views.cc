@@ -7,8 +7,7 @@
 #include <set>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/pose_from_rays.h"
-#include "alidade/adjust/pose_refit.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/core/error.h"
 
 namespace alidade {

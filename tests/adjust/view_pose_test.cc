@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/pose_from_rays.h"
+#include "alidade/adjust/view_pose.h"
 
 #include <algorithm>
 #include <cmath>

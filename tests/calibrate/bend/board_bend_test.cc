@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/bend/bend_by_views.h"
+#include "alidade/calibrate/bend/board_bend.h"
 
 #include <gtest/gtest.h>
 

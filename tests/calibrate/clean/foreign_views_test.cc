@@ -6,7 +6,7 @@
 
 #include "alidade/adjust/robust_weighting.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/clean/foreign_views.h"
+#include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/calibrate/start/start_fit.h"
 #include "support/spoiled_set.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/linear_manifold.h"
+#include "alidade/adjust/manifolds.h"
 
 #include <utility>
 

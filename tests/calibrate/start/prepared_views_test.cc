@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/start/repeated_views.h"
+#include "alidade/calibrate/start/prepared_views.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/two_cameras.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/places.h"
+#include "alidade/geometry/symmetric_eigen.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kFewestPlaces = 3;  // in a group
+
+// Directions in which all places together say 1, as far as they say anything.
+Eigen::MatrixXd unitBasis(const Eigen::MatrixXd& information) {
+  constexpr double kNothing = 1e-10;
+  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const SymmetricEigen solver(scale.asDiagonal() * information * scale.asDiagonal());
+  const Eigen::VectorXd values = solver.eigenvalues();
+  const auto num_known = (values.array() > kNothing * values.maxCoeff()).count();  // they ascend
+  return scale.asDiagonal() * solver.eigenvectors().rightCols(num_known) *
+         values.tail(num_known).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+// What a place says of an offset d of the intrinsics: twice its cost is d^T S d + 2 g^T d, in units of the
+// noise.
+struct Place {
+  Eigen::MatrixXd S;
+  Eigen::VectorXd g;
+
+  [[nodiscard]] double cost(const Eigen::VectorXd& d) const { return 0.5 * d.dot(S * d) + g.dot(d); }
+};
+
+struct Division {
+  std::vector<int> group;  // 0 or 1, of each place
+  std::array<Eigen::VectorXd, 2> offset;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+bool isLargeEnough(const std::vector<int>& group) {
+  const auto ones = static_cast<std::size_t>(std::count(group.begin(), group.end(), 1));
+  return ones >= kFewestPlaces && group.size() - ones >= kFewestPlaces;
+}
+
+// The offset with the least cost for a group. All places together say 1 in each direction; what a group says
+// less than a hundredth of is left as it is.
+Eigen::VectorXd offsetOf(std::span<const Place> places, const std::vector<int>& group, int which) {
+  constexpr double kLittle = 0.01;
+  Eigen::MatrixXd S = kLittle * Eigen::MatrixXd::Identity(places[0].S.rows(), places[0].S.cols());
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(S.rows());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (group[i] != which) continue;
+    S += places[i].S;
+    g += places[i].g;
+  }
+  return -S.ldlt().solve(g);
+}
+
+// k-means from a first assignment.
+std::optional<Division> divided(std::span<const Place> places, std::vector<int> group) {
+  constexpr int kMaxRounds = 30;
+  Division division;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    if (!isLargeEnough(group)) return std::nullopt;
+    for (int k = 0; k < 2; ++k) division.offset[static_cast<std::size_t>(k)] = offsetOf(places, group, k);
+    division.group = group;
+    division.cost = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double first = places[i].cost(division.offset[0]);
+      const double second = places[i].cost(division.offset[1]);
+      group[i] = second < first ? 1 : 0;
+      division.cost += std::min(first, second);
+    }
+    if (group == division.group) break;
+  }
+  return division;
+}
+
+// A first assignment by the sign of the pulls along each of the directions in which they are largest.
+std::optional<Division> bestDivision(std::span<const Place> places) {
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(places[0].S.rows(), places[0].S.cols());
+  for (const Place& place : places) squares += place.g * place.g.transpose();
+  const SymmetricEigen solver(squares);
+  std::optional<Division> best;
+  for (Eigen::Index k = 0; k < squares.cols(); ++k) {
+    std::vector<int> group;
+    for (const Place& place : places) group.push_back(solver.eigenvectors().col(k).dot(place.g) > 0 ? 1 : 0);
+    auto division = divided(places, std::move(group));
+    if (division && (!best || division->cost < best->cost)) best = std::move(division);
+  }
+  return best;
+}
+
+// Places by the names of their views: those of two cameras usually differ in more than a number, or lie in
+// two folders. Nothing if there are not exactly two kinds of names.
+std::optional<std::vector<int>> groupsByName(std::span<const std::string> names,
+                                             std::span<const std::size_t> place_of, std::size_t num_places) {
+  std::vector<std::string> kinds;
+  std::vector<int> group(num_places, 0);
+  for (std::size_t v = 0; v < names.size(); ++v) {
+    const auto slash = names[v].find_last_of('/');
+    std::string kind = slash == std::string::npos ? "" : names[v].substr(0, slash + 1);
+    for (const char c : names[v].substr(kind.size())) {
+      if (c < '0' || c > '9') kind += c;
+    }
+    auto at = std::find(kinds.begin(), kinds.end(), kind);
+    if (at == kinds.end()) at = kinds.insert(kinds.end(), kind);
+    group[place_of[v]] = static_cast<int>(at - kinds.begin());
+  }
+  if (kinds.size() != 2 || !isLargeEnough(group)) return std::nullopt;
+  return group;
+}
+
+// F statistic of a division that was not chosen by the data: what two offsets gain, for each of their
+// parameters, over what the places of a group still differ by.
+double statistic(std::span<const Place> places, const Division& division) {
+  constexpr double kSilent = 1e-6;
+  double gain = 0;
+  double left = 0;
+  const auto num_free = static_cast<double>(places[0].g.size());
+  double freedom = -2 * num_free;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Eigen::VectorXd& d = division.offset[static_cast<std::size_t>(division.group[i])];
+    gain -= 2 * places[i].cost(d);
+    const SymmetricEigen solver(places[i].S);
+    const Eigen::VectorXd pull = solver.eigenvectors().transpose() * (places[i].g + places[i].S * d);
+    for (Eigen::Index k = 0; k < pull.size(); ++k) {
+      if (!(solver.eigenvalues()(k) > kSilent)) continue;
+      left += pull(k) * pull(k) / solver.eigenvalues()(k);
+      ++freedom;
+    }
+  }
+  return freedom > 0 ? gain / num_free / (left / freedom) : 0.0;
+}
+
+// The place of each view along the line between the offsets, which lie at -1/2 and 1/2, and its variance by
+// noise.
+struct Estimate {
+  double value;
+  double variance;
+};
+
+std::vector<Estimate> estimatesOf(std::span<const Place> places, const Division& division) {
+  const Eigen::VectorXd apart = division.offset[1] - division.offset[0];
+  const Eigen::VectorXd middle = 0.5 * (division.offset[1] + division.offset[0]);
+  std::vector<Estimate> estimates;
+  for (const Place& place : places) {
+    const double precision = apart.dot(place.S * apart);
+    if (!(precision > 0)) continue;
+    estimates.push_back(
+        {.value = -apart.dot(place.g + place.S * middle) / precision, .variance = 1 / precision});
+  }
+  return estimates;
+}
+
+double logNormal(double x, double variance) {
+  return -0.5 * (x * x / variance + std::log(2 * std::numbers::pi * variance));
+}
+
+// Logarithm of the likelihood of one normal distribution of a given width.
+double singleLikelihood(std::span<const Estimate> estimates, double width) {
+  double weights = 0;
+  double values = 0;
+  for (const Estimate& e : estimates) {
+    weights += 1 / (e.variance + width * width);
+    values += e.value / (e.variance + width * width);
+  }
+  double sum = 0;
+  for (const Estimate& e : estimates)
+    sum += logNormal(e.value - values / weights, e.variance + width * width);
+  return sum;
+}
+
+struct Mixture {
+  double likelihood = -std::numeric_limits<double>::infinity();
+  double separation = 0;  // of the means, in widths
+};
+
+// Of two normal distributions of this width, by expectation maximisation (Dempster, Laird and Rubin 1977,
+// Maximum likelihood from incomplete data via the EM algorithm, Journal of the Royal Statistical Society B
+// 39(1)).
+Mixture mixtureOf(std::span<const Estimate> estimates, double width) {
+  constexpr int kRounds = 50;
+  const auto n = static_cast<double>(estimates.size());
+  double share = 0.5;
+  std::array<double, 2> mean = {-0.5, 0.5};
+  Mixture mixture;
+  for (int round = 0; round < kRounds; ++round) {
+    mixture.likelihood = 0;
+    double in_second = 0;
+    std::array<double, 2> weights = {0, 0};
+    std::array<double, 2> values = {0, 0};
+    for (const Estimate& e : estimates) {
+      const double variance = e.variance + width * width;
+      const double first = std::log(1 - share) + logNormal(e.value - mean[0], variance);
+      const double second = std::log(share) + logNormal(e.value - mean[1], variance);
+      const double both = std::max(first, second) + std::log1p(std::exp(-std::abs(first - second)));
+      const std::array<double, 2> chance = {std::exp(first - both), std::exp(second - both)};
+      mixture.likelihood += both;
+      in_second += chance[1];
+      for (std::size_t k = 0; k < 2; ++k) {
+        weights[k] += chance[k] / variance;
+        values[k] += chance[k] * e.value / variance;
+      }
+    }
+    share = std::clamp(in_second / n, 1 / n, 1 - 1 / n);
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (weights[k] > 0) mean[k] = values[k] / weights[k];
+    }
+  }
+  mixture.separation = std::abs(mean[1] - mean[0]) / width;
+  return mixture;
+}
+
+// Do the places form two groups rather than one of any width?
+bool areTwoGroups(std::span<const Estimate> estimates) {
+  constexpr double kEvidence = 8;    // of the logarithms; of 200 sets of one camera none exceeds 5
+  constexpr double kSeparation = 6;  // where no lens of the model follows the real one, up to 5
+  double single = -std::numeric_limits<double>::infinity();
+  Mixture mixture;
+  for (double width = 1e-4; width < 2; width *= 1.5) {
+    single = std::max(single, singleLikelihood(estimates, width));
+    const Mixture of_width = mixtureOf(estimates, width);
+    if (of_width.likelihood > mixture.likelihood) mixture = of_width;
+  }
+  return mixture.likelihood - single > kEvidence && mixture.separation > kSeparation;
+}
+
+// A division that the names suggest is tested first: it is not chosen by the data.
+std::optional<Division> significantDivision(std::span<const Place> places,
+                                            const std::optional<std::vector<int>>& by_name) {
+  constexpr double kNamedF =
+      4;  // of halves of real sets at most 3, where a lens of the model follows the real one
+  if (by_name) {
+    Division named{.group = *by_name,
+                   .offset = {offsetOf(places, *by_name, 0), offsetOf(places, *by_name, 1)}};
+    if (statistic(places, named) > kNamedF) return named;
+  }
+  auto division = bestDivision(places);
+  if (!division || !areTwoGroups(estimatesOf(places, *division))) return std::nullopt;
+  return division;
+}
+
+}  // namespace
+
+std::optional<TwoCameras> twoCameras(const Fit& fit, std::span<const std::string> names, double variance) {
+  const FitCamera& camera = onlyCamera(fit);
+  const Eigen::MatrixXd directions =
+      freeDirections(static_cast<int>(camera.params.size()), camera.constraint);
+  const std::vector<std::size_t> place_of = placesOf(fit);
+  const std::vector<Reduced> pulls = sumByPlace(reduced(fit, LossWeights::kUse), place_of);
+  if (directions.cols() == 0 || pulls.size() < 2 * kFewestPlaces || !(variance > 0)) return std::nullopt;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(directions.cols(), directions.cols());
+  for (const Reduced& pull : pulls) information += directions.transpose() * pull.information * directions;
+  const Eigen::MatrixXd basis = directions * unitBasis(information);
+  std::vector<Place> places;
+  for (const Reduced& pull : pulls) {
+    places.push_back({.S = basis.transpose() * pull.information * basis,
+                      .g = basis.transpose() * pull.gradient / std::sqrt(variance)});
+  }
+  const auto division = significantDivision(places, groupsByName(names, place_of, pulls.size()));
+  if (!division) return std::nullopt;
+  const auto num_second = std::count(division->group.begin(), division->group.end(), 1);
+  const int minority = 2 * num_second > static_cast<std::ptrdiff_t>(places.size()) ? 0 : 1;
+  TwoCameras result;
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    if (division->group[place_of[v]] == minority) result.minority.push_back(v);
+  }
+  const Eigen::VectorXd apart = division->offset[1] - division->offset[0];
+  const Eigen::VectorXd step = (minority == 1 ? 1.0 : -1.0) * std::sqrt(variance) * (basis * apart);
+  result.params_step.assign(step.begin(), step.end());
+  return result;
+}
+
+}  // namespace alidade
