@@ -32,8 +32,8 @@ class PendingFolder {
 
  private:
   [[nodiscard]] std::filesystem::path siblingPath(const char* ending) const;
-  [[nodiscard]] bool targetExists() const;
-  void refuseForeignEntries(bool may_replace) const;
+  // @throws Error (kInput) where it exists and holds anything else than what may be replaced
+  bool targetExists(bool may_replace) const;
   void removeOurEntries(const std::filesystem::path& folder) const;
 
   IsOurs is_ours_;
