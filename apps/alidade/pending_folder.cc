@@ -60,7 +60,7 @@ PendingFolder::PendingFolder(const std::string& target, bool may_replace, IsOurs
                       .expected = "the name of a new folder",
                       .next_step = "choose another name"});
   }
-  targetExists(may_replace);
+  checkTarget(may_replace);
   const fs::path pending = siblingPath("tmp");
   makeFolder(pending, target);
   pending_ = pending;
@@ -78,7 +78,7 @@ fs::path PendingFolder::siblingPath(const char* ending) const {
          fmt::format(".{}.{}.{}", target_.filename().string().substr(0, kMaxBytes), getpid(), ending);
 }
 
-bool PendingFolder::targetExists(bool may_replace) const try {
+bool PendingFolder::checkTarget(bool may_replace) const try {
   if (!fs::exists(target_)) return false;
   if (!fs::is_directory(target_)) {
     throw inputError(
@@ -124,7 +124,7 @@ void PendingFolder::removeOurEntries(const fs::path& folder) const try {
 
 void PendingFolder::commit() {
   const fs::path old = siblingPath("old");
-  const bool replaces = targetExists(true);  // again: time has passed
+  const bool replaces = checkTarget(true);  // again: time has passed
   std::error_code error;
   if (replaces) {
     if (exchangeNames(pending_, target_)) {
