@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
-#include <span>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -17,14 +16,10 @@
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/report/next_view_svg.h"
+#include "board_views.h"
 #include "calibration_output.h"
-#include "camera_options.h"
-#include "command.h"
-#include "detection_stage.h"
-#include "given_views.h"
-#include "interrupt.h"
-#include "settings.h"
-#include "summary_output.h"
+#include "console.h"
+#include "options.h"
 
 namespace alidade {
 namespace {
@@ -79,11 +74,7 @@ class CalibrateCommand final : public Command {
   }
 
   int run(const CLI::App& app) override {
-    if (inputs_.empty())
-      throw usageError({.where = "calibrate",
-                        .found = "no input",
-                        .expected = "folders, images or a corners file",
-                        .next_step = "alidade calibrate --help"});
+    if (inputs_.empty()) throw missingError("calibrate", "no input", "folders, images or a corners file");
     std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
     sources.insert(sources.end(), {board_, cameraFilePath(init_), common_.config});
     checkDebugFolder(debug_, output_);
@@ -91,7 +82,7 @@ class CalibrateCommand final : public Command {
     checkDrawing(sources);
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
     options.jobs = common_.jobs;
-    options.tolerance_px = parsePixels(tolerance_, "--tolerance");
+    options.tolerance_px = *parsePixels(tolerance_);
     options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
                           : board_shape_ == "warp" ? BoardShapeMode::kWarp
                                                    : BoardShapeMode::kAuto;
@@ -100,44 +91,43 @@ class CalibrateCommand final : public Command {
       options.initial = {.camera = file.camera, .size = file.image_size};
     }
     static_cast<void>(constraintOf(options));  // wrong names are told before the images are read
-    const CancelFlag* cancel = catchInterrupts();
-    options.jobs = common_.jobs;
-    options.cancel = cancel;
-    const auto [input, views] =
+    options.cancel = catchInterrupts();
+    const GivenViews given =
         readViews({.command = "calibrate", .inputs = inputs_, .board = board_, .debug_folder = debug_},
-                  common_, cancel);
-    if (views.size() < kMinViews) {
-      throw inputError({.where = inputs_.front() + (inputs_.size() > 1 ? " ..." : ""),
-                        .found = fmt::format("the board in {} of {} images", views.size(), input.num_images),
-                        .expected = fmt::format("at least {} views", kMinViews),
-                        .next_step = input.reasons.empty()
-                                         ? "take more photographs of the board, tilted by 20 to 50 degrees"
-                                         : fmt::format("{}", fmt::join(input.reasons, "\n        "))});
+                  common_, options.cancel);
+    if (given.views.size() < kMinViews) {
+      throw inputError(
+          {.where = inputs_.front() + (inputs_.size() > 1 ? " ..." : ""),
+           .found = fmt::format("the board in {} of {} images", given.views.size(), given.num_images),
+           .expected = fmt::format("at least {} views", kMinViews),
+           .next_step = given.reasons.empty()
+                            ? "take more photographs of the board, tilted by 20 to 50 degrees"
+                            : fmt::format("{}", fmt::join(given.reasons, "\n        "))});
     }
-    const Calibration result = calibrate(input.board, views, options);
-    const Advice advice = adviceOn(result, input.board, views);
-
+    const Calibration result = calibrate(given.board, given.views, options);
+    Advice advice{.coverage = coverageOf(result, given.board, given.views), .guidance = {}};
+    advice.guidance = guide(result, given.board, advice.coverage, parsePixels(target_sigma_));
     if (!next_view_.empty())
-      writeFileAtomically(next_view_, nextViewSvg(result, input.board, views, advice.guidance));
+      writeFileAtomically(next_view_, nextViewSvg(result, given.board, given.views, advice.guidance));
 
     const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
     const CameraRecord file = recordOf(
-        result, {.board = input.board, .created_by = programName(), .settings = effectiveSettings(app)});
+        result, {.board = given.board, .created_by = programName(), .settings = effectiveSettings(app)});
     const bool to_stdout = output_ == "-";
     if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
 
     const auto summary = [&](bool is_terminal) {
       const SummaryStyle style{.tolerance_px = options.tolerance_px,
                                .is_coloured = is_terminal && std::getenv("NO_COLOR") == nullptr};
-      return summaryText(result, input, advice, style) +
-             (is_verbose_ ? "\n" + detailsText(result, input, advice) : "");
+      return summaryText(result, given, advice, style) +
+             (is_verbose_ ? "\n" + detailsText(result, given, advice) : "");
     };
     if (common_.json) {
-      printResult(summaryJson(result, input, advice));
+      printResult(summaryJson(result, given, advice));
     } else if (to_stdout) {
       if (is_kept) printResult(cameraFileText(file));
-      if (!common_.quiet || !is_good) printMessage(summary(isatty(STDERR_FILENO) != 0));
+      if (!common_.quiet || !is_good) printMessage(summary(false));
     } else {
       printResult(summary(isatty(STDOUT_FILENO) != 0));
     }
@@ -155,15 +145,6 @@ class CalibrateCommand final : public Command {
   }
 
  private:
-  static std::string pixelComplaint(const std::string& text) {
-    try {
-      (void)parsePixels(text, {});  // the parser names the flag
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return {};
-  }
-
   void checkDrawing(const std::vector<std::string>& sources) const {
     if (next_view_.empty()) return;
     if (next_view_ == "-" || next_view_ == output_) {
@@ -172,15 +153,6 @@ class CalibrateCommand final : public Command {
                         .expected = "a different file, for example next.svg"});
     }
     checkOutput(next_view_, sources, common_, "--next-view");
-  }
-
-  [[nodiscard]] Advice adviceOn(const Calibration& result, const Checkerboard& board,
-                                std::span<const View> views) const {
-    Advice advice{.coverage = coverageOf(result, board, views), .guidance = {}};
-    std::optional<double> target_px;
-    if (!target_sigma_.empty()) target_px = parsePixels(target_sigma_, "--target-sigma");
-    advice.guidance = guide(result, board, advice.coverage, target_px);
-    return advice;
   }
 
   std::vector<std::string> inputs_;

@@ -3,18 +3,35 @@
 
 #include <string>
 
-#include "advice_output.h"
 #include "alidade/calibrate/calibration.h"
-#include "given_views.h"
+#include "alidade/guide/coverage.h"
+#include "alidade/guide/guidance.h"
+#include "board_views.h"
 
 namespace alidade {
 
+/// What a calibration tells about the photographs: those that were taken, and the next one.
+struct Advice {
+  CoverageReport coverage;
+  Guidance guidance;
+};
+
+struct SummaryStyle {
+  double tolerance_px = 1;
+  bool is_coloured = false;  ///< for a terminal
+};
+
+/// The summary of a calibration for people: at most 16 lines of at most 100 columns, the verdict and the
+/// accuracy first.
+[[nodiscard]] std::string summaryText(const Calibration& result, const GivenViews& given,
+                                      const Advice& advice, const SummaryStyle& style);
+
 /// What --verbose adds to the summary.
-[[nodiscard]] std::string detailsText(const Calibration& result, const CalibrationInput& input,
+[[nodiscard]] std::string detailsText(const Calibration& result, const GivenViews& given,
                                       const Advice& advice);
 
 /// Everything for programs: one JSON document.
-[[nodiscard]] std::string summaryJson(const Calibration& result, const CalibrationInput& input,
+[[nodiscard]] std::string summaryJson(const Calibration& result, const GivenViews& given,
                                       const Advice& advice);
 
 }  // namespace alidade

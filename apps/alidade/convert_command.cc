@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <optional>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
-#include "camera_options.h"
-#include "command.h"
-#include "conversion_output.h"
-#include "number_check.h"
+#include "alidade/record/conversion.h"
+#include "console.h"
+#include "json_output.h"
+#include "options.h"
 
 namespace alidade {
 namespace {
@@ -39,20 +39,140 @@ std::vector<std::string> formatIds() {
   return ids;
 }
 
-// "600x400" or "10,20,600,400" as so many whole numbers.
-std::vector<int> wholeNumbers(const std::string& flag, const std::string& text, char separator,
+std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,
                               std::size_t count, const std::string& expected) {
-  std::vector<int> numbers;
-  for (const std::string_view part : split(text, separator)) {
-    if (const auto number = parseInt(trim(part))) numbers.push_back(*number);
+  if (auto numbers = wholeNumbers(text, separator, count)) return *numbers;
+  throw usageError({.where = flag,
+                    .found = "'" + text + "'",
+                    .expected = expected,
+                    .next_step = "alidade convert --help"});
+}
+
+// What made a converted file: "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml (...)".
+std::string provenance(const std::string& path, const CameraRecord& source, const Conversion& conversion) {
+  std::vector<std::string> steps;
+  for (const Conversion::Step& step : conversion.steps) steps.push_back(step.name + " " + step.value);
+  return programName() + " convert" + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path +
+         (source.created_by.empty() ? "" : " (" + source.created_by + ")");
+}
+
+// "(12.0, 34.5)"
+std::string pixelText(const Eigen::Vector2d& pixel) {
+  return fmt::format("({:.1f}, {:.1f})", pixel.x(), pixel.y());
+}
+
+// There is a fit for all problems but the first.
+std::string problemText(ConversionProblem problem, const Converted& converted) {
+  if (problem == ConversionProblem::kSourceUntrustworthy)
+    return converted.where + ": its own verdict says that it must not be used";
+  const double limit_px = converted.conversion.max_error_px;
+  const ModelFit& fit = converted.conversion.fit.value();
+  const std::string_view model = fit.camera.modelId();
+  switch (problem) {
+    case ConversionProblem::kUnreachedPixels:
+      return fmt::format("{} cannot represent {:.3g} % of the pixels, for example {}; limit {} %", model,
+                         100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel),
+                         100 * kMaxUnreachedShare);
+    case ConversionProblem::kModelRms:
+      return fmt::format("{} has an RMS error of {:.3g} px; limit {} px (--max-error)", model, fit.rms_px,
+                         limit_px);
+    default:
+      return fmt::format("{} has an error of {:.3g} px at pixel {}; limit {} px ({} times --max-error)",
+                         model, fit.max_error_px, pixelText(fit.worst_pixel), kMaxErrorFactor * limit_px,
+                         kMaxErrorFactor);
   }
-  if (numbers.size() != count || split(text, separator).size() != count) {
-    throw usageError({.where = flag,
-                      .found = "'" + text + "'",
-                      .expected = expected,
-                      .next_step = "alidade convert --help"});
+}
+
+// What a new axis is, as "-y".
+std::string axisText(const Eigen::Matrix3d& new_from_old, Eigen::Index row) {
+  const Eigen::Index column = new_from_old(row, 0) != 0 ? 0 : 1;
+  return std::string(new_from_old(row, column) < 0 ? "-" : "") + (column == 0 ? "x" : "y");
+}
+
+std::string fitText(const ModelFit& fit) {
+  std::string text =
+      fmt::format("Model    {}: {}\n", fit.camera.modelId(),
+                  fit.is_exact ? "identical lens" : "best fit over the image; the lens is not identical");
+  if (fit.num_unreached < fit.num_pixels)
+    text +=
+        fmt::format("Error    RMS {:.3g} px, at most {:.3g} px at pixel {}; {} pixels compared\n", fit.rms_px,
+                    fit.max_error_px, pixelText(fit.worst_pixel), fit.num_pixels - fit.num_unreached);
+  if (fit.num_unreached > 0) {
+    text += fmt::format("Missing  {:.3g} % of the pixels cannot be represented, for example {}\n",
+                        100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel));
   }
-  return numbers;
+  if (fit.num_without_ray > 0) {
+    text += fmt::format("         {} of {} pixels were ignored because they have no ray in the old camera\n",
+                        fit.num_without_ray, fit.num_without_ray + fit.num_pixels);
+  }
+  return text;
+}
+
+// What was done and what came out, for people; without an end of line.
+std::string summaryText(const Converted& converted) {
+  const auto& [where, name, source, conversion, file] = converted;
+  std::string text =
+      fmt::format("From     {}: {}, {} px\n", where, source.camera.modelId(), sizeText(source.image_size));
+  for (const Conversion::Step& step : conversion.steps) {
+    if (step.name == "model") continue;
+    std::string label = step.name;
+    label.front() = static_cast<char>(std::toupper(label.front()));
+    text += fmt::format("{:<8} {}: {} px\n", label, step.value, sizeText(step.size));
+  }
+  const Eigen::Matrix3d& R = conversion.edit.new_from_old;
+  if (!R.isIdentity()) {
+    text += fmt::format("         camera frame rotated: x_new = {}, y_new = {}, z_new = z\n", axisText(R, 0),
+                        axisText(R, 1));
+  }
+  if (conversion.fit) text += fitText(*conversion.fit);
+  text += fmt::format("Camera   {}, {} px\n", file.camera.modelId(), sizeText(file.image_size));
+  for (std::size_t i = 0; i < file.camera.parameters().size(); ++i) {
+    text +=
+        fmt::format("  {:<6} {}\n", file.camera.parameterNames()[i], exactText(file.camera.parameters()[i]));
+  }
+  text += fmt::format("Domain   valid up to {:.1f} degrees off-axis; {}",
+                      file.domain->max_angle_rad * 180 / std::numbers::pi,
+                      file.domain->full_image ? "every pixel of the image has a ray"
+                                              : "some pixels of the image have NO ray");
+  for (const ConversionProblem problem : conversion.problems)
+    text += fmt::format("\nFAILED   {} [{}]", problemText(problem, converted), problemId(problem));
+  return text;
+}
+
+json fitJson(const ModelFit& fit) {
+  return {{"exact", fit.is_exact},
+          {"rms_px", fit.rms_px},
+          {"max_error_px", fit.max_error_px},
+          {"worst_pixel", vectorJson(fit.worst_pixel)},
+          {"num_pixels", fit.num_pixels},
+          {"num_without_ray", fit.num_without_ray},
+          {"num_unreached", fit.num_unreached},
+          {"unreached_share", fit.unreachedShare()},
+          {"unreached_pixel", fit.unreached_pixel ? vectorJson(*fit.unreached_pixel) : json(nullptr)}};
+}
+
+// The same for programs.
+json summaryJson(const Converted& converted) {
+  const auto& [where, name, source, conversion, file] = converted;
+  json steps = json::array();
+  for (const Conversion::Step& step : conversion.steps)
+    steps.push_back({{"step", step.name}, {"value", step.value}, {"image_size", step.size}});
+  json reasons = json::array();
+  for (const ConversionProblem problem : conversion.problems)
+    reasons.push_back({{"id", problemId(problem)}, {"message", problemText(problem, converted)}});
+  const Eigen::Matrix3d& R = conversion.edit.new_from_old;
+  return {
+      {"input", where},
+      {"from", {{"model", source.camera.modelId()}, {"image_size", source.image_size}}},
+      {"steps", steps},
+      {"new_from_old", rowsJson(3, 3, [&](std::size_t i) { return R(i / 3, i % 3); })},
+      {"model", file.camera.modelId()},
+      {"image_size", file.image_size},
+      {"parameters", parametersJson(file.camera.parameterNames(), file.camera.parameters())},
+      {"fit", conversion.fit ? fitJson(*conversion.fit) : json(nullptr)},
+      {"domain", {{"max_angle_rad", file.domain->max_angle_rad}, {"full_image", file.domain->full_image}}},
+      {"trustworthy", conversion.problems.empty()},
+      {"reasons", reasons}};
 }
 
 class ConvertCommand final : public Command {
@@ -85,7 +205,7 @@ class ConvertCommand final : public Command {
     app.add_option("--max-error", request_.max_error_px,
                    "Largest accepted RMS error of the new model in pixels; the limit for a single pixel is "
                    "ten times larger")
-        ->check(nonNegativeNumber(), "0 or more")
+        ->check(nonNegativeNumber, "0 or more")
         ->capture_default_str();
     app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
                  "Write the camera file even if the result must not be used");
@@ -94,14 +214,8 @@ class ConvertCommand final : public Command {
   }
 
   int run(const CLI::App&) override {
-    if (path_.empty())
-      throw usageError({.where = "convert",
-                        .found = "no camera file",
-                        .expected = "a camera file",
-                        .next_step = "alidade convert --help"});
-    if (output_.empty())
-      throw usageError(
-          {.where = "convert", .found = "no --output", .expected = "-o FILE, or -o - for standard output"});
+    if (path_.empty()) throw missingError("convert", "no camera file", "a camera file");
+    if (output_.empty()) throw missingError("convert", "no --output", "-o FILE, or -o - for standard output");
     checkOutput(output_, {cameraFilePath(path_), common_.config}, common_);
     const CameraFormat& format = cameraFormat(format_);
     const CameraSource source = loadCameras(path_, camera_.readOptions());
@@ -116,7 +230,7 @@ class ConvertCommand final : public Command {
     if (!to_stdout && is_kept) writeFileAtomically(output_, content);
 
     if (common_.json) {
-      printResult(json(cameras, notes, is_kept));
+      printResult(document(cameras, notes, is_kept));
     } else if (to_stdout) {
       if (is_kept) printResult(content);
       if (!common_.quiet || !is_good) printMessage(summary(cameras));
@@ -151,11 +265,11 @@ class ConvertCommand final : public Command {
     ConversionRequest request = request_;
     if (!crop_.empty()) {
       const auto n =
-          wholeNumbers("--crop", crop_, ',', 4, "X,Y,WIDTH,HEIGHT in pixels, such as 0,60,640,360");
+          pixelNumbers("--crop", crop_, ',', 4, "X,Y,WIDTH,HEIGHT in pixels, such as 0,60,640,360");
       request.crop = {.x = n[0], .y = n[1], .width = n[2], .height = n[3]};
     }
     if (!resize_.empty()) {
-      const auto n = wholeNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
+      const auto n = pixelNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
       request.resize = {.width = n[0], .height = n[1]};
     }
     // What the format cannot say of the model is fitted around.
@@ -212,24 +326,21 @@ class ConvertCommand final : public Command {
 
   [[nodiscard]] static std::string summary(const std::vector<Converted>& cameras) {
     std::vector<std::string> texts;
-    for (const Converted& c : cameras)
-      texts.push_back(conversionSummary(c.where, c.source, c.conversion, c.file));
+    for (const Converted& c : cameras) texts.push_back(summaryText(c));
     return join(texts, "\n\n");
   }
 
-  [[nodiscard]] std::string json(const std::vector<Converted>& cameras, const std::vector<std::string>& notes,
-                                 bool is_kept) const {
-    nlohmann::json list = nlohmann::json::array();
-    for (const Converted& c : cameras)
-      list.push_back(conversionJson(c.where, c.source, c.conversion, c.file));
-    nlohmann::json document = {
-        {"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes}};
+  [[nodiscard]] std::string document(const std::vector<Converted>& cameras,
+                                     const std::vector<std::string>& notes, bool is_kept) const {
+    json list = json::array();
+    for (const Converted& c : cameras) list.push_back(summaryJson(c));
+    json all = {{"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes}};
     if (list.size() == 1) {
-      document.update(list.front());
+      all.update(list.front());
     } else {
-      document["cameras"] = std::move(list);
+      all["cameras"] = std::move(list);
     }
-    return jsonText(document);
+    return jsonText(all);
   }
 
   std::string path_;

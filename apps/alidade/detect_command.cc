@@ -3,18 +3,72 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
-#include "command.h"
-#include "detection_stage.h"
-#include "interrupt.h"
-#include "settings.h"
+#include "alidade/files/csv.h"
+#include "alidade/target/board_spec.h"
+#include "board_views.h"
+#include "console.h"
+#include "json_output.h"
+#include "options.h"
 
 namespace alidade {
 namespace {
+
+// One CSV line an image with its reason and measures, after a header line.
+std::vector<std::string> imageTable(const BoardSurvey& survey) {
+  std::vector<std::string> lines = {
+      "image,reason,corners,blur_px,spacing_px,area_share,tilt_deg,columns_seen,rows_seen,detail"};
+  const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : ""; };
+  for (const ImageOutcome& outcome : survey.outcomes) {
+    const Detection& detection = outcome.detection;
+    const ViewMeasures& measures = detection.measures;
+    const bool is_measured = std::isfinite(measures.spacing_px);
+    lines.push_back(oneLine(
+        fmt::format("{},{},{},{},{},{},{},{},{},{}", detail::csvField(outcome.image),
+                    reasonCode(detection.reason), detection.corners.size(), number(measures.blur_px),
+                    number(measures.spacing_px), is_measured ? number(measures.area_share) : "",
+                    number(measures.tilt_deg), detection.seen ? std::to_string(detection.seen->columns) : "",
+                    detection.seen ? std::to_string(detection.seen->rows) : "",
+                    detail::csvField(oneLine(detection.detail)))));
+  }
+  return lines;
+}
+
+json imageJson(const ImageOutcome& outcome) {
+  const Detection& detection = outcome.detection;
+  json corners = json::array();
+  for (const Corner& corner : detection.corners) {
+    corners.push_back(
+        {{"id", corner.id}, {"u", corner.pixel.x()}, {"v", corner.pixel.y()}, {"sigma_px", corner.sigma_px}});
+  }
+  json image = {{"image", outcome.image},
+                {"reason", reasonCode(detection.reason)},
+                {"width", outcome.size.width},
+                {"height", outcome.size.height},
+                {"corners", std::move(corners)}};
+  if (!detection.detail.empty()) image["detail"] = detection.detail;
+  if (std::isfinite(detection.measures.spacing_px)) {
+    image["measures"] = {{"blur_px", detection.measures.blur_px},
+                         {"spacing_px", detection.measures.spacing_px},
+                         {"area_share", detection.measures.area_share},
+                         {"tilt_deg", detection.measures.tilt_deg}};
+  }
+  if (detection.seen) {
+    image["seen"] = {{"columns", detection.seen->columns},
+                     {"rows", detection.seen->rows},
+                     {"num_corners", detection.seen->num_corners},
+                     {"whole", detection.seen->is_closed}};
+  }
+  return image;
+}
+
+std::string detectionJson(const DetectionStage& stage) {
+  json images = json::array();
+  for (const ImageOutcome& outcome : stage.survey.outcomes) images.push_back(imageJson(outcome));
+  return jsonText({{"board", specText(stage.survey.board)}, {"images", images}, {"notes", stage.notes}});
+}
 
 class DetectCommand final : public Command {
  public:
@@ -29,15 +83,7 @@ class DetectCommand final : public Command {
   }
 
   int run(const CLI::App& app) override {
-    if (inputs_.empty())
-      throw usageError({.where = "detect",
-                        .found = "no images",
-                        .expected = "folders, files or patterns",
-                        .next_step = "alidade detect --help"});
-    if (board_.empty())
-      throw usageError({.where = "detect",
-                        .found = "no --board",
-                        .expected = "for example --board checkerboard:9x6:25mm"});
+    if (inputs_.empty()) throw missingError("detect", "no images", "folders, files or patterns");
     if (camera_.find_first_of("\r\n") != std::string::npos)
       throw usageError(
           {.where = "detect", .found = "a line break in --camera", .expected = "a name without line breaks"});
@@ -45,10 +91,11 @@ class DetectCommand final : public Command {
     sources.insert(sources.end(), {board_, common_.config});
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
-    const DetectionStage stage = runDetection(
-        {.inputs = inputs_, .board = readBoard(board_), .debug_folder = debug_}, common_, catchInterrupts());
+    const DetectionStage stage =
+        runDetection({.command = "detect", .inputs = inputs_, .board = board_, .debug_folder = debug_},
+                     common_, catchInterrupts());
     if (stage.survey.numFound() == 0 && common_.json) {
-      printResult(jsonText(json(stage)));
+      printResult(detectionJson(stage));
       has_answered_ = true;
     }
     requireBoards(stage.survey, common_, true);
@@ -66,7 +113,7 @@ class DetectCommand final : public Command {
     if (!to_stdout) writeCornersFile(output_, file);
 
     if (common_.json) {
-      printResult(jsonText(json(stage)));
+      printResult(detectionJson(stage));
     } else if (to_stdout) {
       printResult(cornersFileText(file));
     }
@@ -77,39 +124,6 @@ class DetectCommand final : public Command {
   [[nodiscard]] bool owesJson() const override { return common_.json && !has_answered_; }
 
  private:
-  static nlohmann::json json(const DetectionStage& stage) {
-    nlohmann::json images = nlohmann::json::array();
-    for (const ImageOutcome& outcome : stage.survey.outcomes) {
-      nlohmann::json image = {{"image", outcome.image},
-                              {"reason", reasonCode(outcome.detection.reason)},
-                              {"width", outcome.size.width},
-                              {"height", outcome.size.height}};
-      const Detection& detection = outcome.detection;
-      if (!detection.detail.empty()) image["detail"] = detection.detail;
-      if (std::isfinite(detection.measures.spacing_px)) {
-        image["measures"] = {{"blur_px", detection.measures.blur_px},
-                             {"spacing_px", detection.measures.spacing_px},
-                             {"area_share", detection.measures.area_share},
-                             {"tilt_deg", detection.measures.tilt_deg}};
-      }
-      if (detection.seen) {
-        image["seen"] = {{"columns", detection.seen->columns},
-                         {"rows", detection.seen->rows},
-                         {"num_corners", detection.seen->num_corners},
-                         {"whole", detection.seen->is_closed}};
-      }
-      nlohmann::json corners = nlohmann::json::array();
-      for (const Corner& corner : detection.corners)
-        corners.push_back({{"id", corner.id},
-                           {"u", corner.pixel.x()},
-                           {"v", corner.pixel.y()},
-                           {"sigma_px", corner.sigma_px}});
-      image["corners"] = corners;
-      images.push_back(image);
-    }
-    return {{"board", specText(stage.survey.board)}, {"images", images}, {"notes", stage.notes}};
-  }
-
   void report(const DetectionStage& stage, bool to_stdout) const {
     const std::size_t num_partial = stage.survey.numFound() - stage.survey.numWhole();
     printMessage(fmt::format("{} of {} images show the whole board ({} corners each){}{}",

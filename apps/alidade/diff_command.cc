@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <optional>
-#include <string>
-#include <tuple>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "alidade/compare/agreement.h"
 #include "alidade/compare/crop_suspicion.h"
@@ -21,15 +20,203 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/report/difference_svg.h"
-#include "camera_options.h"
-#include "command.h"
-#include "difference_output.h"
-#include "number_check.h"
+#include "console.h"
+#include "json_output.h"
+#include "options.h"
 
 namespace alidade {
 namespace {
 
-constexpr int kNoExit = static_cast<int>(ErrorCode::kVerdict);
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr double kRoundingPx = 1e-9;  // projecting one camera twice differs by less
+
+// Up to `most` of `count` places, from the first to the last.
+std::vector<int> spread(int count, int most) {
+  std::vector<int> places;
+  const int n = std::min(count, most);
+  for (int i = 0; i < n; ++i)
+    places.push_back(n == 1 ? 0
+                            : static_cast<int>(std::lround(static_cast<double>(i) * (count - 1) / (n - 1))));
+  return places;
+}
+
+std::string motionText(const ProjectionDifference& difference) {
+  const Eigen::Vector3d w = difference.b_from_a.rotation.log();
+  constexpr double kRoundingDeg = 1e-9;
+  const double angle_deg = kDegPerRad * w.norm();
+  std::string text = "by a rotation of 0 degrees";
+  if (angle_deg >= kRoundingDeg) {
+    text = fmt::format("by a rotation of {:.6g} degrees", angle_deg);
+    const Eigen::Vector3d axis = w.normalized();
+    text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), from A's camera frame to B's", axis.x(), axis.y(),
+                        axis.z());
+  }
+  const Eigen::Vector3d& t = difference.b_from_a.translation;
+  if (t.norm() > 0)
+    text += fmt::format("\n         and by a translation of ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
+  return text;
+}
+
+// The motion that was taken out and the figures, for people; that there are none where the motion was not
+// found.
+std::string differenceText(const ProjectionDifference& difference) {
+  if (!difference.is_converged)
+    return "Aligned  no: the best alignment was not found, so no difference can be stated\n";
+  std::string text = "Aligned  " + motionText(difference) + "\n";
+  if (difference.match.quarter_turns != 0) {
+    text += fmt::format("         B's image is A's image rotated clockwise by {} degrees\n",
+                        90 * difference.match.quarter_turns);
+  }
+  const auto num_pixels = difference.pixels.size();
+  text += fmt::format("Compared {} of {} pixels", difference.num_compared, num_pixels);
+  if (difference.num_seen_by_one > 0)
+    text += fmt::format("; {} are seen by only one camera", difference.num_seen_by_one);
+  if (difference.num_seen_by_neither > 0)
+    text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
+  text += "\n";
+  if (difference.num_compared == 0) return text;
+  if (difference.max_px < kRoundingPx)
+    return text + "Diff     none: the cameras are identical to within rounding\n";
+  text += fmt::format(
+      "Diff     mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
+      "{:.0f}) of A; in pixels of the {} image\n",
+      difference.mean_px, difference.rms_px, difference.p95_px, difference.max_px, difference.worst_pixel.x(),
+      difference.worst_pixel.y(), sizeText(difference.match.unit_size));
+  return text;
+}
+
+// A note for images whose sizes differ by more than a factor, as where a side was rounded (213x160 of
+// 640x480): how many pixels of the finer one that leaves. Empty for those that have exactly one shape.
+std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns) {
+  if (quarter_turns % 2 != 0) std::swap(b.width, b.height);
+  if (std::int64_t{a.width} * b.height == std::int64_t{a.height} * b.width) return "";
+  // The factor by which the finer image shrinks differs along x and y. As one factor, that of the mean, it
+  // would be off at the border by this much.
+  const bool is_a_finer = std::int64_t{a.width} * a.height >= std::int64_t{b.width} * b.height;
+  const ImageSize fine = is_a_finer ? a : b;
+  const ImageSize coarse = is_a_finer ? b : a;
+  const double by_width = static_cast<double>(coarse.width) / fine.width;
+  const double by_height = static_cast<double>(coarse.height) / fine.height;
+  const double mean = std::sqrt(by_width * by_height);
+  const double off_px = 0.5 * std::max(std::abs(by_width / mean - 1) * fine.width,
+                                       std::abs(by_height / mean - 1) * fine.height);
+  return fmt::format(
+      "note: {} px is not {} px resized by one factor: it would be {:.5g} along x and {:.5g} along y. If the "
+      "sides were only rounded after resizing or binning, this causes differences of up to {:.2g} px (of the "
+      "{} image) at the border",
+      sizeText(coarse), sizeText(fine), by_width, by_height, off_px, sizeText(fine));
+}
+
+// A table of the grid's lengths, for people.
+std::string differenceTable(const ProjectionDifference& difference) {
+  constexpr int kMostColumns = 9;
+  constexpr int kMostRows = 7;
+  const auto columns = spread(difference.columns, kMostColumns);
+  const auto rows = spread(difference.rows, kMostRows);
+  const auto at = [&](int row, int column) {
+    return static_cast<std::size_t>(row * difference.columns + column);
+  };
+  std::string text = "Grid     differences in px; columns and rows are pixels of A\n            ";
+  for (const int column : columns) text += fmt::format(" {:>8.0f}", difference.pixels[at(0, column)].x());
+  text += "\n";
+  for (const int row : rows) {
+    text += fmt::format("    {:>8.0f}", difference.pixels[at(row, 0)].y());
+    for (const int column : columns) {
+      const double length = difference.lengthAt(at(row, column));
+      if (length < kRoundingPx) {
+        text += fmt::format(" {:>8}", 0);
+        continue;
+      }
+      text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length) : fmt::format(" {:>8}", "-");
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+// Rows of text for people ("Aligned  by a rotation", continued on lines that begin with blanks) as lines for
+// a figure: "Aligned: by a rotation".
+std::vector<std::string> figureLines(const std::string& text) {
+  constexpr std::size_t kLabelColumns = 9;
+  std::vector<std::string> lines;
+  for (const std::string_view row : split(trim(text), '\n')) {
+    if (row.starts_with(' ') && !lines.empty()) {
+      lines.back() += "; " + std::string(trim(row));
+      continue;
+    }
+    const std::string label(trim(row.substr(0, kLabelColumns)));
+    lines.push_back(label + ": " + std::string(trim(row.substr(std::min(row.size(), kLabelColumns)))));
+  }
+  for (std::string& line : lines) line = printable(line);
+  return lines;
+}
+
+// "the difference of 0.4 px (RMS) is 1.2 sigma: not significant; ...", or why nobody can tell.
+std::string significanceText(const ProjectionDifference& difference,
+                             const std::optional<DifferenceSignificance>& significance, bool has_a,
+                             bool has_b) {
+  if (!significance) {
+    return "unknown: neither file states a covariance, so the difference cannot be compared with the "
+           "uncertainty";
+  }
+  std::string text = fmt::format("the difference of {:.2g} px (RMS) is {}: {}",
+                                 difference.rms_px < kRoundingPx ? 0.0 : difference.rms_px,
+                                 significance->sigmas > 0 ? fmt::format("{:.1f} sigma", significance->sigmas)
+                                                          : std::string("within chance"),
+                                 significance->isSignificant() ? "significant" : "not significant");
+  text += fmt::format(
+      "; the covariances predict {0:.2g} px. At least {2:.3g} px of the {1:.3g} px (95 %) are real; {3:.0f} "
+      "% of the pixels differ by more than their 95 % ellipse",
+      significance->expected_rms_px, difference.p95_px, significance->sure_p95_px,
+      100 * significance->share_beyond);
+  if (!has_a || !has_b)
+    text += fmt::format("; {} states no covariance and is assumed to be exact", has_a ? "B" : "A");
+  return text;
+}
+
+// All of it; what is not finite is null, and so are all figures where the motion was not found.
+json differenceJson(const ProjectionDifference& difference,
+                    const std::optional<DifferenceSignificance>& significance) {
+  const auto gridJson = [&](const auto& valueAt) {
+    return rowsJson(difference.columns, difference.rows, valueAt);
+  };
+  const auto finiteJson = [](const Eigen::Vector2d& v) {
+    return v.allFinite() ? vectorJson(v) : json(nullptr);
+  };
+  const bool is_known = difference.is_converged;
+  const auto known = [is_known](const auto& value) { return is_known ? json(value) : json(nullptr); };
+  json motion = difference.b_from_a;
+  motion["angle_deg"] = kDegPerRad * difference.b_from_a.rotation.log().norm();
+  json document = {{"b_from_a", known(motion)},
+                   {"image_turn_deg", known(90 * difference.match.quarter_turns)},
+                   {"converged", difference.is_converged},
+                   {"pixels_of", difference.match.unit_size},
+                   {"num_compared", known(difference.num_compared)},
+                   {"num_seen_by_one", known(difference.num_seen_by_one)},
+                   {"num_seen_by_neither", known(difference.num_seen_by_neither)},
+                   {"mean_px", known(difference.mean_px)},
+                   {"rms_px", known(difference.rms_px)},
+                   {"p95_px", known(difference.p95_px)},
+                   {"max_px", known(difference.max_px)},
+                   {"worst_pixel", known(finiteJson(difference.worst_pixel))},
+                   {"grid",
+                    {{"columns", difference.columns},
+                     {"rows", difference.rows},
+                     {"pixels", gridJson([&](std::size_t i) { return finiteJson(difference.pixels[i]); })},
+                     {"difference_px", gridJson([&](std::size_t i) {
+                        return known(finiteJson(difference.difference_px[i]));
+                      })}}},
+                   {"significance", nullptr}};
+  if (significance && is_known) {
+    document["grid"]["std_px"] = gridJson([&](std::size_t i) { return significance->std_px[i]; });
+    document["significance"] = {{"sigmas", significance->sigmas},
+                                {"significant", significance->isSignificant()},
+                                {"expected_rms_px", significance->expected_rms_px},
+                                {"sure_p95_px", significance->sure_p95_px},
+                                {"share_beyond", significance->share_beyond}};
+  }
+  return document;
+}
 
 class DiffCommand final : public Command {
  public:
@@ -46,7 +233,7 @@ class DiffCommand final : public Command {
     app.add_option("--distance", distance_m_,
                    "Compare points at this distance in metres, and align by the best pose instead of the "
                    "best rotation")
-        ->check(positiveNumber(), "above 0");
+        ->check(positiveNumber, "above 0");
     app.add_flag("--same-frame", same_frame_, "Do not align: assume that both cameras have the same frame");
     app.add_option("--rotate", rotate_,
                    "Clockwise rotation of B's image relative to A's, in degrees. Default: 0, or 90 or 270 if "
@@ -58,7 +245,7 @@ class DiffCommand final : public Command {
     app.add_option("--tolerance", tolerance_px_,
                    "Largest accepted difference in pixels (95th percentile). Exit code 3 if it is exceeded "
                    "by a significant difference")
-        ->check(nonNegativeNumber(), "0 or more");
+        ->check(nonNegativeNumber, "0 or more");
     app.add_option("-o,--output", figure_,
                    "SVG file to write: the difference over the image of A, as colours and arrows")
         ->check(figureComplaint, "");
@@ -67,12 +254,8 @@ class DiffCommand final : public Command {
   }
 
   int run(const CLI::App&) override {
-    if (files_.size() != 2) {
-      throw usageError({.where = "diff",
-                        .found = fmt::format("{} files", files_.size()),
-                        .expected = "two camera files",
-                        .next_step = "alidade diff --help"});
-    }
+    if (files_.size() != 2)
+      throw missingError("diff", fmt::format("{} files", files_.size()), "two camera files");
     if (same_frame_ && distance_m_) {
       throw usageError({.where = "--same-frame and --distance",
                         .found = "both",
@@ -106,13 +289,13 @@ class DiffCommand final : public Command {
       writeFileAtomically(figure_, differenceSvg(in_a, in_b, difference, figureLines(text + chance)));
 
     if (common_.json) {
-      nlohmann::json document = differenceJson(difference, significance);
+      json document = differenceJson(difference, significance);
       document["a"] = fileJson(files_[0], a);
       document["b"] = fileJson(files_[1], b);
-      document["distance_m"] = distance_m_ ? nlohmann::json(*distance_m_) : nlohmann::json(nullptr);
-      document["tolerance_px"] = tolerance_px_ ? nlohmann::json(*tolerance_px_) : nlohmann::json(nullptr);
-      document["agrees"] = tolerance_px_ || no ? nlohmann::json(!no) : nlohmann::json(nullptr);
-      document["reason"] = no ? nlohmann::json(*no) : nlohmann::json(nullptr);
+      document["distance_m"] = orNull(distance_m_);
+      document["tolerance_px"] = orNull(tolerance_px_);
+      document["agrees"] = tolerance_px_ || no ? json(!no) : json(nullptr);
+      document["reason"] = orNull(no);
       printResult(jsonText(document));
     } else {
       if (has_figures) text += differenceTable(difference) + chance;
@@ -123,22 +306,14 @@ class DiffCommand final : public Command {
     printMessage("error: " + *no);
     if (!figure_.empty() && !has_figures)
       printMessage(figure_ + " was not written because there is nothing to draw");
-    return kNoExit;
+    return kUntrustworthyExit;
   }
 
  private:
-  static std::optional<std::pair<int, int>> parseGrid(const std::string& text) {
-    const auto parts = split(text, 'x');
-    if (parts.size() != 2) return std::nullopt;
-    const auto columns = parseInt(parts[0]);
-    const auto rows = parseInt(parts[1]);
-    constexpr int kMostPixels = 1'000'000;
-    if (!columns || !rows || *columns < 1 || *rows < 1 || *columns > kMostPixels / *rows) return std::nullopt;
-    return std::pair(*columns, *rows);
-  }
-
   static std::string gridComplaint(const std::string& text) {
-    if (parseGrid(text)) return {};
+    constexpr int kMostPixels = 1'000'000;
+    const auto grid = parseSize(text);
+    if (grid && grid->width <= kMostPixels / grid->height) return {};
     return "found '" + text + "', expected COLUMNSxROWS such as 20x15, with at most a million pixels";
   }
 
@@ -151,7 +326,9 @@ class DiffCommand final : public Command {
     }
     if (rotate_) options.quarter_turns = *rotate_ / 90;
     if (grid_.empty()) return options;
-    std::tie(options.columns, options.rows) = *parseGrid(grid_);
+    const ImageSize grid = *parseSize(grid_);
+    options.columns = grid.width;
+    options.rows = grid.height;
     const int num_pixels = options.columns * options.rows;
     if (options.freed && num_pixels < fewestPairs(*options.freed)) {
       throw usageError(
@@ -184,17 +361,10 @@ class DiffCommand final : public Command {
           "both cameras belong to the same image",
           difference.num_seen_by_one, difference.pixels.size());
     }
-    if (!tolerance_px_) return std::nullopt;
-    switch (agreementOf(difference, significance, *tolerance_px_)) {
-      case Agreement::kWithin:
-      case Agreement::kUncertain:
-      case Agreement::kNotComparable:
-        return std::nullopt;
-      case Agreement::kBeyond:
-        return fmt::format("the cameras differ by {:.3g} px (95 %); limit {} px (--tolerance)",
-                           difference.p95_px, *tolerance_px_);
-    }
-    return std::nullopt;
+    if (!tolerance_px_ || agreementOf(difference, significance, *tolerance_px_) != Agreement::kBeyond)
+      return std::nullopt;
+    return fmt::format("the cameras differ by {:.3g} px (95 %); limit {} px (--tolerance)", difference.p95_px,
+                       *tolerance_px_);
   }
 
   // Images that are upside down have the same size; that they are shall not be left to be guessed.
@@ -238,10 +408,10 @@ class DiffCommand final : public Command {
     return fmt::format("{:<8} {}: {}, {} px\n", name, path, file.camera.modelId(), sizeText(file.image_size));
   }
 
-  static nlohmann::json fileJson(const std::string& path, const CameraRecord& file) {
+  static json fileJson(const std::string& path, const CameraRecord& file) {
     return {{"file", path},
             {"model", file.camera.modelId()},
-            {"image_size", {{"width", file.image_size.width}, {"height", file.image_size.height}}},
+            {"image_size", file.image_size},
             {"has_covariance", statedCovariance(file).has_value()}};
   }
 

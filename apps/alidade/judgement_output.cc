@@ -2,20 +2,26 @@
 #include "judgement_output.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <sstream>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <pugixml.hpp>
 
-#include "command.h"
-#include "one_line.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "console.h"
+#include "json_output.h"
 
 namespace alidade {
 namespace {
 
-constexpr std::string_view kNext = "\n  next: ";
+// A failure, a warning or a pass.
+Severity outcomeOf(const ValidationResult& result, const FileJudgement& file) {
+  if (result.isFailed(file)) return Severity::kFailure;
+  return file.severity() == Severity::kWarning ? Severity::kWarning : Severity::kPass;
+}
 
 struct Totals {
   std::size_t num_files = 0;
@@ -27,13 +33,17 @@ struct Totals {
 Totals totalsOf(const ValidationResult& result) {
   Totals totals{.num_files = result.files.size(), .num_others = result.other_files.size()};
   for (const FileJudgement& file : result.files) {
-    if (result.isFailed(file)) {
-      ++totals.num_failed;
-    } else if (file.severity() == Severity::kWarning) {
-      ++totals.num_warned;
-    }
+    const Severity outcome = outcomeOf(result, file);
+    totals.num_failed += outcome == Severity::kFailure ? 1 : 0;
+    totals.num_warned += outcome == Severity::kWarning ? 1 : 0;
   }
   return totals;
+}
+
+// "PASS", "NOTE", "WARN" or "FAIL".
+std::string_view statusLabel(Severity severity) {
+  constexpr std::array<std::string_view, 4> kLabels = {"PASS", "NOTE", "WARN", "FAIL"};
+  return kLabels.at(static_cast<std::size_t>(severity));
 }
 
 std::string totalsText(const Totals& totals) {
@@ -48,8 +58,8 @@ std::string totalsText(const Totals& totals) {
   return text + "\n";
 }
 
-std::string sizeText(const CameraJudgement& camera) {
-  return camera.image_size ? fmt::format("{}x{}", camera.image_size->width, camera.image_size->height) : "-";
+std::string cameraSizeText(const CameraJudgement& camera) {
+  return camera.image_size ? sizeText(*camera.image_size) : "-";
 }
 
 std::string modelText(const CameraJudgement& camera) {
@@ -66,66 +76,45 @@ std::string commonText(const FileJudgement& file, const TextOf& textOf) {
   return is_common ? first : "several";
 }
 
-std::string verdictText(const ValidationResult& result, const FileJudgement& file) {
-  if (result.isFailed(file)) return "FAIL";
-  return file.severity() == Severity::kWarning ? "WARN" : "PASS";
-}
-
-std::string withoutNext(const std::string& message) {
-  return message.substr(0, message.find(kNext));
-}
-
 // The most severe of what was found, and how much more there is; empty if the file passed.
 std::string reasonText(const FileJudgement& file) {
   const Severity worst = file.severity();
   if (worst < Severity::kWarning) return "";
   if (!file.error.empty()) return printable(oneLine(file.error));
-  std::string reason;
-  std::size_t num_more = 0;
+  std::vector<std::string> reasons;
   for (const CameraJudgement& camera : file.cameras) {
     for (const FileCheck& check : camera.checks) {
       if (check.severity != worst) continue;
-      if (!reason.empty()) {
-        ++num_more;
-        continue;
-      }
-      if (file.cameras.size() > 1) reason = camera.name + ": ";
-      reason += check.id + ": " + withoutNext(check.message);
+      reasons.push_back((file.cameras.size() > 1 ? camera.name + ": " : "") + check.id + ": " +
+                        check.message.substr(0, check.message.find("\n  next: ")));
     }
   }
-  if (num_more > 0) reason += fmt::format(" (and {} more)", num_more);
-  return printable(oneLine(reason));
+  if (reasons.size() > 1) reasons[0] += fmt::format(" (and {} more)", reasons.size() - 1);
+  return printable(oneLine(reasons[0]));
 }
 
-struct Row {
-  std::string verdict, file, model, size, reason;
-};
+// Verdict, file, model, image size and reason.
+using Row = std::array<std::string, 5>;
 
 Row rowOf(const ValidationResult& result, const FileJudgement& file) {
-  Row row{.verdict = verdictText(result, file),
-          .file = printable(file.file),
-          .model = commonText(file, modelText),
-          .size = commonText(file, sizeText),
-          .reason = reasonText(file)};
-  if (file.cameras.size() > 1) row.model = fmt::format("{} {}", file.cameras.size(), row.model);
-  return row;
+  const std::size_t num_cameras = file.cameras.size();
+  return {std::string(statusLabel(outcomeOf(result, file))), printable(file.file),
+          (num_cameras > 1 ? std::to_string(num_cameras) + " " : "") + commonText(file, modelText),
+          commonText(file, cameraSizeText), reasonText(file)};
 }
 
 std::string rowsText(const std::vector<Row>& rows) {
   // One long name must not push all other rows to the right.
-  constexpr std::size_t kMaxWidth = 60;
-  std::size_t file_width = 0;
-  std::size_t model_width = 0;
-  std::size_t size_width = 0;
+  constexpr std::array<std::size_t, 5> kMaxWidths = {4, 60, 1000, 1000, 0};
+  std::array<std::size_t, 5> widths{};
   for (const Row& row : rows) {
-    file_width = std::max(file_width, std::min(kMaxWidth, row.file.size()));
-    model_width = std::max(model_width, row.model.size());
-    size_width = std::max(size_width, row.size.size());
+    for (std::size_t c = 0; c < row.size(); ++c)
+      widths[c] = std::max(widths[c], std::min(kMaxWidths[c], row[c].size()));
   }
   std::string text;
   for (const Row& row : rows) {
-    std::string line = fmt::format("{}  {:<{}}  {:<{}}  {:<{}}  {}", row.verdict, row.file, file_width,
-                                   row.model, model_width, row.size, size_width, row.reason);
+    std::string line = row[0];
+    for (std::size_t c = 1; c < row.size(); ++c) line += fmt::format("  {:<{}}", row[c], widths[c]);
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
   }
@@ -135,8 +124,7 @@ std::string rowsText(const std::vector<Row>& rows) {
 // Further lines of a message stay in its column.
 std::string indented(const std::string& message) {
   std::string text;
-  std::istringstream lines(message);
-  for (std::string line; std::getline(lines, line);)
+  for (const std::string_view line : split(message, '\n'))
     text += (text.empty() ? "" : fmt::format("\n{:27}", "")) + printable(line);
   return text;
 }
@@ -144,10 +132,10 @@ std::string indented(const std::string& message) {
 std::string cameraText(const FileJudgement& file, const CameraJudgement& camera) {
   std::string text;
   if (file.cameras.size() > 1)
-    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), sizeText(camera));
+    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
   for (const FileCheck& check : camera.checks) {
-    text += fmt::format("    {}  {:<17}  {}\n", checkStatusName(check.severity), check.id,
-                        indented(check.message));
+    text +=
+        fmt::format("    {}  {:<17}  {}\n", statusLabel(check.severity), check.id, indented(check.message));
   }
   return text;
 }
@@ -163,33 +151,24 @@ std::string fileText(const ValidationResult& result, const FileJudgement& file) 
   return text;
 }
 
-// "pass", "warning" or "failure".
-std::string_view statusId(const ValidationResult& result, const FileJudgement& file) {
-  if (result.isFailed(file)) return severityName(Severity::kFailure);
-  return severityName(file.severity() == Severity::kWarning ? Severity::kWarning : Severity::kPass);
-}
-
-nlohmann::json cameraJson(const CameraJudgement& camera) {
-  using nlohmann::json;
+json cameraJson(const CameraJudgement& camera) {
   json checks = json::array();
   for (const FileCheck& check : camera.checks) {
     json values = json::object();
-    for (const CheckValue& value : check.values) values[value.name] = orNull(value.value);
+    for (const CheckValue& value : check.values) values[value.name] = value.value;
     checks.push_back({{"id", check.id},
                       {"status", severityName(check.severity)},
                       {"values", std::move(values)},
                       {"message", check.message}});
   }
-  json document = {{"name", camera.name}, {"model", nullptr}, {"image_size", nullptr}};
-  if (camera.image_size)
-    document["image_size"] = {{"width", camera.image_size->width}, {"height", camera.image_size->height}};
+  json document = {{"name", camera.name},
+                   {"model", nullptr},
+                   {"image_size", orNull(camera.image_size)},
+                   {"checks", std::move(checks)}};
   if (camera.camera) {
     document["model"] = camera.camera->modelId();
-    const auto names = camera.camera->parameterNames();
-    for (std::size_t i = 0; i < names.size(); ++i)
-      document["parameters"][std::string(names[i])] = camera.camera->parameters()[i];
+    document["parameters"] = parametersJson(camera.camera->parameterNames(), camera.camera->parameters());
   }
-  document["checks"] = std::move(checks);
   return document;
 }
 
@@ -221,29 +200,29 @@ std::string failuresText(const ValidationResult& result) {
   return rowsText(rows);
 }
 
-nlohmann::json judgementJson(const ValidationResult& result) {
-  using nlohmann::json;
+std::string judgementJson(const ValidationResult& result) {
+  const auto textOrNull = [](const std::string& text) { return text.empty() ? json(nullptr) : json(text); };
   json files = json::array();
   for (const FileJudgement& file : result.files) {
     json cameras = json::array();
     for (const CameraJudgement& camera : file.cameras) cameras.push_back(cameraJson(camera));
     files.push_back({{"file", file.file},
-                     {"status", statusId(result, file)},
-                     {"format", file.format.empty() ? json(nullptr) : json(file.format)},
-                     {"error", file.error.empty() ? json(nullptr) : json(file.error)},
+                     {"status", severityName(outcomeOf(result, file))},
+                     {"format", textOrNull(file.format)},
+                     {"error", textOrNull(file.error)},
                      {"cameras", std::move(cameras)}});
   }
   const Totals totals = totalsOf(result);
-  return {{"created_by", programName()},
-          {"strict", result.is_strict},
-          {"totals",
-           {{"files", totals.num_files},
-            {"passed", totals.num_files - totals.num_failed},
-            {"passed_with_warnings", totals.num_warned},
-            {"failed", totals.num_failed},
-            {"other_files", totals.num_others}}},
-          {"files", std::move(files)},
-          {"other_files", result.other_files}};
+  return jsonText({{"created_by", programName()},
+                   {"strict", result.is_strict},
+                   {"totals",
+                    {{"files", totals.num_files},
+                     {"passed", totals.num_files - totals.num_failed},
+                     {"passed_with_warnings", totals.num_warned},
+                     {"failed", totals.num_failed},
+                     {"other_files", totals.num_others}}},
+                   {"files", std::move(files)},
+                   {"other_files", result.other_files}});
 }
 
 std::string junitText(const ValidationResult& result) {

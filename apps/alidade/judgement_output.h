@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "alidade/validate/file_judgement.h"
+#include "alidade/validate/camera_checks.h"
 
 namespace alidade {
 
@@ -26,7 +23,7 @@ struct ValidationResult {
 /// A line for each file that failed; empty if there is none.
 [[nodiscard]] std::string failuresText(const ValidationResult& result);
 
-[[nodiscard]] nlohmann::json judgementJson(const ValidationResult& result);
+[[nodiscard]] std::string judgementJson(const ValidationResult& result);
 
 /// JUnit XML: a test case for each file.
 [[nodiscard]] std::string junitText(const ValidationResult& result);

@@ -1,23 +1,45 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <cstdio>
 #include <exception>
+#include <map>
+#include <memory>
 #include <new>
 #include <sstream>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/detect_images.h"
 #include "command.h"
-#include "interrupt.h"
-#include "settings.h"
+#include "console.h"
+#include "json_output.h"
+#include "options.h"
 
 namespace alidade {
 namespace {
+
+struct CommandEntry {
+  const char* name;
+  const char* summary;
+  std::unique_ptr<Command> (*make)();
+};
+
+// In the order of the help text.
+constexpr std::array<CommandEntry, 9> kCommands = {{
+    {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
+    {"detect", "Detect the corners of a board in images", makeDetectCommand},
+    {"project", "Project 3D points to pixels", makeProjectCommand},
+    {"unproject", "Convert pixels to rays", makeUnprojectCommand},
+    {"undistort", "Remove lens distortion from images", makeUndistortCommand},
+    {"validate", "Check a camera file", makeValidateCommand},
+    {"diff", "Compare two cameras by their projection difference", makeDiffCommand},
+    {"convert", "Change the format, image size, orientation or lens model of a camera file",
+     makeConvertCommand},
+    {"simulate", "Render images of a board with known ground truth", makeSimulateCommand},
+}};
 
 constexpr int kUsageExit = static_cast<int>(ErrorCode::kUsage);
 constexpr int kInputExit = static_cast<int>(ErrorCode::kInput);
@@ -42,21 +64,19 @@ std::string flagAdvice(const std::vector<std::string>& words, const std::vector<
 }
 
 // What the parser did not understand, with the nearest thing that it does.
-std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App* command,
-                    const std::vector<CommandEntry>& commands, int argc, char** argv) {
+std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App* command, int argc,
+                    char** argv) {
   if (command == nullptr) {
     std::vector<std::string> known;
-    for (const CommandEntry& entry : commands) known.push_back(entry.name);
-    const char* word = nullptr;
-    for (int i = 1; i < argc && word == nullptr; ++i) {
-      if (argv[i][0] != '-') word = argv[i];
+    for (const CommandEntry& entry : kCommands) known.emplace_back(entry.name);
+    const std::vector<std::string> words(argv + 1, argv + argc);
+    const auto word = std::find_if(words.begin(), words.end(), [](const auto& w) { return w[0] != '-'; });
+    if (word != words.end()) {
+      return "unknown command '" + *word + "'; expected one of " + join(known, ", ") +
+             "\n  next: " + didYouMean(*word, known, "alidade --help");
     }
-    if (word != nullptr) {
-      return "unknown command '" + std::string(word) + "'; expected one of " + join(known, ", ") +
-             "\n  next: " + didYouMean(word, known, "alidade --help");
-    }
-    return "unknown flag '" + std::string(argv[1]) + "'; expected a command, or " + join(flagsOf(app), ", ") +
-           flagAdvice({argv + 1, argv + argc}, flagsOf(app), "alidade --help");
+    return "unknown flag '" + words[0] + "'; expected a command, or " + join(flagsOf(app), ", ") +
+           flagAdvice(words, flagsOf(app), "alidade --help");
   }
   const std::string text = command->get_name() + ": " + error.what();
   if (text.find("\n  next: ") != std::string::npos) return text;
@@ -67,21 +87,6 @@ std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App
 int fail(int code, const std::string& message) {
   printMessage("error: " + message);
   return code;
-}
-
-// Every comparison with NaN is false, so that a limit of NaN would switch off what it limits.
-void refuseNotANumber(const CLI::App& command) {
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->get_type_name().find("FLOAT") == std::string::npos) continue;
-    for (const std::string& text : option->results()) {
-      const auto value = parseDouble(text);
-      if (value && std::isfinite(*value)) continue;
-      throw usageError({.where = command.get_name() + ": " + option->get_name(),
-                        .found = "'" + text + "'",
-                        .expected = "a finite number",
-                        .next_step = "alidade " + command.get_name() + " --help"});
-    }
-  }
 }
 
 // A shell passes an unset variable in quotes as an empty value. It must not count as "not given".
@@ -122,7 +127,6 @@ void printErrorJson(const std::exception& error) {
 }
 
 int runProgram(int argc, char** argv) {
-  std::vector<CommandEntry> commands = makeCommands();
   CLI::App app(
       "Calibrates cameras from photographs of a board, projects points, and checks whether a camera file can "
       "be trusted.\nExample: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
@@ -130,8 +134,11 @@ int runProgram(int argc, char** argv) {
   app.set_version_flag("--version", programName());
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
-  for (CommandEntry& entry : commands) {
-    entry.command->setUp(*app.add_subcommand(entry.name, entry.summary));
+  std::map<const CLI::App*, std::unique_ptr<Command>> commands;
+  for (const CommandEntry& entry : kCommands) {
+    CLI::App* parser = app.add_subcommand(entry.name, entry.summary);
+    commands[parser] = entry.make();
+    commands[parser]->setUp(*parser);
   }
   if (argc <= 1) {
     std::fputs(app.help().c_str(), stderr);
@@ -147,25 +154,22 @@ int runProgram(int argc, char** argv) {
     return code;
   } catch (const CLI::Error& e) {
     const auto chosen = app.get_subcommands();
-    return fail(kUsageExit, explain(e, app, chosen.empty() ? nullptr : chosen.front(), commands, argc, argv));
+    return fail(kUsageExit, explain(e, app, chosen.empty() ? nullptr : chosen.front(), argc, argv));
   }
   CLI::App* chosen = app.get_subcommands().front();
-  const auto entry = std::find_if(commands.begin(), commands.end(),
-                                  [&](const CommandEntry& c) { return c.name == chosen->get_name(); });
+  Command& command = *commands.at(chosen);
   try {
-    refuseNotANumber(*chosen);
     refuseEmptyValues(*chosen);
     const CLI::Option* config = chosen->get_option_no_throw("--config");
     if (config != nullptr && config->count() > 0) {
       applySettingsFile(*chosen, config->as<std::string>());
-      refuseNotANumber(*chosen);
       refuseEmptyValues(*chosen);
     }
-    return entry->command->run(*chosen);
+    return command.run(*chosen);
   } catch (const Cancelled&) {
     throw;  // ends by the signal, which no exit code and no document stands for
   } catch (const std::exception& error) {
-    if (entry->command->owesJson()) printErrorJson(error);
+    if (command.owesJson()) printErrorJson(error);
     throw;
   }
 }

@@ -28,25 +28,9 @@ void makeFolder(const fs::path& folder, const fs::path& named) {
                     .expected = "a writable parent folder"});
 }
 
-Error unreadableError(const fs::path& folder, const std::error_code& error) {
-  return inputError({.where = folder.string(),
-                     .found = "cannot be read: " + error.message(),
-                     .expected = "a readable folder, or a new name"});
-}
-
-// All that is below a folder, each folder before what it holds.
-std::vector<fs::directory_entry> entriesBelow(const fs::path& folder, std::error_code& error) {
-  std::vector<fs::directory_entry> entries;
-  fs::recursive_directory_iterator entry(folder, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
-    entries.push_back(*entry);
-  return entries;
-}
-
-fs::file_type typeOf(const fs::path& path, std::error_code& error) {
-  const fs::file_type type = fs::symlink_status(path, error).type();
-  if (type == fs::file_type::not_found) error.clear();
-  return type;
+// All that is below a folder, each folder before what it holds. @throws fs::filesystem_error
+std::vector<fs::directory_entry> entriesBelow(const fs::path& folder) {
+  return {fs::recursive_directory_iterator(folder), fs::recursive_directory_iterator()};
 }
 
 // True if `folder` is `inner` or one of the folders above it.
@@ -76,7 +60,7 @@ PendingFolder::PendingFolder(const std::string& target, bool may_replace, IsOurs
                       .expected = "the name of a new folder",
                       .next_step = "choose another name"});
   }
-  if (targetExists()) refuseForeignEntries(may_replace);
+  checkTarget(may_replace);
   const fs::path pending = siblingPath("tmp");
   makeFolder(pending, target);
   pending_ = pending;
@@ -94,28 +78,15 @@ fs::path PendingFolder::siblingPath(const char* ending) const {
          fmt::format(".{}.{}.{}", target_.filename().string().substr(0, kMaxBytes), getpid(), ending);
 }
 
-bool PendingFolder::targetExists() const {
-  std::error_code error;
-  const bool exists = fs::exists(target_, error);
-  // Below a file there is nothing; making the folder says so.
-  if (error && error != std::errc::not_a_directory) throw unreadableError(target_, error);
-  return exists;
-}
-
-void PendingFolder::refuseForeignEntries(bool may_replace) const {
-  std::error_code error;
-  const bool is_folder = fs::is_directory(target_, error);
-  if (error) throw unreadableError(target_, error);
-  if (!is_folder) {
+bool PendingFolder::checkTarget(bool may_replace) const try {
+  if (!fs::exists(target_)) return false;
+  if (!fs::is_directory(target_)) {
     throw inputError(
         {.where = target_.string(), .found = "a file", .expected = "the path of a folder, or a new path"});
   }
-  const auto entries = entriesBelow(target_, error);
-  if (error) throw unreadableError(target_, error);
-  for (const auto& entry : entries) {
+  for (const fs::directory_entry& entry : entriesBelow(target_)) {
     const fs::path relative = entry.path().lexically_relative(target_);
-    const fs::file_type type = typeOf(entry.path(), error);
-    if (error) throw unreadableError(target_, error);
+    const fs::file_type type = entry.symlink_status().type();
     if (type == fs::file_type::directory && is_ours_(relative)) continue;
     if (may_replace && type == fs::file_type::regular && is_ours_(relative)) continue;
     throw inputError(
@@ -126,30 +97,36 @@ void PendingFolder::refuseForeignEntries(bool may_replace) const {
          .next_step = "choose another name" +
                       std::string(may_replace ? "" : ", or add --overwrite to replace an earlier result")});
   }
+  return true;
+} catch (const fs::filesystem_error& error) {
+  throw inputError({.where = target_.string(),
+                    .found = "cannot be read: " + error.code().message(),
+                    .expected = "a readable folder, or a new name"});
 }
 
 void PendingFolder::makeSubfolder(const std::string& name) const {
   makeFolder(pending_ / name, target_ / name);
 }
 
-void PendingFolder::removeOurEntries(const fs::path& folder) const {
-  std::error_code ignored;  // what cannot be removed stays under a name that is in nobody's way
-  const auto entries = entriesBelow(folder, ignored);
+void PendingFolder::removeOurEntries(const fs::path& folder) const try {
   // Deepest first; fs::remove deletes one file or one empty folder and nothing more.
+  const std::vector<fs::directory_entry> entries = entriesBelow(folder);
   for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
-    const fs::file_type type = typeOf(entry->path(), ignored);
+    const fs::file_type type = entry->symlink_status().type();
+    std::error_code ignored;
     if (type != fs::file_type::directory && type != fs::file_type::regular) continue;
     if (is_ours_(entry->path().lexically_relative(folder))) fs::remove(entry->path(), ignored);
   }
-  fs::remove(folder, ignored);
+  fs::remove(folder);
+} catch (const fs::filesystem_error&) {
+  // What cannot be removed stays under a name that is in nobody's way.
 }
 
 void PendingFolder::commit() {
   const fs::path old = siblingPath("old");
-  const bool replaces = targetExists();
+  const bool replaces = checkTarget(true);  // again: time has passed
   std::error_code error;
   if (replaces) {
-    refuseForeignEntries(true);  // again: time has passed
     if (exchangeNames(pending_, target_)) {
       removeOurEntries(std::exchange(pending_, {}));
       return;

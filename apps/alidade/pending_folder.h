@@ -32,8 +32,9 @@ class PendingFolder {
 
  private:
   [[nodiscard]] std::filesystem::path siblingPath(const char* ending) const;
-  [[nodiscard]] bool targetExists() const;
-  void refuseForeignEntries(bool may_replace) const;
+  // @returns whether it exists. @throws Error (kInput) where it is no folder, or holds anything else than
+  // what may be replaced
+  bool checkTarget(bool may_replace) const;
   void removeOurEntries(const std::filesystem::path& folder) const;
 
   IsOurs is_ours_;

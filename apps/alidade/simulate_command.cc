@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
@@ -17,10 +16,10 @@
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
-#include "command.h"
-#include "interrupt.h"
+#include "console.h"
+#include "json_output.h"
+#include "options.h"
 #include "pending_folder.h"
-#include "progress.h"
 
 namespace alidade {
 namespace {
@@ -48,13 +47,8 @@ class SimulateCommand final : public Command {
   }
 
   int run(const CLI::App&) override {
-    if (scene_path_.empty())
-      throw usageError({.where = "simulate",
-                        .found = "no scene file",
-                        .expected = "a scene file (YAML)",
-                        .next_step = "alidade simulate --help"});
-    if (output_.empty())
-      throw usageError({.where = "simulate", .found = "no --output", .expected = "-o FOLDER"});
+    if (scene_path_.empty()) throw missingError("simulate", "no scene file", "a scene file (YAML)");
+    if (output_.empty()) throw missingError("simulate", "no --output", "-o FOLDER");
     const CancelFlag* cancel = catchInterrupts();
     const Scene scene = readSceneFile(scene_path_);
     if (!common_.quiet) {
@@ -73,7 +67,7 @@ class SimulateCommand final : public Command {
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
     PendingFolder folder(output_, overwrite_, isOwnEntry);
     writeCornersFile(folder.path("corners.csv"), corners);
-    writeCameraFile(folder.path("camera.yaml"), trueCamera(scene));
+    writeCameraFile(folder.path("camera.yaml"), bareRecord(scene.camera, scene.image_size, programName()));
     writeFileAtomically(folder.path("poses.yaml"), posesText(names, poses));
     if (!corners_only_) renderAll(scene, poses, names, folder, cancel);
     folder.commit();
@@ -126,10 +120,6 @@ class SimulateCommand final : public Command {
       file.views.push_back(std::move(view));
     }
     return file;
-  }
-
-  static CameraRecord trueCamera(const Scene& scene) {
-    return bareRecord(scene.camera, scene.image_size, programName());
   }
 
   void renderAll(const Scene& scene, const std::vector<SE3>& poses, const std::vector<std::string>& names,

@@ -6,16 +6,15 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/core/text.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/imagery/image_file.h"
@@ -23,29 +22,73 @@
 #include "alidade/imagery/projection_file.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
-#include "camera_options.h"
-#include "command.h"
-#include "interrupt.h"
-#include "one_line.h"
+#include "console.h"
+#include "json_output.h"
+#include "options.h"
 #include "pending_folder.h"
-#include "progress.h"
-#include "undistort_files.h"
 
 namespace alidade {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
 
-// "1920x1200"; nothing for anything else.
-std::optional<ImageSize> parseSize(const std::string& text) {
-  const auto sides = split(text, 'x');
-  if (sides.size() != 2) return std::nullopt;
-  const auto width = parseInt(sides[0]);
-  const auto height = parseInt(sides[1]);
-  if (!width || !height || *width < 1 || *height < 1) return std::nullopt;
-  return ImageSize{*width, *height};
+bool isBelow(const fs::path& path, const fs::path& folder) {
+  std::error_code ignored;  // of folders that do not exist, which hold nothing
+  for (fs::path parent = path.parent_path(); !parent.empty(); parent = parent.parent_path()) {
+    if (fs::equivalent(parent, folder, ignored)) return true;
+    if (parent == parent.parent_path()) return false;
+  }
+  return false;
+}
+
+// Names of the output images in one folder, by the images' short names: the same with the extension .png, or
+// as it is for JPEG files; folders become a part of the name. Where that would be the same for several
+// images, these keep their own extension before .png.
+std::vector<std::string> outputNames(const std::vector<std::string>& image_names) {
+  std::vector<std::string> flat;
+  std::vector<std::string> names;
+  std::map<std::string, int> counts;
+  for (std::string name : image_names) {
+    std::replace(name.begin(), name.end(), '/', '_');
+    flat.push_back(name);
+    names.push_back(hasJpegName(name) ? name : fs::path(name).replace_extension(".png").string());
+    ++counts[names.back()];
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (counts.at(names[i]) > 1 && !hasJpegName(flat[i])) names[i] = flat[i] + ".png";
+  }
+  std::map<std::string, std::string> sources;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto [earlier, is_new] = sources.emplace(names[i], image_names[i]);
+    if (is_new) continue;
+    throw inputError(
+        {.where = image_names[i],
+         .found = "this image and " + earlier->second + " would both be written to '" + names[i] + "'",
+         .expected = "different output names",
+         .next_step = "undistort them in two runs with different output folders"});
+  }
+  return names;
+}
+
+// Refuses a folder for the output that holds, at any depth, one of the files that are read, by its own name
+// or by that of the file that it links to. Sources that do not exist do not matter.
+void refuseFolderOfInputs(const std::string& folder, const std::vector<std::string>& sources) {
+  for (const std::string& source : sources) {
+    if (source.empty()) continue;
+    std::error_code error;
+    const fs::path own = fs::absolute(source, error).lexically_normal();
+    const fs::path target = fs::weakly_canonical(source, error);
+    if (!isBelow(own, folder) && !isBelow(target, folder)) continue;
+    throw usageError({.where = "--output " + folder,
+                      .found = "this is the folder of the input " + source,
+                      .expected = "a different folder",
+                      .next_step = "choose another folder, otherwise the results would replace the inputs or "
+                                   "be read as inputs next time"});
+  }
 }
 
 // What comes of one image.
@@ -72,17 +115,12 @@ class UndistortCommand final : public Command {
                    "Output projection; rectilinear keeps straight lines straight")
         ->check(CLI::IsMember(projectionNames()))
         ->capture_default_str();
-    app.add_option("--fov", fov_deg_, "Horizontal field of view in degrees");
+    app.add_option("--fov", fov_deg_, "Horizontal field of view in degrees")->check(finiteNumber, "");
     app.add_option("--keep", keep_,
                    "all: every input pixel is visible; valid: the largest view without black pixels")
         ->check(CLI::IsMember({"all", "valid"}));
     app.add_option("--size", size_, "Size of the output, for example 1280x720. Default: size of the input")
-        ->check(
-            [](const std::string& text) {
-              return parseSize(text) ? std::string()
-                                     : "--size: found '" + text + "', expected WIDTHxHEIGHT in pixels";
-            },
-            "");
+        ->check(sizeComplaint, "");
     app.add_option("--interpolation", interpolation_,
                    "Interpolation; cubic is sharper but may overshoot at edges")
         ->check(CLI::IsMember({"linear", "cubic"}))
@@ -108,7 +146,7 @@ class UndistortCommand final : public Command {
     const ViewChoice choice = chooseView(source.camera, source.image_size, request(app));
     std::set<std::string> own_names = {kCameraName, kProjectionName};
     for (const UndistortedImage& image : images) own_names.insert(image.output);
-    PendingFolder folder(output_, overwrite_, [&own_names](const std::filesystem::path& relative) {
+    PendingFolder folder(output_, overwrite_, [&own_names](const fs::path& relative) {
       return own_names.contains(relative.string());
     });
     const RemapTable table =
@@ -124,7 +162,7 @@ class UndistortCommand final : public Command {
                               static_cast<double>(std::max<std::size_t>(1, table.pixels.size()));
     const std::vector<std::string> notes = notesOn(choice, images);
     if (common_.json) {
-      printResult(jsonText(json(choice, images, dark_share, notes)));
+      printResult(viewJson(choice, images, dark_share, notes));
     } else if (!common_.quiet) {
       printResult(summary(choice.view, images.size() - num_skipped, images.size(), dark_share));
     }
@@ -142,17 +180,10 @@ class UndistortCommand final : public Command {
  private:
   void checkUsage(const CLI::App& app) const {
     if (camera_path_.empty())
-      throw usageError({.where = "undistort",
-                        .found = "no camera file",
-                        .expected = "a camera file (YAML) and images",
-                        .next_step = "alidade undistort --help"});
+      throw missingError("undistort", "no camera file", "a camera file (YAML) and images");
     if (inputs_.empty() && !camera_only_)
-      throw usageError({.where = "undistort",
-                        .found = "no images",
-                        .expected = "folders, files or patterns, or --camera-only",
-                        .next_step = "alidade undistort --help"});
-    if (output_.empty())
-      throw usageError({.where = "undistort", .found = "no --output", .expected = "-o FOLDER"});
+      throw missingError("undistort", "no images", "folders, files or patterns, or --camera-only");
+    if (output_.empty()) throw missingError("undistort", "no --output", "-o FOLDER");
     if (app.count("--fov") > 0 && !keep_.empty())
       throw usageError({.where = "undistort",
                         .found = "--fov and --keep",
@@ -166,7 +197,7 @@ class UndistortCommand final : public Command {
     if (app.count("--fov") > 0) request.extent = ViewExtent::kFieldOfView;
     if (keep_ == "all") request.extent = ViewExtent::kAll;
     if (keep_ == "valid") request.extent = ViewExtent::kValid;
-    if (!size_.empty()) request.size = parseSize(size_);
+    request.size = parseSize(size_);
     return request;
   }
 
@@ -279,31 +310,27 @@ class UndistortCommand final : public Command {
         scale, 100 * dark_share);
   }
 
-  [[nodiscard]] nlohmann::json json(const ViewChoice& choice, const std::vector<UndistortedImage>& images,
-                                    double dark_share, const std::vector<std::string>& notes) const {
+  [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<UndistortedImage>& images,
+                                     double dark_share, const std::vector<std::string>& notes) const {
     const OutputView& view = choice.view;
-    nlohmann::json list = nlohmann::json::array();
+    json list = json::array();
     for (const UndistortedImage& image : images) {
-      nlohmann::json entry = {{"image", image.image}, {"written", image.reason.empty()}};
-      if (image.reason.empty()) {
-        entry["output"] = image.output;
-      } else {
-        entry["reason"] = oneLine(image.reason);
-      }
-      list.push_back(entry);
+      const bool is_written = image.reason.empty();
+      list.push_back({{"image", image.image}, {"written", is_written}});
+      list.back()[is_written ? "output" : "reason"] = is_written ? image.output : oneLine(image.reason);
     }
     const bool is_flat = view.projection == ViewProjection::kRectilinear;
-    return {{"folder", output_},
-            {"file", is_flat ? kCameraName : kProjectionName},
-            {"projection", projectionName(view.projection)},
-            {"image_size", {{"width", view.size.width}, {"height", view.size.height}}},
-            {is_flat ? "focal_px" : "pixels_per_radian", {view.scale_px.x(), view.scale_px.y()}},
-            {"axis_pixel", {view.axis_px.x(), view.axis_px.y()}},
-            {"horizontal_fov_deg", view.horizontalFieldRad() * kDegrees},
-            {"share_without_source", dark_share},
-            {"share_cut", choice.cut_share},
-            {"images", list},
-            {"notes", notes}};
+    return jsonText({{"folder", output_},
+                     {"file", is_flat ? kCameraName : kProjectionName},
+                     {"projection", projectionName(view.projection)},
+                     {"image_size", view.size},
+                     {is_flat ? "focal_px" : "pixels_per_radian", vectorJson(view.scale_px)},
+                     {"axis_pixel", vectorJson(view.axis_px)},
+                     {"horizontal_fov_deg", view.horizontalFieldRad() * kDegrees},
+                     {"share_without_source", dark_share},
+                     {"share_cut", choice.cut_share},
+                     {"images", list},
+                     {"notes", notes}});
   }
 
   std::string camera_path_;

@@ -3,21 +3,40 @@
 #include <optional>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/validate/file_judgement.h"
-#include "camera_options.h"
-#include "command.h"
-#include "held_out_stage.h"
+#include "alidade/validate/camera_checks.h"
+#include "alidade/validate/held_out/held_out_checks.h"
+#include "board_views.h"
+#include "console.h"
 #include "judgement_output.h"
+#include "options.h"
 
 namespace alidade {
 namespace {
+
+ComparedCamera compared(const CameraRecord& file) {
+  return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
+}
+
+std::vector<CheckValue> valuesOf(const std::string& id, const HeldOutJudgement& judgement,
+                                 double tolerance_px) {
+  if (id == "held_out_error") {
+    return {{"rms_px", judgement.held_out_rms_px},
+            {"noise_rms_px", judgement.noise_rms_px},
+            {"tolerance_px", tolerance_px},
+            {"num_corners", static_cast<double>(judgement.num_corners)},
+            {"num_views", static_cast<double>(judgement.views.size())}};
+  }
+  if (id != "images_agree" || !judgement.difference) return {};
+  return {{"p95_px", judgement.difference->p95_px},
+          {"tolerance_px", tolerance_px},
+          {"covered_share", judgement.covered_share}};
+}
 
 class ValidateCommand final : public Command {
  public:
@@ -39,19 +58,26 @@ class ValidateCommand final : public Command {
     app.add_flag("--verbose", is_verbose_, "Print every check");
     app.add_option("--junit", junit_path_, "Write the result as JUnit XML to this file");
     addCameraOptions(app, camera_);
-    held_out_.addOptions(app);
+    app.add_option(
+        "--images", images_,
+        "Images of a board that were not used for the calibration: folders, files or patterns, or one "
+        "corners file (.csv)");
+    addBoardOption(app, board_);
+    app.add_option("--against", against_, "Camera file (any format) to compare with");
+    app.add_option(
+           "--tolerance", tolerance_px_,
+           "Largest accepted error in pixels (95th percentile over the image), for --images and --against")
+        ->check(positiveNumber, "above 0")
+        ->capture_default_str();
     addCommonOptions(app, common_, true);
   }
 
   int run(const CLI::App&) override {
     if (files_.empty())
-      throw usageError({.where = "validate",
-                        .found = "no file",
-                        .expected = "camera files, or folders with camera files",
-                        .next_step = "alidade validate --help"});
+      throw missingError("validate", "no file", "camera files, or folders with camera files");
     const std::vector<ListedFile> listed = listCameraFiles(files_);
     checkJunitPath(listed);
-    held_out_.prepare(common_);
+    prepareComparisons();
     const ValidationResult result = judgeAll(listed);
     if (result.files.empty()) {
       throw inputError({.where = files_.front(),
@@ -63,7 +89,7 @@ class ValidateCommand final : public Command {
     print(result);
     const bool is_any_failed = std::any_of(result.files.begin(), result.files.end(),
                                            [&](const auto& file) { return result.isFailed(file); });
-    return is_any_failed ? static_cast<int>(ErrorCode::kVerdict) : 0;
+    return is_any_failed ? kUntrustworthyExit : 0;
   }
 
  private:
@@ -81,21 +107,75 @@ class ValidateCommand final : public Command {
     checkOutput(junit_path_, sources, common_, "--junit");
   }
 
+  // Finds the boards and reads the other camera, once for all files that are tested.
+  void prepareComparisons() {
+    if (images_.empty() && !board_.empty()) {
+      throw usageError({.where = "validate",
+                        .found = "--board without --images",
+                        .expected = "--images FOLDER, whose images show the board"});
+    }
+    if (!against_.empty()) other_ = readCameraTelling(against_, {}, common_.quiet);
+    if (images_.empty()) return;
+    cancel_ = catchInterrupts();
+    given_ = readViews({.command = "validate", .inputs = images_, .board = board_}, common_, cancel_);
+    if (common_.quiet) return;
+    for (const std::string& reason : given_->reasons) printMessage("  " + reason);
+    for (const std::string& note : given_->notes) printMessage("note: " + note);
+  }
+
+  // Adds the checks on images and against the other camera, as far as they were asked for. Thread-safe
+  // without images.
+  void compare(const StatedCamera& camera, const std::string& file, CameraJudgement& judgement) const {
+    const auto attempt = [&](const char* id, const auto& addChecks) {
+      try {
+        addChecks(recordOf(camera, file));
+      } catch (const Error& error) {
+        judgement.checks.push_back({.severity = Severity::kFailure, .id = id, .message = error.what()});
+      }
+    };
+    const auto add = [&](const Diagnosis& check) -> FileCheck& {
+      return judgement.checks.emplace_back(fileCheck(check));
+    };
+    if (given_) {
+      attempt("held_out_error", [&](const CameraRecord& record) {
+        const Checkerboard& board = given_->board;
+        const HeldOutJudgement on_images = judgeOnImages(
+            compared(record), board, given_->views,
+            {.is_covariance_by_views = isStatedByViews(record), .jobs = common_.jobs, .cancel = cancel_});
+        bool is_decided = true;
+        for (const Diagnosis& check : heldOutChecks(on_images, tolerance_px_)) {
+          add(check).values = valuesOf(check.id, on_images, tolerance_px_);
+          is_decided = is_decided && !check.is_undecided;
+        }
+        if (record.calibration && !record.calibration->views.empty())
+          add(ownImagesCheck(record.calibration->views, board, on_images.views, on_images.num_views_given));
+        if (is_decided) judgement.can_show_slips = true;
+      });
+    }
+    if (other_) {
+      attempt("against", [&](const CameraRecord& record) {
+        const Diagnosis check = againstCheck(compared(record), compared(*other_), tolerance_px_);
+        add(check);
+        if (!check.is_undecided) judgement.can_show_slips = true;
+      });
+    }
+  }
+
   // Files of a folder need not be those that --image-size and --read-as are for: what can be read completely
   // without them states it itself.
   [[nodiscard]] CameraSource readListed(const ListedFile& file) const {
     const ReadOptions options = camera_.readOptions();
-    const bool has_options = options.image_size || !options.model.empty();
-    if (!file.is_from_folder || !has_options) return readCamerasToJudge(file.path, options);
-    try {
-      CameraSource source = readCamerasToJudge(file.path, {.image_size = {}, .model = {}});
-      const bool is_complete = std::all_of(source.cameras.begin(), source.cameras.end(),
-                                           [](const StatedCamera& c) { return c.image_size.has_value(); });
-      if (is_complete) return source;
-    } catch (const NotACameraFile&) {
-      throw;
-    } catch (const Error&) {
-      return readCamerasToJudge(file.path, options);
+    if (file.is_from_folder && (options.image_size || !options.model.empty())) {
+      try {
+        CameraSource source = readCamerasToJudge(file.path);
+        const bool is_complete = std::all_of(source.cameras.begin(), source.cameras.end(),
+                                             [](const StatedCamera& c) { return c.image_size.has_value(); });
+        if (is_complete) return source;
+      } catch (const NotACameraFile&) {
+        throw;
+      } catch (const Error&) {
+        // The options may be what it lacks.
+      }
     }
     return readCamerasToJudge(file.path, options);
   }
@@ -108,14 +188,13 @@ class ValidateCommand final : public Command {
       judgement.format = source.format;
       for (const StatedCamera& camera : source.cameras) {
         judgement.cameras.push_back(judgeCamera(camera, file.path));
-        held_out_.addChecks(camera, file.path, judgement.cameras.back());
+        compare(camera, file.path, judgement.cameras.back());
       }
       for (const RefusedCamera& camera : source.refused)
         judgement.cameras.push_back(judgeRefused(camera, file.path));
-    } catch (const NotACameraFile& e) {
-      if (file.is_from_folder) return std::nullopt;
-      judgement.error = withoutPath(e.what(), cameraFilePath(file.path));
     } catch (const Error& e) {
+      const bool is_other = dynamic_cast<const NotACameraFile*>(&e) != nullptr;
+      if (is_other && file.is_from_folder) return std::nullopt;
       if (e.code() != ErrorCode::kInput) throw;
       judgement.error = withoutPath(e.what(), cameraFilePath(file.path));
     }
@@ -125,7 +204,7 @@ class ValidateCommand final : public Command {
   [[nodiscard]] ValidationResult judgeAll(const std::vector<ListedFile>& listed) const {
     std::vector<std::optional<FileJudgement>> judgements(listed.size());
     // The checks with images share out their own work.
-    const int num_jobs = held_out_.hasImages() ? 1 : common_.jobs;
+    const int num_jobs = given_ ? 1 : common_.jobs;
     parallelFor(listed.size(), num_jobs, [&](std::size_t i) { judgements[i] = judge(listed[i]); });
     ValidationResult result{.files = {}, .other_files = {}, .is_strict = is_strict_};
     for (std::size_t i = 0; i < listed.size(); ++i) {
@@ -139,7 +218,7 @@ class ValidateCommand final : public Command {
   }
 
   void print(const ValidationResult& result) const {
-    if (common_.json) return printResult(jsonText(judgementJson(result)));
+    if (common_.json) return printResult(judgementJson(result));
     printResult(common_.quiet ? failuresText(result) : judgementText(result, is_verbose_));
   }
 
@@ -147,8 +226,14 @@ class ValidateCommand final : public Command {
   std::string junit_path_;
   bool is_strict_ = false;
   bool is_verbose_ = false;
-  HeldOutStage held_out_;
   CameraOptions camera_;
+  std::vector<std::string> images_;
+  std::string board_;
+  std::string against_;
+  double tolerance_px_ = kDefaultTolerancePx;
+  const CancelFlag* cancel_ = nullptr;
+  std::optional<GivenViews> given_;
+  std::optional<CameraRecord> other_;
 };
 
 }  // namespace

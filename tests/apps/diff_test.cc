@@ -154,14 +154,14 @@ TEST(Diff, RefusesImagesOfDifferentShape) {
 
 TEST(Diff, DrawsTheDifference) {
   const ScratchFolder scratch;
-  const std::string a = scratch.write("a&b.yaml", smallCamera());
+  const std::string a = scratch.write("a&b\x01.yaml", smallCamera());
   const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
   const std::string figure = scratch.path("figure.svg");
   const RunResult result = runAlidade({"diff", a, b, "-o", figure});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.err, HasSubstr("written to " + figure));
   EXPECT_THAT(scratch.read("figure.svg"),
-              AllOf(testing::StartsWith("<svg "), HasSubstr("a&amp;b.yaml: pinhole, 640x480 px"),
+              AllOf(testing::StartsWith("<svg "), HasSubstr(R"(a&amp;b\x01.yaml: pinhole, 640x480 px)"),
                     HasSubstr("b.yaml: pinhole"), HasSubstr("Aligned: by a rotation of"),
                     HasSubstr("Diff: mean"), HasSubstr("at most "), Not(HasSubstr("Grid"))));
   EXPECT_EQ(runAlidade({"diff", a, b, "-o", figure, "--json"}).out, runAlidade({"diff", a, b, "--json"}).out);

@@ -6,7 +6,6 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/validate/camera_checks.h"
-#include "alidade/validate/file_judgement.h"
 #include "fuzz.h"
 
 namespace alidade {

@@ -70,7 +70,7 @@ TEST(NextView, ForecastsWhatTheInformationSays) {
   const auto next = search.best();
   ASSERT_TRUE(next);
   const auto candidates = viewCandidates(set.camera, set.size, set.board, limits);
-  ASSERT_EQ(candidates.size(), search.numCandidates());
+  ASSERT_LT(next->candidate, candidates.size());
   const Eigen::MatrixXd more =
       viewInformation(set.camera, next->camera_from_board, candidates[next->candidate].corners);
   EXPECT_LT(next->worst_px, 0.9 * search.worst());

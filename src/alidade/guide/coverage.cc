@@ -108,16 +108,46 @@ void countTilt(const BoardTilt& tilt, CoverageReport& report) {
   if (tilt.lower_rad < -kTiltedRad) ++report.tilts.upper;
 }
 
+// Names as a list for people: "the upper left corner, the left border and the centre".
+std::string regionNames(const std::vector<ImageRegion>& regions) {
+  std::string text;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if (i > 0) text += i + 1 == regions.size() ? " and " : ", ";
+    text += "the " + regionName(regions[i]);
+  }
+  return text;
+}
+
 std::string sidesWithoutTilt(const TiltCounts& tilts) {
-  std::vector<std::string> sides;
-  if (tilts.left == 0) sides.emplace_back("left");
-  if (tilts.right == 0) sides.emplace_back("right");
-  if (tilts.upper == 0) sides.emplace_back("upper");
-  if (tilts.lower == 0) sides.emplace_back("lower");
+  std::vector<const char*> sides;
+  if (tilts.left == 0) sides.push_back("left");
+  if (tilts.right == 0) sides.push_back("right");
+  if (tilts.upper == 0) sides.push_back("upper");
+  if (tilts.lower == 0) sides.push_back("lower");
   return fmt::format("{}", fmt::join(sides, ", "));
 }
 
 }  // namespace
+
+ImageRegion regionAt(const Eigen::Vector2d& pixel, ImageSize size) {
+  const auto third = [](double at, int length) {
+    return static_cast<int>(std::clamp(std::floor(3 * (at + 0.5) / length), 0.0, 2.0));
+  };
+  return {.column = third(pixel.x(), size.width), .row = third(pixel.y(), size.height)};
+}
+
+std::string regionName(const ImageRegion& region) {
+  const std::string row = region.row == 0 ? "upper" : region.row == 2 ? "lower" : "";
+  const std::string column = region.column == 0 ? "left" : region.column == 2 ? "right" : "";
+  if (row.empty() && column.empty()) return "centre";
+  if (row.empty() || column.empty()) return row + column + " border";
+  return row + " " + column + " corner";
+}
+
+std::string placeName(const ImageRegion& region) {
+  const bool is_border = (region.row == 1) != (region.column == 1);
+  return (is_border ? "at the " : "in the ") + regionName(region);
+}
 
 std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibration,
                                                       std::span<const View> views) {

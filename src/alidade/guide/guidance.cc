@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "alidade/camera/projection_uncertainty.h"
-#include "alidade/guide/image_region.h"
 
 namespace alidade {
 namespace {

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 
 #include <fmt/format.h>
+
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -14,49 +15,33 @@ namespace {
 constexpr double kTextUnits = 70;  // the least width for text, for images that are high and narrow
 constexpr double kLetterUnits = 1.14;
 
-// How many bytes the UTF-8 character at the start of `text` has; 0 where there is none.
-std::size_t characterBytes(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const std::size_t count = byte(0) < 0x80                       ? 1
-                            : byte(0) >= 0xC2 && byte(0) <= 0xDF ? 2
-                            : (byte(0) & 0xF0) == 0xE0           ? 3
-                            : byte(0) >= 0xF0 && byte(0) <= 0xF4 ? 4
-                                                                 : 0;
-  if (count == 0 || text.size() < count) return 0;
-  std::uint32_t code = count == 1 ? byte(0) : byte(0) & (0x7FU >> count);
-  for (std::size_t i = 1; i < count; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return 0;
-    code = (code << 6) | (byte(i) & 0x3FU);
-  }
-  const bool is_overlong = (count == 3 && code < 0x800) || (count == 4 && code < 0x10000);
-  const bool is_surrogate = code >= 0xD800 && code <= 0xDFFF;
-  const bool is_control = code < 0x20 || code == 0xFFFE || code == 0xFFFF;  // not allowed in XML
-  return is_overlong || is_surrogate || is_control || code > 0x10FFFF ? 0 : count;
-}
-
-}  // namespace
-
 std::string escapedXml(std::string_view text) {
   std::string escaped;
-  while (!text.empty()) {
-    const std::size_t count = characterBytes(text);
-    if (count == 0) {
-      escaped += "\xEF\xBF\xBD";
-    } else if (text[0] == '<') {
-      escaped += "&lt;";
-    } else if (text[0] == '>') {
-      escaped += "&gt;";
-    } else if (text[0] == '&') {
-      escaped += "&amp;";
-    } else if (text[0] == '"') {
-      escaped += "&quot;";
-    } else {
-      escaped += text.substr(0, count);
-    }
-    text.remove_prefix(std::max<std::size_t>(count, 1));
+  for (const char c : text) {
+    escaped += c == '<'   ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '&' ? "&amp;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
   }
   return escaped;
 }
+
+// A word of at most `most` bytes: of a longer one, such as a path, its ends. UTF-8 characters stay whole.
+std::string shortened(const std::string& word, std::size_t most) {
+  const std::string gap = "...";
+  if (word.size() <= most || most <= gap.size()) return word;
+  const auto isWithin = [&word](std::size_t i) {
+    return (static_cast<unsigned char>(word[i]) & 0xC0U) == 0x80U;
+  };
+  std::size_t head = (most - gap.size()) / 2;
+  std::size_t tail = word.size() - (most - gap.size() - head);
+  while (head > 0 && isWithin(head)) --head;
+  while (tail < word.size() && isWithin(tail)) ++tail;
+  return word.substr(0, head) + gap + word.substr(tail);
+}
+
+}  // namespace
 
 std::string rampColour(double share) {
   constexpr std::array<std::array<double, 3>, 3> kRamp = {{{232, 244, 250}, {254, 232, 168}, {240, 128, 92}}};
@@ -118,24 +103,6 @@ void SvgCanvas::addLabel(const Eigen::Vector2d& at, const char* colour, const st
       at.x(), at.y(), colour, anchor, 0.5 * unit_, escapedXml(text));
 }
 
-namespace {
-
-// A word of at most `most` bytes: of a longer one, such as a path, its ends. UTF-8 characters stay whole.
-std::string shortened(const std::string& word, std::size_t most) {
-  const std::string gap = "...";
-  if (word.size() <= most || most <= gap.size()) return word;
-  const auto isWithin = [&word](std::size_t i) {
-    return (static_cast<unsigned char>(word[i]) & 0xC0U) == 0x80U;
-  };
-  std::size_t head = (most - gap.size()) / 2;
-  std::size_t tail = word.size() - (most - gap.size() - head);
-  while (head > 0 && isWithin(head)) --head;
-  while (tail < word.size() && isWithin(tail)) ++tail;
-  return word.substr(0, head) + gap + word.substr(tail);
-}
-
-}  // namespace
-
 void SvgCanvas::addCaption(const std::string& text) {
   const auto most = static_cast<std::size_t>((fullWidth() - 2 * margin_) / (kLetterUnits * unit_));
   std::string line;
@@ -145,24 +112,15 @@ void SvgCanvas::addCaption(const std::string& text) {
     addLabel({0, low_}, "#111", line, "start");
     line.clear();
   };
-  std::string word;
-  const auto take = [&] {
-    if (word.empty()) return;
-    word = shortened(word, most);
-    if (line.size() + word.size() > most) flush();
-    line += (line.empty() ? "" : " ") + word;
-    word.clear();
-  };
-  for (const char c : text) {
-    if (c != ' ' && c != '\n') {
-      word += c;
-      continue;
+  for (const std::string_view row : split(text, '\n')) {
+    for (const std::string_view whole : split(row, ' ')) {
+      if (whole.empty()) continue;
+      const std::string word = shortened(std::string(whole), most);
+      if (line.size() + word.size() > most) flush();
+      line += (line.empty() ? "" : " ") + word;
     }
-    take();
-    if (c == '\n') flush();
+    flush();
   }
-  take();
-  flush();
 }
 
 double SvgCanvas::takeRow(double height) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -11,13 +10,11 @@
 
 namespace alidade {
 
-/// Text as it may stand in XML: without < & > and quotes, and bytes that are not UTF-8 as U+FFFD.
-[[nodiscard]] std::string escapedXml(std::string_view text);
-
 /// Colours from little (0) to much (1), pale enough for lines on top.
 [[nodiscard]] std::string rampColour(double share);
 
-/// A drawing over an image, in its pixels, with lines of text under it.
+/// A drawing over an image, in its pixels, with lines of text under it. Texts are UTF-8 without control
+/// characters.
 class SvgCanvas {
  public:
   /// @param margin  around the image, in units

@@ -49,45 +49,26 @@ struct Differing {
   double recomputed = 0;
 };
 
-class Recomputed {
- public:
-  Recomputed(const AnyCamera& camera, ImageSize size, const Eigen::MatrixXd& covariance, int columns)
-      : uncertainty_(camera, size, std::numeric_limits<double>::infinity(), std::nullopt,
-                     std::max(columns, 2)),
-        grid_(uncertainty_.grid(covariance)),
-        std_(covariance.diagonal().cwiseSqrt()) {}
-
-  [[nodiscard]] const UncertaintyGrid& grid() const { return grid_; }
-
-  // The variance of pixel i is a sum of terms as large as this times the machine's precision, or smaller.
-  [[nodiscard]] double lostAt(std::size_t i) const {
-    constexpr double kPrecision = 1e-13;  // of some hundred terms
-    const double terms = (uncertainty_.jacobian(static_cast<int>(i)).cwiseAbs() * std_).norm();
-    return kPrecision * terms * terms;
-  }
-
-  [[nodiscard]] double mostLost() const {
-    double most = 0;
-    for (std::size_t i = 0; i < grid_.pixels.size(); ++i) most = std::max(most, lostAt(i));
-    return most;
-  }
-
- private:
-  ProjectionUncertainty uncertainty_;
-  UncertaintyGrid grid_;
-  Eigen::VectorXd std_;
-};
-
-std::optional<Differing> firstDifference(const ProjectionStdRecord& claim, const Recomputed& recomputed) {
-  const UncertaintyGrid& grid = recomputed.grid();
+std::optional<Differing> firstDifference(const CameraRecord& record, const ProjectionStdRecord& claim,
+                                         const Eigen::MatrixXd& covariance) {
+  const ProjectionUncertainty uncertainty(record.camera, record.image_size,
+                                          std::numeric_limits<double>::infinity(), std::nullopt,
+                                          std::max(claim.columns, 2));
+  const UncertaintyGrid grid = uncertainty.grid(covariance);
+  const Eigen::VectorXd std = covariance.diagonal().cwiseSqrt();
   expect(grid.std_px.size() == claim.std_px.size(), "a grid of the same cells");
+  double lost = 0;  // the most of all pixels
   for (std::size_t i = 0; i < grid.pixels.size(); ++i) {
-    if (agree(claim.std_px[i], grid.std_px[i], recomputed.lostAt(i))) continue;
+    // The variance is a sum of terms as large as this times the machine's precision, or smaller.
+    constexpr double kPrecision = 1e-13;  // of some hundred terms
+    const double terms = (uncertainty.jacobian(static_cast<int>(i)).cwiseAbs() * std).norm();
+    const double lost_here = kPrecision * terms * terms;
+    lost = std::max(lost, lost_here);
+    if (agree(claim.std_px[i], grid.std_px[i], lost_here)) continue;
     return Differing{.where = fmt::format("pixel ({:.0f}, {:.0f})", grid.pixels[i].x(), grid.pixels[i].y()),
                      .stated = claim.std_px[i],
                      .recomputed = grid.std_px[i]};
   }
-  const double lost = recomputed.mostLost();
   if (!agree(claim.center_px, grid.center_px, lost))
     return Differing{"the image's centre", claim.center_px, grid.center_px};
   if (!agree(claim.worst_px, grid.worst_px, lost))
@@ -140,8 +121,7 @@ std::optional<Diagnosis> checkProjectionStd(const CameraRecord& record) {
     return check;
   }
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
-  if (const auto differing = firstDifference(
-          *claim, Recomputed(record.camera, record.image_size, fullMatrix(covariance, n), claim->columns))) {
+  if (const auto differing = firstDifference(record, *claim, fullMatrix(covariance, n))) {
     check.evidence = fmt::format("{} at {}", stdText(differing->stated), differing->where);
     check.limit = fmt::format("{}, what the covariance leads to", stdText(differing->recomputed));
     check.cause = "the stated uncertainty of pixels is not that of the covariance; were numbers edited?";

@@ -3,8 +3,8 @@
 
 #include <optional>
 
+#include "alidade/core/diagnosis.h"
 #include "alidade/record/camera_record.h"
-#include "alidade/validate/camera_checks.h"
 
 namespace alidade {
 

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/validate/held_out/held_scores.h"
 
 namespace alidade {
 
@@ -33,5 +34,27 @@ inline constexpr std::array kAllCameraChanges = {CameraChange::kFocalLength, Cam
 /// What is wrong with a camera that would have to be changed by `amount`, in words: "its focal length is
 /// 1.02 +- 0.05 % too long".
 [[nodiscard]] std::string complaintOf(CameraChange change, double amount, double std);
+
+/// What the views are taken for while one change of a camera is estimated, see HeldScores::make().
+struct ChangeEvidence {
+  const PosedViews* held = nullptr;   ///< posed for the camera as it is
+  const PosedViews* freed = nullptr;  ///< the same views, posed for the camera that they give; may be nothing
+  double noise_variance = 0;          ///< px^2
+  std::optional<DenseMatrix> covariance;  ///< of the tested camera
+};
+
+/// A camera changed in one way until nothing more is gained by it.
+struct ChangeRefit {
+  AnyCamera camera;
+  StepEstimate estimate;  ///< of the change in all, its uncertainty that where it has come to rest
+  double rms_px = 0;      ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted
+};
+
+/// Gauss and Newton's steps along one change, with the poses of all views refitted after each: the first step
+/// alone, which a score test takes, falls far short where the camera is far off.
+/// @returns nothing where the views say nothing of the change, where the way leads to a camera that cannot be
+/// or does not see the boards, or where it does not come to rest
+[[nodiscard]] std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChange change,
+                                                     const ChangeEvidence& evidence);
 
 }  // namespace alidade

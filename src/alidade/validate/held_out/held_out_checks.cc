@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -12,7 +13,6 @@
 
 #include "alidade/compare/agreement.h"
 #include "alidade/core/statistics.h"
-#include "alidade/validate/held_out/misfit.h"
 
 namespace alidade {
 namespace {
@@ -39,76 +39,56 @@ bool isFreedWrong(const Calibration& freed) {
 }
 
 Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_px) {
+  const double noise_px = std::isfinite(judgement.noise_rms_px) ? judgement.noise_rms_px : 0.0;
   Diagnosis check{
       .severity = Severity::kPass,
       .id = "held_out_error",
       .cause = {},
       .evidence = fmt::format("{:.3g} px RMS over {} corners of {} of {} views", judgement.held_out_rms_px,
                               judgement.num_corners, judgement.views.size(), judgement.num_views_given),
-      .limit = {}};
-  const double noise_px = std::isfinite(judgement.noise_rms_px) ? judgement.noise_rms_px : 0.0;
-  check.limit = fmt::format("{:.3g} px: noise of {:.3g} px and the tolerance of {} px",
-                            std::hypot(noise_px, tolerance_px), noise_px, tolerance_px);
+      .limit = fmt::format("{:.3g} px: noise of {:.3g} px and the tolerance of {} px",
+                           std::hypot(noise_px, tolerance_px), noise_px, tolerance_px)};
+  const auto end = [&](Severity severity, const std::string& cause) {
+    check.severity = severity;
+    check.cause = cause;
+    return check;
+  };
   if (judgement.num_corners == 0) {
     check.evidence = "no corner could be held out";
-    if (judgement.num_unseen == 0) {
-      check.severity = Severity::kWarning;
-      check.cause =
-          "the views have too few corners of either colour of the board to predict one from the other (four, "
-          "not in a line); show more of the board";
-      return check;
-    }
-    check.severity = Severity::kFailure;
-    check.cause =
-        "the camera does not see the boards of these images from any pose; are they its images, and "
-        "is the board's size right?";
-    return check;
+    return judgement.num_unseen == 0
+               ? end(Severity::kWarning,
+                     "the views have too few corners of either colour of the board to predict one from the "
+                     "other (four, not in a line); show more of the board")
+               : end(Severity::kFailure,
+                     "the camera does not see the boards of these images from any pose; are they its images, "
+                     "and is the board's size right?");
   }
   if (judgement.num_unseen > 0) {
-    check.severity = Severity::kFailure;
-    check.cause = fmt::format("{} corners that the images show are outside of what the camera can see",
-                              judgement.num_unseen);
-    return check;
+    return end(Severity::kFailure,
+               fmt::format("{} corners that the images show are outside of what the camera can see",
+                           judgement.num_unseen));
   }
-  const double freed_px = judgement.freed && std::isfinite(judgement.freed->uncertainty.holdout.rms_px)
-                              ? judgement.freed->uncertainty.holdout.rms_px
-                              : noise_px;
+  const std::string worst_view = worstViewText(judgement);
   if (beyond(judgement.held_out_rms_px, noise_px) <= tolerance_px) {
-    check.cause =
-        "the camera predicts corners that had no part in their view's pose; " + worstViewText(judgement);
-    return check;
+    return end(Severity::kPass,
+               "the camera predicts corners that had no part in their view's pose; " + worst_view);
   }
+  if (!judgement.freed) return end(Severity::kFailure, "the camera does not predict corners; " + worst_view);
   // A camera is not to blame for what no camera of its model would predict better, unless that is the model.
-  const bool is_camera = beyond(judgement.held_out_rms_px, freed_px) > tolerance_px;
-  const bool is_model = judgement.freed && isFreedWrong(*judgement.freed);
-  check.severity = is_camera || is_model || !judgement.freed ? Severity::kFailure : Severity::kWarning;
-  if (check.severity == Severity::kWarning) {
-    check.cause = fmt::format(
-        "the images have errors beyond noise that no camera of this model explains (held out {:.3g} px with "
-        "its "
-        "parameters free): blur, a moving board or a rolling shutter; {}",
-        freed_px, worstViewText(judgement));
-    return check;
+  const double holdout_px = judgement.freed->uncertainty.holdout.rms_px;
+  const double freed_px = std::isfinite(holdout_px) ? holdout_px : noise_px;
+  const bool is_model = isFreedWrong(*judgement.freed);
+  if (!is_model && beyond(judgement.held_out_rms_px, freed_px) <= tolerance_px) {
+    return end(Severity::kWarning,
+               fmt::format("the images have errors beyond noise that no camera of this model explains (held "
+                           "out {:.3g} px with its parameters free): blur, a moving board or a rolling "
+                           "shutter; {}",
+                           freed_px, worst_view));
   }
-  check.cause = judgement.freed ? fmt::format(
-                                      "the camera does not predict corners as the images allow: with its "
-                                      "parameters free the error is {:.3g} px{}; {}",
-                                      freed_px, is_model ? ", which no camera of this model makes good" : "",
-                                      worstViewText(judgement))
-                                : "the camera does not predict corners; " + worstViewText(judgement);
-  return check;
-}
-
-double sureDifference(const HeldOutJudgement& judgement) {
-  return judgement.overall ? judgement.overall->sure_share * judgement.difference->p95_px : 0.0;
-}
-
-std::string differenceValue(const HeldOutJudgement& judgement) {
-  return fmt::format(
-      "{:.3g} px (95 %), {:.3g} px of it sure, over the {:.0f} % of the image where boards were; known to "
-      "{:.2g} px",
-      judgement.difference->p95_px, sureDifference(judgement), 100 * judgement.covered_share,
-      judgement.significance->expected_rms_px);
+  return end(Severity::kFailure,
+             fmt::format("the camera does not predict corners as the images allow: with its parameters free "
+                         "the error is {:.3g} px{}; {}",
+                         freed_px, is_model ? ", which no camera of this model makes good" : "", worst_view));
 }
 
 std::string textOf(const NeededChange& change) {
@@ -117,217 +97,241 @@ std::string textOf(const NeededChange& change) {
                      complaintOf(change.change, estimate.amount, estimate.effectiveStd()), estimate.sigmas);
 }
 
-bool isNeeded(const NeededChange& change, double tolerance_px) {
-  return change.change != CameraChange::kPixelOrigin && change.estimate.isSignificant() &&
-         change.p95_px > tolerance_px;
-}
-
-bool isAnyNeeded(const HeldOutJudgement& judgement, double tolerance_px) {
-  return std::any_of(judgement.changes.begin(), judgement.changes.end(),
-                     [&](const NeededChange& change) { return isNeeded(change, tolerance_px); });
-}
-
-// Whether the errors that a change leaves are about those that are left with all parameters free. Where what
-// remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
-// the camera is not the images' one after the change either, and whoever made it would have been misled.
-bool isCloseToFreed(const NeededChange& change, const HeldOutJudgement& judgement) {
-  const double freed_px = std::max(judgement.freed_rms_px, std::numbers::sqrt2 * kFinestPx);
-  return beyond(change.refined_rms_px, freed_px) <= freed_px;
-}
-
-// Of what the images have against the camera (the mean square of its errors less that of the freed one's),
-// the share that the change by itself takes away, poses refitted. Where errors are small all through, being
-// close to the freed camera says nothing, and this tells the change that is needed from one that merely
-// helps.
-double explainedShare(const NeededChange& change, const HeldOutJudgement& judgement) {
-  const auto square = [](double x) { return x * x; };
-  const double excess = square(judgement.fixed_rms_px) - square(judgement.freed_rms_px);
-  return excess > 0 ? (square(judgement.fixed_rms_px) - square(change.refined_rms_px)) / excess : 0.0;
-}
-
-// The needed change that by itself explains most of what the images have against the camera. Where none does,
-// something else is wrong, and a single change would be the wrong name for it.
-const NeededChange* explanation(const HeldOutJudgement& judgement, double tolerance_px) {
-  constexpr double kMost = 0.7;
-  const NeededChange* best = nullptr;
-  double best_share = kMost;
-  for (const NeededChange& change : judgement.changes) {
-    if (!isNeeded(change, tolerance_px) || !change.refined || !isCloseToFreed(change, judgement)) continue;
-    const double share = explainedShare(change, judgement);
-    if (!(share >= best_share)) continue;
-    best_share = share;
-    best = &change;
-  }
-  return best;
-}
-
-const NeededChange* find(const HeldOutJudgement& judgement, CameraChange change) {
-  const auto found = std::find_if(judgement.changes.begin(), judgement.changes.end(),
-                                  [&](const NeededChange& c) { return c.change == change; });
-  return found == judgement.changes.end() ? nullptr : &*found;
-}
-
 // Whether the principal point is off by what it is between the two conventions of where pixels begin, and by
 // nothing else: both coordinates together surest of all, and either by half a pixel as far as it is known.
-const NeededChange* otherPixelOrigin(const HeldOutJudgement& judgement) {
+const NeededChange* otherPixelOrigin(const std::vector<NeededChange>& changes) {
   constexpr double kHalf = 0.5;
   constexpr double kLeast = 0.3;
   constexpr double kMost = 0.7;
-  if (judgement.changes.empty()) return nullptr;
-  const NeededChange& surest = judgement.changes.front();
-  const NeededChange* const x = find(judgement, CameraChange::kCenterX);
-  const NeededChange* const y = find(judgement, CameraChange::kCenterY);
-  if (surest.change != CameraChange::kPixelOrigin || !surest.estimate.isSignificant() || x == nullptr ||
-      y == nullptr)
-    return nullptr;
+  if (changes.empty()) return nullptr;
+  const NeededChange& surest = changes.front();
   const double size = std::abs(surest.estimate.amount);
   const double half = std::copysign(kHalf, surest.estimate.amount);
-  const auto isHalf = [&](const NeededChange& change) {
-    return std::abs(change.estimate.amount - half) <= 2 * change.estimate.effectiveStd();
+  const auto isHalf = [&](CameraChange coordinate) {
+    return std::any_of(changes.begin(), changes.end(), [&](const NeededChange& c) {
+      return c.change == coordinate && std::abs(c.estimate.amount - half) <= 2 * c.estimate.effectiveStd();
+    });
   };
-  return size >= kLeast && size <= kMost && isHalf(*x) && isHalf(*y) ? &surest : nullptr;
+  const bool is_other = surest.change == CameraChange::kPixelOrigin && surest.estimate.isSignificant() &&
+                        size >= kLeast && size <= kMost && isHalf(CameraChange::kCenterX) &&
+                        isHalf(CameraChange::kCenterY);
+  return is_other ? &surest : nullptr;
 }
 
-// What is beyond chance but not beyond the tolerance, and what may be.
-std::string hintText(const HeldOutJudgement& judgement, double tolerance_px) {
-  for (const NeededChange& change : judgement.changes) {
-    if (!change.isHint() || change.change == CameraChange::kPixelOrigin) continue;
-    if (!change.refined || (judgement.freed && !isCloseToFreed(change, judgement))) continue;
-    if (!change.estimate.isSignificant()) return "; a hint, but no proof: " + textOf(change);
-    if (change.p95_px <= tolerance_px)
-      return fmt::format("; off, but by less than the tolerance ({:.2g} px): {}", change.p95_px,
-                         textOf(change));
+// Compares a camera with the one that the images give by themselves.
+class ImagesAgree {
+ public:
+  ImagesAgree(const HeldOutJudgement& judgement, double tolerance_px)
+      : judgement_(judgement), tolerance_px_(tolerance_px) {
+    check_.limit = fmt::format("{} px", tolerance_px);
   }
-  return "";
-}
 
-// Whether the errors as the camera is exceed those with its parameters free by far: three times as long, by
-// more than the tolerance, and more than what views share by chance explains (once in 1000). The covariance
-// and the difference between both cameras, which may be lost where one is nonsense, are not needed for that.
-bool isFarOff(const HeldOutJudgement& judgement, double tolerance_px) {
-  constexpr double kByFar = 3;
-  return judgement.misfit_sigmas > kNormalOneInThousand &&
-         judgement.fixed_rms_px > kByFar * judgement.freed_rms_px &&
-         beyond(judgement.fixed_rms_px, judgement.freed_rms_px) > tolerance_px;
-}
+  [[nodiscard]] Diagnosis check() {
+    judge();
+    check_.is_undecided = check_.is_undecided && check_.severity == Severity::kWarning;
+    return check_;
+  }
 
-std::string evidenceText(const HeldOutJudgement& judgement, double tolerance_px) {
-  std::string text;
-  // Far off, where projection is no longer nearly linear, the test of all parameters says less and less.
-  if (judgement.overall && !isFarOff(judgement, tolerance_px))
-    text = fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement.overall->sigmas));
-  text += fmt::format("RMS {:.3g} px as it is", judgement.fixed_rms_px);
-  if (std::isfinite(judgement.freed_rms_px))
-    text += fmt::format(", {:.3g} px with its parameters free", judgement.freed_rms_px);
-  return text;
-}
-
-// Another camera than that of the images: fails, unless what the images say cannot be trusted itself.
-void reject(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more,
-            Diagnosis& check) {
-  const bool is_usable = judgement.freed && !isFreedWrong(*judgement.freed);
-  check.severity = is_usable ? Severity::kFailure : Severity::kWarning;
-  check.cause = is_usable ? "the images show another camera"
-                          : "the images seem to show another camera, but the calibration by them alone is "
-                            "not to be trusted";
-  const NeededChange* const reason = explanation(judgement, tolerance_px);
-  if (reason != nullptr) {
-    check.cause += ": if nothing else is wrong, " + textOf(*reason);
-  } else {
-    check.cause += isFarOff(judgement, tolerance_px) ? ": the file's is far off, and no" : ": no";
-    check.cause +=
-        " single change was found to explain it; more than one number may be wrong, or the lens be another";
-  }
-  check.cause += "; " + evidenceText(judgement, tolerance_px);
-  if (!is_usable) check.cause += "; " + more;
-}
-
-// What the images make of the difference to the camera that they give by themselves.
-void judgeDifference(const HeldOutJudgement& judgement, double tolerance_px, const std::string& more,
-                     Diagnosis& check) {
-  const double p95_px = judgement.difference->p95_px;
-  const double expected_px = judgement.significance->expected_rms_px;
-  const bool is_other = judgement.overall && judgement.overall->isSignificant() && p95_px > tolerance_px;
-  if (is_other || isAnyNeeded(judgement, tolerance_px) || isFarOff(judgement, tolerance_px)) {
-    reject(judgement, tolerance_px, more, check);
-    return;
-  }
-  const bool is_within = p95_px <= tolerance_px;
-  if (is_within && expected_px <= tolerance_px) {
-    check.severity = Severity::kPass;
-    check.cause = "the images show the same camera; " + evidenceText(judgement, tolerance_px);
-    return;
-  }
-  check.cause =
-      is_within ? fmt::format("these images agree, but would not notice an error of {:.2g} px", expected_px)
-                : "these images cannot tell whether it is the same camera; " +
-                      evidenceText(judgement, tolerance_px);
-  check.cause += hintText(judgement, tolerance_px) + "; " + more;
-}
-
-Diagnosis imagesAgreeCheck(const HeldOutJudgement& judgement, double tolerance_px) {
-  Diagnosis check{
-      .severity = Severity::kWarning,
-      .id = "images_agree",
-      .cause = {},
-      .evidence = "not known",
-      .limit = fmt::format("{} px", tolerance_px),
-      .is_undecided = true};  // whatever warns here does so for want of evidence, with one exception
-  const std::string more =
-      "take more images, tilted and all over the image (see the advice of alidade calibrate)";
-  if (!judgement.freed) {
-    check.cause = "the images give no camera to compare with: " + judgement.freed_complaint +
-                  hintText(judgement, tolerance_px);
-    return check;
-  }
-  if (judgement.num_corners == 0 && judgement.num_unseen > 0) {
-    check.severity = isFreedWrong(*judgement.freed) ? Severity::kWarning : Severity::kFailure;
-    check.cause = fmt::format(
-        "the images show another camera: the file's does not see their boards from any pose; RMS {:.3g} px "
-        "with its parameters free",
-        judgement.freed_rms_px);
-    return check;
-  }
-  if (!judgement.difference || !judgement.significance) {
-    if (isFarOff(judgement, tolerance_px)) {
-      reject(judgement, tolerance_px, more, check);
-      return check;
+ private:
+  void judge() {
+    if (!judgement_.freed) {
+      check_.cause = "the images give no camera to compare with: " + judgement_.freed_complaint + hintText();
+      return;
     }
-    check.cause = "the images do not determine a camera to compare with" + hintText(judgement, tolerance_px) +
-                  "; " + more;
-    return check;
-  }
-  if (!isComparable(*judgement.difference)) {
-    check.evidence = fmt::format("{} of {} pixels are seen by one of both cameras only",
-                                 judgement.difference->num_seen_by_one, judgement.difference->pixels.size());
-    if ((judgement.overall && judgement.overall->isSignificant()) || isAnyNeeded(judgement, tolerance_px) ||
-        isFarOff(judgement, tolerance_px)) {
-      reject(judgement, tolerance_px, more, check);
+    if (judgement_.num_corners == 0 && judgement_.num_unseen > 0) {
+      check_.severity = isFreedWrong(*judgement_.freed) ? Severity::kWarning : Severity::kFailure;
+      check_.cause = fmt::format(
+          "the images show another camera: the file's does not see their boards from any pose; RMS {:.3g} px "
+          "with its parameters free",
+          judgement_.freed_rms_px);
+      return;
+    }
+    if (!judgement_.difference || !judgement_.significance) {
+      if (isFarOff()) return reject();
+      check_.cause = "the images do not determine a camera to compare with" + hintText() + "; " + kMore;
+      return;
+    }
+    const bool is_other = judgement_.overall && judgement_.overall->isSignificant();
+    const ProjectionDifference& difference = *judgement_.difference;
+    if (!isComparable(difference)) {
+      check_.evidence = fmt::format("{} of {} pixels are seen by one of both cameras only",
+                                    difference.num_seen_by_one, difference.pixels.size());
+      if (is_other || isAnyNeeded() || isFarOff()) return reject();
+      check_.cause = "the camera by the images alone cannot be compared; " + evidenceText() + "; " + kMore;
+      return;
+    }
+    const double sure_px = judgement_.overall ? judgement_.overall->sure_share * difference.p95_px : 0.0;
+    check_.evidence = fmt::format(
+        "{:.3g} px (95 %), {:.3g} px of it sure, over the {:.0f} % of the image where boards were; known to "
+        "{:.2g} px",
+        difference.p95_px, sure_px, 100 * judgement_.covered_share, judgement_.significance->expected_rms_px);
+    if ((is_other && difference.p95_px > tolerance_px_) || isAnyNeeded() || isFarOff()) {
+      reject();
     } else {
-      check.cause = "the camera by the images alone cannot be compared; " +
-                    evidenceText(judgement, tolerance_px) + "; " + more;
+      accept(difference.p95_px <= tolerance_px_, judgement_.significance->expected_rms_px);
     }
-    return check;
+    const NeededChange* const origin = otherPixelOrigin(judgement_.changes);
+    if (origin == nullptr || check_.severity == Severity::kFailure) return;
+    check_.severity = Severity::kWarning;
+    check_.is_undecided = false;
+    check_.cause = textOf(*origin) +
+                   ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
+                   check_.cause;
   }
-  check.evidence = differenceValue(judgement);
-  judgeDifference(judgement, tolerance_px, more, check);
-  const NeededChange* const origin = otherPixelOrigin(judgement);
-  if (origin != nullptr && check.severity != Severity::kFailure) {
-    check.severity = Severity::kWarning;
-    check.is_undecided = false;
-    check.cause = textOf(*origin) +
-                  ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
-                  check.cause;
+
+  // Another camera than that of the images: fails, unless what the images say cannot be trusted itself.
+  void reject() {
+    const bool is_usable = judgement_.freed && !isFreedWrong(*judgement_.freed);
+    check_.severity = is_usable ? Severity::kFailure : Severity::kWarning;
+    check_.cause = is_usable ? "the images show another camera"
+                             : "the images seem to show another camera, but the calibration by them alone is "
+                               "not to be trusted";
+    if (const NeededChange* const reason = explanation()) {
+      check_.cause += ": if nothing else is wrong, " + textOf(*reason);
+    } else {
+      check_.cause += isFarOff() ? ": the file's is far off, and no" : ": no";
+      check_.cause +=
+          " single change was found to explain it; more than one number may be wrong, or the lens be another";
+    }
+    check_.cause += "; " + evidenceText();
+    if (!is_usable) check_.cause += std::string("; ") + kMore;
   }
-  return check;
+
+  void accept(bool is_within, double expected_px) {
+    if (is_within && expected_px <= tolerance_px_) {
+      check_.severity = Severity::kPass;
+      check_.cause = "the images show the same camera; " + evidenceText();
+      return;
+    }
+    check_.cause =
+        is_within ? fmt::format("these images agree, but would not notice an error of {:.2g} px", expected_px)
+                  : "these images cannot tell whether it is the same camera; " + evidenceText();
+    check_.cause += hintText() + "; " + kMore;
+  }
+
+  [[nodiscard]] bool isNeeded(const NeededChange& change) const {
+    return change.change != CameraChange::kPixelOrigin && change.estimate.isSignificant() &&
+           change.p95_px > tolerance_px_;
+  }
+
+  [[nodiscard]] bool isAnyNeeded() const {
+    return std::any_of(judgement_.changes.begin(), judgement_.changes.end(),
+                       [&](const NeededChange& change) { return isNeeded(change); });
+  }
+
+  // Whether the errors that a change leaves are about those that are left with all parameters free. Where
+  // what remains is larger than the images' own errors (in squares, so that together they are 1.4 times as
+  // long), the camera is not the images' one after the change either, and whoever made it would have been
+  // misled.
+  [[nodiscard]] bool isCloseToFreed(const NeededChange& change) const {
+    const double freed_px = std::max(judgement_.freed_rms_px, std::numbers::sqrt2 * kFinestPx);
+    return beyond(change.refined_rms_px, freed_px) <= freed_px;
+  }
+
+  // The needed change that by itself explains most of what the images have against the camera: of the mean
+  // square of its errors less that of the freed one's, the share that it takes away, poses refitted. Where
+  // none does, something else is wrong, and a single change would be the wrong name for it. Where errors are
+  // small all through, being close to the freed camera says nothing, and the share tells the change that is
+  // needed from one that merely helps.
+  [[nodiscard]] const NeededChange* explanation() const {
+    constexpr double kMost = 0.7;
+    const auto square = [](double x) { return x * x; };
+    const double fixed = square(judgement_.fixed_rms_px);
+    const double excess = fixed - square(judgement_.freed_rms_px);
+    const NeededChange* best = nullptr;
+    double best_share = kMost;
+    for (const NeededChange& change : judgement_.changes) {
+      if (!isNeeded(change) || !change.refined || !isCloseToFreed(change)) continue;
+      const double share = excess > 0 ? (fixed - square(change.refined_rms_px)) / excess : 0.0;
+      if (!(share >= best_share)) continue;
+      best_share = share;
+      best = &change;
+    }
+    return best;
+  }
+
+  // What is beyond chance but not beyond the tolerance, and what may be.
+  [[nodiscard]] std::string hintText() const {
+    for (const NeededChange& change : judgement_.changes) {
+      if (!change.isHint() || change.change == CameraChange::kPixelOrigin) continue;
+      if (!change.refined || (judgement_.freed && !isCloseToFreed(change))) continue;
+      if (!change.estimate.isSignificant()) return "; a hint, but no proof: " + textOf(change);
+      if (change.p95_px <= tolerance_px_)
+        return fmt::format("; off, but by less than the tolerance ({:.2g} px): {}", change.p95_px,
+                           textOf(change));
+    }
+    return "";
+  }
+
+  // Whether the errors as the camera is exceed those with its parameters free by far: three times as long, by
+  // more than the tolerance, and more than what views share by chance explains (once in 1000). The covariance
+  // and the difference between both cameras, which may be lost where one is nonsense, are not needed for
+  // that.
+  [[nodiscard]] bool isFarOff() const {
+    constexpr double kByFar = 3;
+    return judgement_.misfit_sigmas > kNormalOneInThousand &&
+           judgement_.fixed_rms_px > kByFar * judgement_.freed_rms_px &&
+           beyond(judgement_.fixed_rms_px, judgement_.freed_rms_px) > tolerance_px_;
+  }
+
+  [[nodiscard]] std::string evidenceText() const {
+    std::string text;
+    // Far off, where projection is no longer nearly linear, the test of all parameters says less and less.
+    if (judgement_.overall && !isFarOff())
+      text = fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement_.overall->sigmas));
+    text += fmt::format("RMS {:.3g} px as it is", judgement_.fixed_rms_px);
+    if (std::isfinite(judgement_.freed_rms_px))
+      text += fmt::format(", {:.3g} px with its parameters free", judgement_.freed_rms_px);
+    return text;
+  }
+
+  static constexpr const char* kMore =
+      "take more images, tilted and all over the image (see the advice of alidade calibrate)";
+
+  const HeldOutJudgement& judgement_;
+  double tolerance_px_;
+  // Whatever warns here does so for want of evidence, with one exception.
+  Diagnosis check_{.severity = Severity::kWarning,
+                   .id = "images_agree",
+                   .cause = {},
+                   .evidence = "not known",
+                   .is_undecided = true};
+};
+
+std::string nameOf(const std::string& image) {
+  return std::filesystem::path(image).filename().string();
+}
+
+// Whether a view has the board where the other has it: its middle within 2 % of its distance and its
+// orientation within 0.02 rad, from whichever end or side of the board its corners are counted.
+//
+// The same corners lead a file's own camera to the recorded pose far more exactly, but the camera that is
+// tested may have been edited: 1 % in the focal length moves the board by 1 %, 5 px in the principal point
+// of a 640x480 camera turn it by 0.01 rad. Two photographs that are held by hand hardly ever agree that well
+// in all six numbers; on a tripod before a board that stands they do, and then they are as good as the same.
+bool isSameBoardPose(const Checkerboard& board, const SE3& camera_from_board, const SE3& other_from_board) {
+  constexpr double kOfDistance = 0.02;
+  constexpr double kMaxTurn = 0.02;  // rad
+  const Eigen::Vector3d corner_to_middle = board.middle();
+  const Eigen::Vector3d middle = camera_from_board * corner_to_middle;
+  const Eigen::Vector3d other_middle = other_from_board * corner_to_middle;
+  if (!((middle - other_middle).norm() <= kOfDistance * other_middle.norm())) return false;
+  constexpr int kQuarters = 4;
+  const SO3 turn = camera_from_board.rotation.inverse() * other_from_board.rotation;
+  for (const double turned_over : {0.0, std::numbers::pi}) {
+    for (int quarter = 0; quarter < kQuarters; ++quarter) {
+      const SO3 renumbered = SO3::exp(Eigen::Vector3d(turned_over, 0, 0)) *
+                             SO3::exp(Eigen::Vector3d(0, 0, quarter * std::numbers::pi / 2));
+      if ((turn * renumbered).log().norm() <= kMaxTurn) return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace
 
 std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
-  Diagnosis agree = imagesAgreeCheck(judgement, tolerance_px);
-  agree.is_undecided = agree.is_undecided && agree.severity == Severity::kWarning;
-  return {heldOutErrorCheck(judgement, tolerance_px), std::move(agree)};
+  return {heldOutErrorCheck(judgement, tolerance_px), ImagesAgree(judgement, tolerance_px).check()};
 }
 
 Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
@@ -362,6 +366,30 @@ Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other
       break;
   }
   return check;
+}
+
+Diagnosis ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
+                         std::span<const HeldOutView> views, int num_given) {
+  std::vector<std::string> own;
+  for (const HeldOutView& view : views) {
+    const bool is_own = view.camera_from_board &&
+                        std::any_of(recorded.begin(), recorded.end(), [&](const ViewRecord& record) {
+                          return nameOf(record.image) == nameOf(view.image) &&
+                                 isSameBoardPose(board, *view.camera_from_board, record.camera_from_board);
+                        });
+    if (is_own) own.push_back(view.image);
+  }
+  const bool is_clean = own.empty();
+  return {.severity = is_clean ? Severity::kPass : Severity::kWarning,
+          .id = "held_out_names",
+          .cause = is_clean ? "no image has both the name and the board's pose of one that the camera was "
+                              "calibrated from"
+                            : "images have the names of the file's own views and show the board where those "
+                              "do, such as " +
+                                  own.front() +
+                                  ": they were fitted and cannot show that the camera is wrong; take others",
+          .evidence = fmt::format("{} of {} images", own.size(), num_given),
+          .limit = "none with the name and the board's pose of a view of the file's own calibration"};
 }
 
 }  // namespace alidade

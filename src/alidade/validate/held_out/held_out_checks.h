@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include "alidade/validate/camera_checks.h"
+#include "alidade/core/diagnosis.h"
+#include "alidade/record/camera_record.h"
 #include "alidade/validate/held_out/held_out_images.h"
 
 namespace alidade {
@@ -21,5 +23,13 @@ inline constexpr double kDefaultTolerancePx = 0.2;
 /// The check `against`: the difference to another camera, the rotation taken out.
 [[nodiscard]] Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
                                      double tolerance_px);
+
+/// The check `held_out_names`: whether images are those that the camera was made from, which is so where both
+/// name (without folders) and pose of the board are those of a view that the file records.
+/// @param recorded  the file's views, at least one
+/// @param views     of the images, as the tested camera sees them
+/// @param num_given  images with a board
+[[nodiscard]] Diagnosis ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
+                                       std::span<const HeldOutView> views, int num_given);
 
 }  // namespace alidade

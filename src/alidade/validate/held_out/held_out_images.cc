@@ -2,6 +2,7 @@
 #include "alidade/validate/held_out/held_out_images.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -10,7 +11,7 @@
 
 #include "alidade/adjust/cross_validation.h"
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/corner_noise.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/adjust/pose_search.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
@@ -18,31 +19,12 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/validate/held_out/camera_change.h"
-#include "alidade/validate/held_out/change_refit.h"
-#include "alidade/validate/held_out/held_scores.h"
-#include "alidade/validate/held_out/held_views.h"
-#include "alidade/validate/held_out/misfit.h"
 
 namespace alidade {
 namespace {
 
 // The fewest pixels over which a camera is compared.
 constexpr std::size_t kFewestPixels = 20;
-
-std::optional<Calibration> calibrated(const ComparedCamera& camera, const Checkerboard& board,
-                                      const std::vector<View>& views, const HeldOutOptions& options,
-                                      std::string& complaint) {
-  CalibratorOptions how{.model = std::string(camera.camera->modelId())};
-  how.jobs = options.jobs;
-  how.cancel = options.cancel;
-  try {
-    return calibrate(board, views, how);
-  } catch (const Error& error) {
-    complaint = error.what();
-    return std::nullopt;
-  }
-}
 
 // The views and corners that the freed calibration used, one a view of its fit; all of them without one.
 std::vector<View> usedViews(const std::vector<View>& views, const std::optional<Calibration>& freed) {
@@ -68,15 +50,62 @@ double heldOutNoise(double sigma_px, const Fit& fit) {
   return std::sqrt(sum / static_cast<double>(numCorners(fit)));
 }
 
-HuberLoss lossOf(const ComparedCamera& camera, const HeldOutJudgement& judgement) {
-  return judgement.freed ? judgement.freed->fit.loss : startLoss(camera.size);
+// Whether either colour of the board's corners in this view tells a pose, from which the other colour can be
+// predicted: four corners or more, not all in one row or column.
+bool isTestable(const Checkerboard& board, const View& view) {
+  constexpr std::size_t kFewestCorners = 4;
+  for (const int colour : {0, 1}) {
+    std::set<int> columns;
+    std::set<int> rows;
+    std::size_t count = 0;
+    for (const Corner& corner : view.corners) {
+      const int column = corner.id % board.columns;
+      const int row = corner.id / board.columns;
+      if ((column + row) % 2 != colour) continue;
+      columns.insert(column);
+      rows.insert(row);
+      ++count;
+    }
+    if (count < kFewestCorners || columns.size() < 2 || rows.size() < 2) return false;
+  }
+  return true;
+}
+
+// The best pose of a view for the camera as it is; nothing where it does not see the corners from any.
+std::optional<SE3> poseOf(const AnyCamera& camera, const Checkerboard& board,
+                          std::span<const Observation> corners, HuberLoss loss) {
+  const auto start = poseFromCorners(camera, corners);
+  if (!start) return std::nullopt;
+  // From afar two tilts look alike, and only the lesser cost tells them apart.
+  return bestPose(camera, corners, loss, std::array{*start, mirroredTilt(*start, board.middle())});
+}
+
+// How much a view counts: views that are blurred or moved tell less. The inverse of the variance of its
+// corners, as the freed calibration has them, taken together with some of the mean of all.
+double weightOf(const Fit& freed, std::size_t view) {
+  constexpr double kSharedCorners = 10;
+  const double mean_square = rms(freed) * rms(freed);
+  const std::vector<Eigen::Vector2d>& errors = freed.views[view].errors;
+  double sum = kSharedCorners * mean_square;
+  for (const Eigen::Vector2d& error : errors) sum += error.squaredNorm();
+  const double num_corners = static_cast<double>(errors.size()) + kSharedCorners;
+  return sum > 0 ? mean_square * num_corners / sum : 1.0;
+}
+
+// The same views, posed for the freed camera.
+// @param held  its views' sources are indices into those of `freed`
+PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
+  PosedViews posed = held;
+  onlyCamera(posed.fit).params = onlyCamera(freed).params;
+  for (const FitView& view : posed.fit.views)
+    setCameraFromBoard(posed.fit, view, cameraFromBoard(freed, freed.views[view.source]));
+  return posed;
 }
 
 // Poses the views for the camera as it is.
 PosedViews poseViews(const ComparedCamera& camera, const Checkerboard& board, const std::vector<View>& views,
-                     HeldOutJudgement& judgement) {
+                     HuberLoss loss, HeldOutJudgement& judgement) {
   const auto given = camera.camera->parameters();
-  const HuberLoss loss = lossOf(camera, judgement);
   PosedViews posed;
   Fit& fit = posed.fit;
   fit = emptyFit(std::string(camera.camera->modelId()), camera.size, {given.begin(), given.end()}, board,
@@ -90,7 +119,7 @@ PosedViews poseViews(const ComparedCamera& camera, const Checkerboard& board, co
     HeldOutView& view = judgement.views.back();
     view.is_testable = isTestable(board, views[v]);
     std::vector<Observation> corners = observationsOf(board, views[v]);
-    const auto pose = poseOf(camera, board, onShape(board, onlyBoard(fit).shape, corners), loss);
+    const auto pose = poseOf(*camera.camera, board, onShape(board, onlyBoard(fit).shape, corners), loss);
     if (!pose) {
       if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;
@@ -126,7 +155,6 @@ void predictCorners(const PosedViews& held, HuberLoss loss, HeldOutJudgement& ju
     held_out_sum += sum;
   }
   for (const HeldOutView& view : judgement.views) {
-    judgement.num_untestable_views += view.is_testable ? 0 : 1;
     judgement.num_corners += view.num_corners;
     judgement.num_unseen += view.num_unseen;
   }
@@ -143,14 +171,8 @@ void predictCorners(const PosedViews& held, HuberLoss loss, HeldOutJudgement& ju
   judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit);
 }
 
-// By how much the views' disagreement makes the variance of the parameters larger than the corners' noise
-// does, at least 1; 1 where they are too few to disagree.
-double varianceRatio(const Calibration& freed) {
-  return freed.uncertainty.by_views ? std::max(1.0, freed.uncertainty.by_views->excess) : 1.0;
-}
-
 void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vector2d>& covered,
-                      HeldOutJudgement& judgement) {
+                      double variance_ratio, HeldOutJudgement& judgement) {
   const Calibration& freed = *judgement.freed;
   const Uncertainty& known = freed.uncertainty;
   judgement.freed_rms_px = rms(freed.fit);
@@ -159,7 +181,7 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
   const ComparedCamera other{&camera, freed.imageSize(),
                              known.isNoiseExceeded()
                                  ? known.statedCovariance()
-                                 : DenseMatrix(judgement.variance_ratio * known.covariance->view())};
+                                 : DenseMatrix(variance_ratio * known.covariance->view())};
   const DifferenceOptions options{.pixels = covered};
   judgement.difference = projectionDifference(tested, other, options);
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
@@ -233,19 +255,31 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
             [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
   HeldOutJudgement judgement;
   judgement.num_views_given = static_cast<int>(views.size());
-  judgement.freed = calibrated(camera, board, views, options, judgement.freed_complaint);
+  CalibratorOptions how{.model = std::string(camera.camera->modelId())};
+  how.jobs = options.jobs;
+  how.cancel = options.cancel;
+  try {
+    judgement.freed = calibrate(board, views, how);
+  } catch (const Error& error) {
+    judgement.freed_complaint = error.what();
+  }
+  const HuberLoss loss = judgement.freed ? judgement.freed->fit.loss : startLoss(camera.size);
   const std::vector<View> used = usedViews(views, judgement.freed);
-  const PosedViews held = poseViews(camera, board, used, judgement);
-  predictCorners(held, lossOf(camera, judgement), judgement);
+  const PosedViews held = poseViews(camera, board, used, loss, judgement);
+  predictCorners(held, loss, judgement);
   const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
   const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);
   judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
+  // Variance of the freed parameters by how the views disagree over that by the corners' noise: what the
+  // views have in common (blur, the shape of the board) makes them agree less than noise would.
+  const bool is_by_views = judgement.freed && judgement.freed->uncertainty.by_views;
+  const double variance_ratio =
+      is_by_views ? std::max(1.0, judgement.freed->uncertainty.by_views->excess) : 1.0;
   // A file that states its uncertainty by noise alone was made from images like these.
   ComparedCamera tested = camera;
-  if (judgement.freed) judgement.variance_ratio = varianceRatio(*judgement.freed);
   if (tested.covariance && !options.is_covariance_by_views)
-    tested.covariance = DenseMatrix(judgement.variance_ratio * tested.covariance->view());
-  if (judgement.freed) compareWithFreed(tested, covered, judgement);
+    tested.covariance = DenseMatrix(variance_ratio * tested.covariance->view());
+  if (judgement.freed) compareWithFreed(tested, covered, variance_ratio, judgement);
   testAsItIs(tested, held, covered, judgement);
   return judgement;
 }

@@ -57,8 +57,7 @@ struct NeededChange {
 struct HeldOutJudgement {
   int num_views_given = 0;
   std::vector<HeldOutView> views;  ///< those used, in order of image name
-  int num_untestable_views = 0;
-  int num_corners = 0;  ///< with an error
+  int num_corners = 0;             ///< with an error
   int num_unseen = 0;
   /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
   double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
@@ -86,9 +85,6 @@ struct HeldOutJudgement {
   std::optional<OverallTest> overall;
   /// One for each way to change the camera that the views say something of, the surest first.
   std::vector<NeededChange> changes;
-  /// Variance of the freed parameters by how the views disagree over that by the corners' noise, at least 1:
-  /// what the views have in common (blur, the shape of the board) makes them agree less than noise would.
-  double variance_ratio = 1;
 };
 
 /// Judges a camera by views that it was not made from. The camera is held as it is throughout; two questions

@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: MIT
-#include "detection_stage.h"
+#include "board_views.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <map>
 #include <mutex>
+#include <utility>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/draw_detection.h"
-#include "alidade/files/csv.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/corners_file.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
-#include "one_line.h"
-#include "progress.h"
+#include "alidade/target/board_spec.h"
+#include "console.h"
+#include "options.h"
 
 namespace alidade {
 namespace {
@@ -87,10 +89,57 @@ void prepareDebugFolder(const std::string& folder, const std::vector<std::string
   }
 }
 
+GivenViews readCorners(const ViewsRequest& request) {
+  if (request.inputs.size() > 1) {
+    throw usageError(
+        {.where = request.command,
+         .found = fmt::format("{} inputs, of which the first is a corners file", request.inputs.size()),
+         .expected = "one corners file, or images",
+         .next_step = "concatenate corners files of one camera first: cat a.csv b.csv > all.csv"});
+  }
+  CornersFile file = readCornersFile(request.inputs.front());
+  if (!request.board.empty() && !(readBoard(request.board) == file.board)) {
+    throw inputError({.where = request.inputs.front(),
+                      .found = "board " + specText(file.board),
+                      .expected = specText(readBoard(request.board)) + " from --board",
+                      .next_step = "remove --board: the corners file states its board"});
+  }
+  GivenViews given;
+  given.board = file.board;
+  given.num_images = given.num_found = file.views.size();
+  std::vector<ImageSize> sizes;
+  for (const View& view : file.views) sizes.push_back(view.size);
+  const SizeGroups groups = groupBySize(sizes);
+  for (const std::size_t i : groups.others) {
+    given.reasons.push_back(fmt::format("{}: other_size: {}, while most images are {}", file.views[i].image,
+                                        sizeText(sizes[i]), sizeText(groups.size)));
+  }
+  for (const std::size_t i : groups.in_group) given.views.push_back(std::move(file.views[i]));
+  return given;
+}
+
+GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {
+  DetectionStage stage = runDetection(request, options, cancel);
+  requireBoards(stage.survey, options, request.debug_folder.has_value());
+  const BoardSurvey& survey = stage.survey;
+  return {.board = survey.board,
+          .num_images = survey.outcomes.size(),
+          .num_found = survey.numFound(),
+          .measures = measuresText(survey),
+          .reasons = reasonLines(survey),
+          .notes = std::move(stage.notes),
+          .views = survey.views()};
+}
+
 }  // namespace
 
-DetectionStage runDetection(const DetectionRequest& request, const CommonOptions& options,
+DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& options,
                             const CancelFlag* cancel) {
+  if (request.board.empty()) {
+    throw missingError(request.command, "no --board", "for example --board checkerboard:9x6:25mm");
+  }
+  const Checkerboard board = readBoard(request.board);
+  const std::string debug_folder = request.debug_folder.value_or("");
   const std::vector<std::string> paths = listImages(request.inputs);
   DetectImagesOptions detect_options;
   detect_options.num_jobs = options.jobs;
@@ -98,12 +147,12 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
   std::map<std::string, std::string> debug_paths;
   std::mutex mutex;
   std::string debug_complaint;  // a drawing that cannot be written is no reason to lose the corners
-  if (!request.debug_folder.empty()) {
-    prepareDebugFolder(request.debug_folder, paths);
-    debug_paths = debugPaths(request.debug_folder, paths, shortNames(paths));
+  if (!debug_folder.empty()) {
+    prepareDebugFolder(debug_folder, paths);
+    debug_paths = debugPaths(debug_folder, paths, shortNames(paths));
     detect_options.inspect = [&](const GrayImage& image, const ImageOutcome& outcome) {
       try {
-        writeColorPng(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, request.board));
+        writeColorPng(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, board));
       } catch (const Error& error) {
         const std::lock_guard lock(mutex);
         debug_complaint = oneLine(error.what());
@@ -114,7 +163,7 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
   {
     ProgressBar bar("detecting boards", options.quiet);
     detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
-    stage.survey = surveyImages(paths, request.board, detect_options);
+    stage.survey = surveyImages(paths, board, detect_options);
   }
   for (const SurveyNote& note : stage.survey.notes)
     stage.notes.push_back(diagnosisOf(note, stage.survey).message());
@@ -126,10 +175,8 @@ DetectionStage runDetection(const DetectionRequest& request, const CommonOptions
 void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool has_debug_flag) {
   if (survey.numFound() > 0) return;
   if (!options.quiet && survey.outcomes.size() > 1) {
-    constexpr std::size_t kMaxListed = 12;
-    const std::vector<std::string> lines = reasonLines(survey);
-    for (std::size_t i = 0; i < std::min(lines.size(), kMaxListed); ++i) printMessage("  " + lines[i]);
-    if (lines.size() > kMaxListed) printMessage(fmt::format("  ... and {} more", lines.size() - kMaxListed));
+    const std::string lines = listed(reasonLines(survey));
+    printMessage(lines.substr(0, lines.size() - 1));
   }
   throwNoBoard(survey, has_debug_flag);
 }
@@ -142,11 +189,6 @@ void checkDebugFolder(const std::string& folder, const std::string& output) {
   if (folder.empty() || output.empty() || normal(folder) != normal(output)) return;
   throw usageError(
       {.where = "--debug " + folder, .found = "this is also the output", .expected = "a different folder"});
-}
-
-void addDebugOption(CLI::App& app, std::string& folder) {
-  app.add_option("--debug", folder,
-                 "Folder for copies of the images with the corners, their ids and the board's axes drawn in");
 }
 
 std::vector<std::string> reasonLines(const BoardSurvey& survey) {
@@ -177,23 +219,12 @@ std::string measuresText(const BoardSurvey& survey) {
                      range([](const ViewMeasures& m) { return 100 * m.area_share; }));
 }
 
-std::vector<std::string> imageTable(const BoardSurvey& survey) {
-  std::vector<std::string> lines = {
-      "image,reason,corners,blur_px,spacing_px,area_share,tilt_deg,columns_seen,rows_seen,detail"};
-  const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : ""; };
-  for (const ImageOutcome& outcome : survey.outcomes) {
-    const Detection& detection = outcome.detection;
-    const ViewMeasures& measures = detection.measures;
-    const bool is_measured = std::isfinite(measures.spacing_px);
-    lines.push_back(oneLine(
-        fmt::format("{},{},{},{},{},{},{},{},{},{}", detail::csvField(outcome.image),
-                    reasonCode(detection.reason), detection.corners.size(), number(measures.blur_px),
-                    number(measures.spacing_px), is_measured ? number(measures.area_share) : "",
-                    number(measures.tilt_deg), detection.seen ? std::to_string(detection.seen->columns) : "",
-                    detection.seen ? std::to_string(detection.seen->rows) : "",
-                    detail::csvField(oneLine(detection.detail)))));
-  }
-  return lines;
+bool isCornersFile(const std::string& path) {
+  return path.ends_with(".csv") || path.ends_with(".CSV");
+}
+
+GivenViews readViews(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {
+  return isCornersFile(request.inputs.front()) ? readCorners(request) : findBoards(request, options, cancel);
 }
 
 }  // namespace alidade

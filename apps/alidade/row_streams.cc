@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "point_stream.h"
+#include "row_streams.h"
 
+#include <array>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -12,6 +15,9 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
+#include "alidade/files/csv.h"
+#include "console.h"
+#include "json_output.h"
 
 namespace alidade {
 namespace {
@@ -139,6 +145,70 @@ void PointReader::setUpFields() {
     for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
   }
   has_rows_ = true;
+}
+
+void AnswerWriter::begin() {
+  if (format_.is_json) {
+    buffer_ += "{\"points\": [";
+    return;
+  }
+  std::vector<std::string> names = format_.values;
+  if (format_.has_pose) names.insert(names.begin(), "pose");
+  names.emplace_back("status");
+  names.insert(names.end(), format_.details.begin(), format_.details.end());
+  buffer_ += join(names, ",") + "\n";
+}
+
+void AnswerWriter::setPose(const std::string& id) {
+  pose_ = format_.is_json
+              ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
+              : detail::csvField(id) + ",";
+}
+
+void AnswerWriter::row(std::span<const double> values, std::string_view status,
+                       std::span<const double> details) {
+  constexpr std::size_t kBufferBytes = std::size_t{1} << 17U;
+  const bool is_json = format_.is_json;
+  const std::string_view separator = is_json ? ", " : ",";
+  if (is_json) buffer_ += has_rows_ ? ",\n{" : "\n{";
+  buffer_ += pose_;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    addNumber(format_.values[i], values[i]);
+    buffer_ += separator;
+  }
+  if (is_json) buffer_ += "\"status\": \"";
+  buffer_ += status;
+  if (is_json) buffer_ += '"';
+  for (std::size_t i = 0; i < details.size(); ++i) {
+    buffer_ += separator;
+    addNumber(format_.details[i], details[i]);
+  }
+  buffer_ += is_json ? '}' : '\n';
+  has_rows_ = true;
+  if (buffer_.size() >= kBufferBytes) flush();
+}
+
+// In JSON behind its name.
+void AnswerWriter::addNumber(const std::string& name, double value) {
+  if (format_.is_json) buffer_.append("\"").append(name).append("\": ");
+  if (std::isnan(value) || (format_.is_json && std::isinf(value))) {
+    buffer_ += format_.is_json ? "null" : "nan";
+    return;
+  }
+  std::array<char, 32> digits{};  // the shortest that reads back as the same has at most 24 characters
+  char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  buffer_.append(digits.data(), end);
+}
+
+void AnswerWriter::end() {
+  if (format_.is_json) buffer_ += "\n]}\n";
+  flush();
+}
+
+void AnswerWriter::flush() {
+  has_sent_ = has_sent_ || !buffer_.empty();  // even if not all of it arrives
+  printResult(buffer_);
+  buffer_.clear();
 }
 
 }  // namespace alidade

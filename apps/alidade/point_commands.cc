@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include <CLI/CLI.hpp>
 
@@ -9,12 +11,127 @@
 #include "alidade/core/error.h"
 #include "alidade/files/pose_file.h"
 #include "alidade/files/pose_list.h"
-#include "columns.h"
-#include "point_stream.h"
-#include "stream_command.h"
+#include "console.h"
+#include "options.h"
+#include "row_streams.h"
+
+// The commands project and unproject.
 
 namespace alidade {
 namespace {
+
+const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kOk), "out_of_image",
+                                                      statusId(ProjectStatus::kBehind),
+                                                      statusId(ProjectStatus::kOutsideDomain)};
+
+// Rows of up to three numbers as one array a column, for the batch functions; memory is kept between blocks.
+class Columns {
+ public:
+  void resize(std::size_t count) {
+    for (auto& column : columns_) column.resize(count);
+  }
+  void assign(std::span<const Eigen::Vector3d> rows) {
+    resize(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) columns_[c][i] = rows[i][static_cast<Eigen::Index>(c)];
+    }
+  }
+  [[nodiscard]] std::vector<double>& operator[](std::size_t c) { return columns_[c]; }
+  [[nodiscard]] Eigen::Vector3d row(std::size_t i) const {
+    return {columns_[0][i], columns_[1][i], columns_[2][i]};
+  }
+
+ private:
+  std::array<std::vector<double>, 3> columns_;
+};
+
+// What project and unproject share: a camera file, rows in, rows out, counts by status at the end.
+class StreamCommand : public Command {
+ public:
+  int run(const CLI::App& app) final {
+    if (camera_path_.empty()) throw missingError(app.get_name(), "no camera file", "a camera file");
+    const CameraRecord file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+    prepare(file);
+    AnswerWriter& out = out_.emplace(format(file));
+    // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.
+    PointReader reader(points_path_, columns_, [&] {
+      if (out.hasRows()) out.flush();
+    });
+    out.begin();
+    std::vector<Eigen::Vector3d> rows;
+    while (reader.next(rows)) take(file, rows, out);
+    finish(file, out);
+    out.end();
+    if (!common_.quiet) printMessage(countsText());
+    return 0;
+  }
+  // What was written but has not gone out is dropped by an error, which is the document then.
+  [[nodiscard]] bool owesJson() const final { return common_.json && !(out_ && out_->hasSent()); }
+
+ protected:
+  // What becomes of a row, in the order of the counts.
+  enum class Status { kOk, kOutOfImage, kBehind, kOutside };
+
+  // The options of both; `points` describes the input, which has these columns.
+  void setUpStream(CLI::App& app, const char* points, std::vector<detail::TableColumn> columns) {
+    columns_ = std::move(columns);
+    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
+    app.add_option("points", points_path_, points);
+    addCameraOptions(app, camera_);
+    addCommonOptions(app, common_, false);
+  }
+
+  // Reads what the command needs beside the camera.
+  virtual void prepare(const CameraRecord&) {}
+  [[nodiscard]] virtual AnswerWriter::Format format(const CameraRecord& file) const = 0;
+  // Answers a block of rows, or keeps it until finish().
+  virtual void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows,
+                    AnswerWriter& out) = 0;
+  virtual void finish(const CameraRecord&, AnswerWriter&) {}
+
+  // Writes one row and counts it.
+  void answer(std::span<const double> values, Status status, std::span<const double> details,
+              AnswerWriter& out) {
+    const auto index = static_cast<std::size_t>(status);
+    ++counts_[index];
+    out.row(values, kStatusNames[index], details);
+  }
+
+  [[nodiscard]] static Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) {
+    if (status == ProjectStatus::kBehind) return Status::kBehind;
+    if (status == ProjectStatus::kOutsideDomain) return Status::kOutside;
+    const bool is_in_image = pixel.x() >= -0.5 && pixel.x() < size.width - 0.5 && pixel.y() >= -0.5 &&
+                             pixel.y() < size.height - 0.5;
+    return is_in_image ? Status::kOk : Status::kOutOfImage;
+  }
+
+  // Whether a row with this status has a pixel or a ray.
+  [[nodiscard]] bool hasNumbers(Status status) const {
+    return status == Status::kOk || (status == Status::kOutOfImage && !is_clipped_);
+  }
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  bool is_clipped_ = false;
+  bool has_jacobian_ = false;
+
+ private:
+  [[nodiscard]] std::string countsText() const {
+    std::string text;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      if (counts_[i] == 0) continue;
+      text += (text.empty() ? "" : ", ") + std::to_string(counts_[i]) + " " + std::string(kStatusNames[i]);
+    }
+    return text.empty() ? "no points" : text;
+  }
+
+  std::vector<detail::TableColumn> columns_;
+  std::optional<AnswerWriter> out_;
+  std::string camera_path_;
+  CameraOptions camera_;
+  std::string points_path_;
+  std::array<std::size_t, kStatusNames.size()> counts_{};
+};
 
 class ProjectCommand final : public StreamCommand {
  public:
@@ -36,7 +153,8 @@ class ProjectCommand final : public StreamCommand {
         "du_dfx and so on with respect to the camera parameters.");
     setUpStream(app,
                 "Rows x,y,z in metres, separated by commas or blanks, header optional; standard input if "
-                "omitted or -");
+                "omitted or -",
+                {{"x", "m"}, {"y", "m"}, {"z", "m"}});
     app.add_option("--pose", pose_,
                    "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity");
     app.add_option("--poses", poses_path_, "File of poses; all points are projected for each pose");
@@ -75,10 +193,6 @@ class ProjectCommand final : public StreamCommand {
       }
     }
     if (has_jacobian_) jacobian_.resize(2 * (9 + file.camera.parameters().size()));
-  }
-
-  [[nodiscard]] std::vector<detail::TableColumn> inputColumns() const override {
-    return {{"x", "m"}, {"y", "m"}, {"z", "m"}};
   }
 
   [[nodiscard]] AnswerWriter::Format format(const CameraRecord& file) const override {
@@ -151,20 +265,6 @@ class ProjectCommand final : public StreamCommand {
     }
   }
 
-  [[nodiscard]] static Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) {
-    switch (status) {
-      case ProjectStatus::kOk:
-        return isInImage(pixel, size) ? Status::kOk : Status::kOutOfImage;
-      case ProjectStatus::kBehind:
-        return Status::kBehind;
-      case ProjectStatus::kOutsideDomain:
-        break;
-    }
-    return Status::kOutside;
-  }
-
-  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
   std::string pose_;
   std::string poses_path_;
   std::string direction_;
@@ -181,10 +281,65 @@ class ProjectCommand final : public StreamCommand {
   std::vector<double> jacobian_;  // of the point at hand
 };
 
+class UnprojectCommand final : public StreamCommand {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: echo 320,240 | alidade unproject camera.yaml\nOutput: x,y,z,status: a unit ray in the "
+        "camera frame. The status is ok (a pixel of the image), out_of_image (a pixel\noutside the image) or "
+        "outside (no ray projects to the pixel; x, y and z are nan).\n--jacobian appends "
+        "dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
+    setUpStream(
+        app,
+        "Rows u,v in pixels, separated by commas or blanks, header optional; standard input if omitted or -",
+        {{"u", "px"}, {"v", "px"}});
+    app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
+    app.add_flag("--clip", is_clipped_, "Leave out the rays of pixels outside the image");
+  }
+
+ private:
+  [[nodiscard]] AnswerWriter::Format format(const CameraRecord&) const override {
+    AnswerWriter::Format format{
+        .is_json = common_.json, .has_pose = false, .values = {"x", "y", "z"}, .details = {}};
+    if (has_jacobian_) format.details = {"dx_du", "dx_dv", "dy_du", "dy_dv", "dz_du", "dz_dv"};
+    return format;
+  }
+
+  void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
+    pixels_.assign(rows);
+    rays_.resize(rows.size());
+    statuses_.resize(rows.size());
+    J_ray_pixel_.resize(has_jacobian_ ? 6 * rows.size() : 0);
+    unprojectBatch(file.camera, {pixels_[0], pixels_[1]}, {rays_[0], rays_[1], rays_[2], statuses_},
+                   has_jacobian_ ? J_ray_pixel_.data() : nullptr);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Status status = statusOf(statuses_[i], rows[i].head<2>(), file.image_size);
+      Eigen::Vector3d ray = rays_.row(i);
+      const auto J =
+          std::span<double>(J_ray_pixel_).subspan(has_jacobian_ ? 6 * i : 0, has_jacobian_ ? 6 : 0);
+      if (!hasNumbers(status)) {
+        ray.setConstant(kNone);
+        std::fill(J.begin(), J.end(), kNone);
+      }
+      answer({ray.data(), 3}, status, J, out);
+    }
+  }
+
+  // Of the block at hand.
+  Columns pixels_;
+  Columns rays_;
+  std::vector<ProjectStatus> statuses_;
+  std::vector<double> J_ray_pixel_;
+};
+
 }  // namespace
 
 std::unique_ptr<Command> makeProjectCommand() {
   return std::make_unique<ProjectCommand>();
+}
+
+std::unique_ptr<Command> makeUnprojectCommand() {
+  return std::make_unique<UnprojectCommand>();
 }
 
 }  // namespace alidade

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "console.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+
+namespace alidade {
+namespace {
+
+CancelFlag cancel_requested{false};
+volatile std::sig_atomic_t caught_signal = SIGINT;
+
+extern "C" void onSignal(int signal) {
+  caught_signal = signal;
+  cancel_requested.store(true, std::memory_order_relaxed);
+}
+
+// The bytes of the UTF-8 character at the start; 0: there is none.
+std::size_t characterSize(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  const std::size_t size = first < 0x80   ? 1
+                           : first < 0xc2 ? 0
+                           : first < 0xe0 ? 2
+                           : first < 0xf0 ? 3
+                           : first < 0xf5 ? 4
+                                          : 0;
+  if (size == 0 || size > text.size()) return 0;
+  for (std::size_t i = 1; i < size; ++i) {
+    if ((byte(i) & 0xc0U) != 0x80U) return 0;
+  }
+  // Overlong forms, surrogates, and code points that do not exist.
+  if ((first == 0xe0 && byte(1) < 0xa0) || (first == 0xed && byte(1) > 0x9f)) return 0;
+  if ((first == 0xf0 && byte(1) < 0x90) || (first == 0xf4 && byte(1) > 0x8f)) return 0;
+  // The second set of control characters, and two code points that XML does not have.
+  if (first == 0xc2 && byte(1) < 0xa0) return 0;
+  if (first == 0xef && byte(1) == 0xbf && byte(2) >= 0xbe) return 0;
+  return size;
+}
+
+}  // namespace
+
+std::string programName() {
+  return "alidade " ALIDADE_VERSION;
+}
+
+void printResult(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return;
+  throw inputError({.where = "standard output",
+                    .found = std::strerror(errno),
+                    .next_step = "free some space, or redirect the output"});
+}
+
+void printMessage(const std::string& text) {
+  std::string message;
+  for (const std::string_view line : split(text, '\n')) message += printable(line) + "\n";
+  std::fputs(message.c_str(), stderr);
+}
+
+std::string oneLine(std::string text) {
+  constexpr std::string_view kNextLine = "\n  next: ";
+  for (std::size_t at = text.find(kNextLine); at != std::string::npos; at = text.find(kNextLine, at))
+    text.replace(at, kNextLine.size(), "; next: ");
+  for (char& c : text) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  return text;
+}
+
+std::string printable(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const auto first = static_cast<unsigned char>(text.front());
+    const bool is_control = first < 0x20 || first == 0x7f;
+    const std::size_t size = is_control ? 0 : characterSize(text);
+    if (size == 0) result += fmt::format("\\x{:02x}", first);
+    result += text.substr(0, size);
+    text.remove_prefix(std::max<std::size_t>(size, 1));
+  }
+  return result;
+}
+
+std::string listed(const std::vector<std::string>& lines) {
+  constexpr std::size_t kMost = 12;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(lines.size(), kMost); ++i) text += "  " + lines[i] + "\n";
+  if (lines.size() > kMost) text += fmt::format("  ... and {} more\n", lines.size() - kMost);
+  return text;
+}
+
+ProgressBar::ProgressBar(std::string label, bool is_quiet)
+    : label_(std::move(label)), is_shown_(!is_quiet && isatty(STDERR_FILENO) == 1) {}
+
+ProgressBar::~ProgressBar() {
+  if (has_drawn_) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressBar::update(std::size_t done, std::size_t total) {
+  if (!is_shown_ || total == 0) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (has_drawn_ && done < total && now - last_draw_ < std::chrono::milliseconds(100)) return;
+  last_draw_ = now;
+  has_drawn_ = true;
+  constexpr std::size_t kWidth = 30;
+  const std::size_t filled = kWidth * done / total;
+  const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '.');
+  fmt::print(stderr, "\r{} [{}] {}/{}\033[K", label_, bar, done, total);
+  std::fflush(stderr);
+}
+
+const CancelFlag* catchInterrupts() {
+  struct sigaction action {};
+  action.sa_handler = onSignal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one takes its usual course
+  sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
+  return &cancel_requested;
+}
+
+void endByCaughtSignal() {
+  std::signal(caught_signal, SIG_DFL);
+  std::raise(caught_signal);
+  std::abort();
+}
+
+}  // namespace alidade

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/core/cancel.h"
+
+namespace alidade {
+
+/// "alidade 0.1.0"
+[[nodiscard]] std::string programName();
+
+/// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk
+/// full).
+void printResult(std::string_view text);
+
+/// Writes a message for people to standard error, with control characters as "\x1b".
+void printMessage(const std::string& text);
+
+/// An error's message, which has a line of its own for the next step, in a single line.
+[[nodiscard]] std::string oneLine(std::string text);
+
+/// `text` with control characters and bytes that are not UTF-8 as "\x1b". File names may contain both: they
+/// would change the terminal, forge a line of a table, or make XML invalid.
+[[nodiscard]] std::string printable(std::string_view text);
+
+/// The first dozen of these lines, indented, and how many more there are; with a line end each.
+[[nodiscard]] std::string listed(const std::vector<std::string>& lines);
+
+/// A bar on standard error if that is a terminal, silence otherwise. Wiped when it ends.
+class ProgressBar {
+ public:
+  ProgressBar(std::string label, bool is_quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// Draws at most ten times a second. Not for several threads at once.
+  void update(std::size_t done, std::size_t total);
+
+ private:
+  std::string label_;
+  bool is_shown_;
+  bool has_drawn_ = false;
+  std::chrono::steady_clock::time_point last_draw_;
+};
+
+/// From now on the first Ctrl-C (or SIGTERM, SIGHUP) raises the flag instead of ending the program; a second
+/// one ends it. Signals that the caller had ignored, as nohup does, stay ignored.
+[[nodiscard]] const CancelFlag* catchInterrupts();
+
+/// Ends the program by the signal that was caught, as callers such as shells expect of an interrupted
+/// program.
+[[noreturn]] void endByCaughtSignal();
+
+}  // namespace alidade

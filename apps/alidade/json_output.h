@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/image.h"
+#include "alidade/geometry/se3.h"
+
+// How the program writes JSON. Numbers that are not finite become null: JSON has none.
+
+namespace alidade {
+
+using nlohmann::json;
+
+/// A document as text. Names of files may be anything; bytes that are not UTF-8 become U+FFFD.
+[[nodiscard]] inline std::string jsonText(const json& document) {
+  return document.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+template <class T>
+[[nodiscard]] json orNull(const std::optional<T>& value) {
+  return value ? json(*value) : json(nullptr);
+}
+
+[[nodiscard]] inline json vectorJson(const Eigen::Vector2d& v) {
+  return {v.x(), v.y()};
+}
+
+/// The parameters by name.
+[[nodiscard]] inline json parametersJson(std::span<const std::string_view> names,
+                                         std::span<const double> values) {
+  json parameters = json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) parameters[std::string(names[i])] = values[i];
+  return parameters;
+}
+
+/// The values of a grid, `valueAt(i)` row by row, as an array of its rows.
+template <class ValueAt>
+[[nodiscard]] json rowsJson(int columns, int rows, const ValueAt& valueAt) {
+  json list = json::array();
+  for (int row = 0; row < rows; ++row) {
+    json values = json::array();
+    for (int column = 0; column < columns; ++column)
+      values.push_back(valueAt(static_cast<std::size_t>(row * columns + column)));
+    list.push_back(std::move(values));
+  }
+  return list;
+}
+
+// By these, nlohmann-json converts the types.
+inline void to_json(json& j, const ImageSize& size) {
+  j = {{"width", size.width}, {"height", size.height}};
+}
+inline void to_json(json& j, const SE3& pose) {
+  const Eigen::Quaterniond& q = pose.rotation.quaternion();
+  const Eigen::Vector3d& t = pose.translation;
+  j = {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+}  // namespace alidade

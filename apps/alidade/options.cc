@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+#include "options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/settings_file.h"
+#include "alidade/imagery/image_list.h"
+#include "console.h"
+
+namespace alidade {
+namespace {
+
+// What is wrong with the text of a flag's number; empty if it is good.
+std::string numberComplaint(const std::string& text, bool is_good, const char* expected) {
+  return is_good ? std::string() : fmt::format("found '{}', expected {}", text, expected);
+}
+
+// NaN for anything that is not a finite number.
+double finiteOrNaN(std::string_view text) {
+  const double value = parseDouble(text).value_or(NAN);
+  return std::isfinite(value) ? value : NAN;
+}
+
+// Flags that say how a result is shown or where it goes, not what it is.
+const std::set<std::string> kOutsideTheResult = {"help",      "config",      "json",  "quiet",
+                                                 "jobs",      "output",      "input", "keep-untrustworthy",
+                                                 "next-view", "target-sigma"};
+
+std::string longName(const CLI::Option& option) {
+  return option.get_lnames().empty() ? std::string() : option.get_lnames().front();
+}
+
+}  // namespace
+
+void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
+  app.add_flag("--json", options.json, "Print only one JSON document to standard output");
+  app.add_flag("--quiet", options.quiet, "Print no progress and no messages except errors");
+  if (has_jobs) {
+    const auto complaint = [](const std::string& text) {
+      const int jobs = parseInt(text).value_or(-1);
+      return numberComplaint(text, jobs >= 0 && jobs <= 1024, "a whole number from 0 to 1024");
+    };
+    app.add_option("--jobs", options.jobs,
+                   "Number of threads; 0 means one per processor. It does not affect the result")
+        ->check(complaint, "0 to 1024")
+        ->capture_default_str();
+  }
+  app.add_option("--config", options.config,
+                 "YAML file with flags as keys; flags on the command line take precedence");
+}
+
+void addBoardOption(CLI::App& app, std::string& board) {
+  const auto complaint = [](const std::string& source) -> std::string {
+    try {
+      (void)readBoard(source);
+    } catch (const Error& e) {
+      if (e.code() == ErrorCode::kUsage) return e.what();  // what is wrong in a board file is no wrong usage
+    }
+    return {};
+  };
+  app.add_option("--board", board,
+                 "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, where COLUMNS and ROWS count inner corners) "
+                 "or YAML file")
+      ->check(complaint, "");
+}
+
+void addDebugOption(CLI::App& app, std::string& folder) {
+  app.add_option("--debug", folder,
+                 "Folder for copies of the images with the corners, their ids and the board's axes drawn in");
+}
+
+ReadOptions CameraOptions::readOptions() const {
+  return {.image_size = parseSize(size), .model = read_as};
+}
+
+void addCameraOptions(CLI::App& app, CameraOptions& options) {
+  app.add_option("--image-size", options.size,
+                 "Image size in pixels (WIDTHxHEIGHT), for camera files that do not state it")
+      ->check(sizeComplaint, "");
+  app.add_option(
+         "--read-as", options.read_as,
+         "Model of four distortion coefficients, for files that do not state it: radtan or kannala_brandt")
+      ->check(CLI::IsMember({"radtan", "kannala_brandt"}));
+}
+
+CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet) {
+  const CameraSource source = loadCameras(path, options);
+  CameraRecord file = onlyCamera(source);
+  if (quiet) return file;
+  for (const Remark& remark : source.cameras.front().remarks) printMessage("note: " + remark.message);
+  return file;
+}
+
+std::string finiteNumber(const std::string& text) {
+  return numberComplaint(text, !std::isnan(finiteOrNaN(text)), "a finite number");
+}
+
+std::string positiveNumber(const std::string& text) {
+  return numberComplaint(text, finiteOrNaN(text) > 0, "a finite number above 0");
+}
+
+std::string nonNegativeNumber(const std::string& text) {
+  return numberComplaint(text, finiteOrNaN(text) >= 0, "a finite number, 0 or more");
+}
+
+std::optional<std::vector<int>> wholeNumbers(std::string_view text, char separator, std::size_t count) {
+  std::vector<int> numbers;
+  for (const std::string_view part : split(text, separator)) {
+    const auto number = parseInt(trim(part));
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  return numbers.size() == count ? std::optional(numbers) : std::nullopt;
+}
+
+std::optional<ImageSize> parseSize(std::string_view text) {
+  constexpr int kMaxSide = 1'000'000;
+  const auto sides = wholeNumbers(text, 'x', 2);
+  if (!sides || std::ranges::min(*sides) < 1 || std::ranges::max(*sides) > kMaxSide) return std::nullopt;
+  return ImageSize{.width = sides->front(), .height = sides->back()};
+}
+
+std::string sizeComplaint(const std::string& text) {
+  return numberComplaint(text, parseSize(text).has_value(), "WIDTHxHEIGHT in pixels, such as 640x480");
+}
+
+std::optional<double> parsePixels(std::string_view text) {
+  text = trim(text);
+  if (text.ends_with("px")) text = trim(text.substr(0, text.size() - 2));
+  const double value = finiteOrNaN(text);
+  return value > 0 ? std::optional(value) : std::nullopt;
+}
+
+std::string pixelComplaint(const std::string& text) {
+  return numberComplaint(text, parsePixels(text).has_value(),
+                         "a positive number of pixels\n  next: for example: 0.1px");
+}
+
+Error missingError(const std::string& command, const std::string& found, const std::string& expected) {
+  // A flag's value is all that is missing; an input needs the help.
+  return usageError({.where = command,
+                     .found = found,
+                     .expected = expected,
+                     .next_step = found.starts_with("no --") ? "" : "alidade " + command + " --help"});
+}
+
+std::vector<std::string> withImages(std::vector<std::string> inputs) {
+  try {
+    const std::vector<std::string> images = listImages(inputs);
+    inputs.insert(inputs.end(), images.begin(), images.end());
+  } catch (const Error&) {
+    // A complaint about the output comes first; this one comes again when the images are read.
+  }
+  return inputs;
+}
+
+void checkOutput(const std::string& output, const std::vector<std::string>& sources,
+                 const CommonOptions& options, const std::string& flag) {
+  if (output.empty()) return;
+  for (const std::string& source : sources) {
+    std::error_code ignored;  // of paths that do not exist, which are not the same then
+    if (!std::filesystem::equivalent(output, source, ignored)) continue;
+    throw usageError({.where = flag + " " + output,
+                      .found = "this is also an input",
+                      .expected = "a different file",
+                      .next_step = "choose another name, otherwise the input would be overwritten"});
+  }
+  if (output != "-") return checkWritable(output);
+  if (options.json) {
+    throw usageError({.where = "--json with " + flag + " -",
+                      .found = "both write to standard output",
+                      .expected = "only one of them",
+                      .next_step = "give " + flag + " a file name, or remove one of the two flags"});
+  }
+}
+
+void applySettingsFile(CLI::App& app, const std::string& path) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = longName(*option);
+    if (!name.empty() && name != "help" && name != "config") names.push_back(name);
+  }
+  for (const SettingEntry& entry : readSettingsFile(path)) {
+    if (std::find(names.begin(), names.end(), entry.key) == names.end()) {
+      throw inputError({.where = entry.where,
+                        .found = "'" + entry.key + "' is not a flag of " + app.get_name(),
+                        .expected = "one of " + join(names, ", "),
+                        .next_step = didYouMean(entry.key, names)});
+    }
+    CLI::Option* option = app.get_option("--" + entry.key);
+    if (option->count() > 0) continue;  // given by hand
+    try {
+      for (const std::string& value : entry.values) option->add_result(value);
+      option->run_callback();
+    } catch (const CLI::Error& e) {
+      throw inputError({.where = entry.where, .found = e.what()});
+    }
+  }
+}
+
+std::vector<Setting> effectiveSettings(const CLI::App& app) {
+  std::vector<Setting> settings;
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = longName(*option);
+    if (name.empty() || kOutsideTheResult.contains(name)) continue;
+    if (option->count() > 0) {
+      settings.emplace_back(name, option->results());
+    } else if (!option->get_default_str().empty()) {
+      settings.emplace_back(name, std::vector<std::string>{option->get_default_str()});
+    }
+  }
+  std::sort(settings.begin(), settings.end());
+  return settings;
+}
+
+}  // namespace alidade

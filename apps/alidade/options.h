@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/files/camera_source.h"
+#include "command.h"
+
+// Flags that several commands have, and checks of what was given.
+
+namespace alidade {
+
+/// The flags --json, --quiet, --config, and --jobs where a command has work to share out.
+void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs);
+
+/// The flag --board. A SPEC that is wrong is refused where it was given, on the command line or in a settings
+/// file.
+void addBoardOption(CLI::App& app, std::string& board);
+
+/// The flag --debug, for commands that find boards.
+void addDebugOption(CLI::App& app, std::string& folder);
+
+/// What a user can add to a camera file of another tool that leaves things open.
+struct CameraOptions {
+  std::string size;     ///< "640x480"; empty = the file says
+  std::string read_as;  ///< model; empty = the file says
+
+  [[nodiscard]] ReadOptions readOptions() const;
+};
+
+/// The flags --image-size and --read-as.
+void addCameraOptions(CLI::App& app, CameraOptions& options);
+
+/// The one camera of a file of any format. What was passed over or assumed in reading it is told, unless
+/// `quiet`.
+[[nodiscard]] CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet);
+
+/// Checks of a flag's number, for CLI::Option::check(): what is wrong with the text, or nothing. The parser's
+/// own name their limits as numbers, and that of a double has 300 digits. All refuse what is not finite:
+/// every comparison with NaN is false, so that a limit of NaN would switch off what it limits.
+[[nodiscard]] std::string finiteNumber(const std::string& text);
+[[nodiscard]] std::string positiveNumber(const std::string& text);
+[[nodiscard]] std::string nonNegativeNumber(const std::string& text);
+
+/// "600x400" or "10,20,600,400" as so many whole numbers; nothing for anything else.
+[[nodiscard]] std::optional<std::vector<int>> wholeNumbers(std::string_view text, char separator,
+                                                           std::size_t count);
+
+/// "640x480", sides of 1 to a million; nothing for anything else.
+[[nodiscard]] std::optional<ImageSize> parseSize(std::string_view text);
+/// The check of a flag for it.
+[[nodiscard]] std::string sizeComplaint(const std::string& text);
+
+/// A positive number of pixels: "0.1px", "0.1 px" or "0.1"; nothing for anything else.
+[[nodiscard]] std::optional<double> parsePixels(std::string_view text);
+/// The check of a flag for it.
+[[nodiscard]] std::string pixelComplaint(const std::string& text);
+
+/// The complaint about a command line without something that the command needs.
+[[nodiscard]] Error missingError(const std::string& command, const std::string& found,
+                                 const std::string& expected);
+
+/// `inputs` and the images that they stand for. Without the images if the inputs are at fault: reading them
+/// says how.
+[[nodiscard]] std::vector<std::string> withImages(std::vector<std::string> inputs);
+
+/// Checks before any long work that its result can go where `output` says (nothing: nowhere; "-": standard
+/// output, which --json has for itself), and would overwrite none of the `sources`. These may be anything
+/// that was given; what is not the path of a file is left aside. `flag` is where `output` comes from.
+/// @throws Error (kUsage, kInput)
+void checkOutput(const std::string& output, const std::vector<std::string>& sources,
+                 const CommonOptions& options, const std::string& flag = "--output");
+
+/// Gives the command's flags that were not given by hand the values in a settings file.
+/// @throws Error (kInput) for a key that is no flag of the command, or a value it does not take
+void applySettingsFile(CLI::App& app, const std::string& path);
+
+/// The flags and values in force, without those that cannot change the result (--jobs, --quiet, ...) and
+/// without the inputs, in order of name.
+[[nodiscard]] std::vector<Setting> effectiveSettings(const CLI::App& app);
+
+}  // namespace alidade
