@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/imagery/remap.h"
 
 namespace alidade {
 namespace {
@@ -264,13 +266,18 @@ ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProject
 
 ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size, const ViewRequest& request) {
   const ImageSize size = request.size.value_or(source_size);
-  constexpr int kMaxSide = 65535;
   constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-  if (std::min(size.width, size.height) < 2 || std::max(size.width, size.height) > kMaxSide ||
+  const std::string max_side = std::to_string(kMaxRemapSide);
+  if (std::max(source_size.width, source_size.height) > kMaxRemapSide) {
+    throw inputError({.where = "image size of the camera",
+                      .found = sizeText(source_size),
+                      .expected = "sides of at most " + max_side + " pixels"});
+  }
+  if (std::min(size.width, size.height) < 2 || std::max(size.width, size.height) > kMaxRemapSide ||
       std::int64_t{size.width} * size.height > kMaxPixels) {
     throw usageError({.where = "output size",
-                      .found = std::to_string(size.width) + "x" + std::to_string(size.height),
-                      .expected = "sides of 2 to " + std::to_string(kMaxSide) + " pixels, and at most " +
+                      .found = sizeText(size),
+                      .expected = "sides of 2 to " + max_side + " pixels, and at most " +
                                   std::to_string(kMaxPixels) + " in total"});
   }
   switch (request.extent) {
