@@ -9,12 +9,8 @@
 #include <Eigen/LU>
 
 #include "alidade/detect/corner_task.h"
-#include "alidade/detect/edge_model.h"
-#include "alidade/detect/edge_quality.h"
-#include "alidade/detect/edge_solver.h"
-#include "alidade/detect/edge_window.h"
+#include "alidade/detect/edge_fit.h"
 #include "alidade/detect/saddle_corner.h"
-#include "alidade/detect/square_colours.h"
 
 namespace alidade {
 namespace {
@@ -335,8 +331,7 @@ std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerG
   constexpr double kSmallSpacingPx = 30;
   if (best && !refinement.isShort(best->model, best->window)) {
     const CornerFit fit = asFit(*task, *best);
-    if (haveColoursOfFit(image, guess, fit)) return fit;
-    return std::nullopt;
+    return task->hasColoursOf(fit) ? std::optional(fit) : std::nullopt;
   }
   if (!best && task->spacing > kSmallSpacingPx && !(start && refinement.isShort(*start, kFullShare)))
     return std::nullopt;

@@ -7,7 +7,6 @@
 
 #include "alidade/core/image.h"
 #include "alidade/detect/corner_fit.h"
-#include "alidade/detect/edge_model.h"
 #include "alidade/detect/edge_window.h"
 
 namespace alidade {
@@ -43,6 +42,12 @@ struct CornerTask {
     constexpr double kMarginPx = 0.5;
     return (kMarginBlurs * blur_px + kMarginPx) / (step_px * crossing_sine);
   }
+  /// Contrast as in CornerFit from one place in each of the four squares; nothing where they do not
+  /// alternate.
+  [[nodiscard]] std::optional<double> contrastOfSquares(const Eigen::Vector2d& corner) const;
+  /// True unless one of the four squares shows the other colour than the fit says, as where something covers
+  /// it or the pattern is none. Squares outside the image say nothing.
+  [[nodiscard]] bool hasColoursOf(const CornerFit& fit) const;
 };
 
 /// Refers to both. @returns nothing where there is nothing to refine: numbers that are not finite, squares

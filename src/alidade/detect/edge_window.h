@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
-#include "alidade/detect/edge_kernel.h"
 #include "alidade/detect/edge_model.h"
 
 namespace alidade {

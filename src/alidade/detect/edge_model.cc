@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/edge_kernel.h"
+#include "alidade/detect/edge_model.h"
 
 #include <algorithm>
 #include <cmath>
@@ -229,10 +229,7 @@ ALIDADE_TARGET_AVX2 void evaluateAllAvx2(const EdgePixels& pixels, const EdgeMod
 
 void sumAllAnywhere(const EdgePixels& pixels, const EdgeModel& model, double* totals) {
 #if defined(ALIDADE_HAS_AVX2_VARIANT)
-  if (hasAvx2()) {
-    sumAllAvx2(pixels, model, totals);
-    return;
-  }
+  if (hasAvx2()) return sumAllAvx2(pixels, model, totals);
 #endif
   sumAll(pixels, model, totals);
 }
@@ -264,10 +261,7 @@ void evaluateResiduals(const EdgePixels& pixels, const EdgeModel& model, EdgeRes
       column->resize(size);
   }
 #if defined(ALIDADE_HAS_AVX2_VARIANT)
-  if (hasAvx2()) {
-    evaluateAllAvx2(pixels, model, residuals);
-    return;
-  }
+  if (hasAvx2()) return evaluateAllAvx2(pixels, model, residuals);
 #endif
   evaluateAll(pixels, model, residuals);
 }
