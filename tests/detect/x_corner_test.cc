@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "alidade/core/random.h"
-#include "alidade/detect/pyramid.h"
 
 namespace alidade {
 namespace {

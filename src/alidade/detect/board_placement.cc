@@ -11,10 +11,10 @@ using Eigen::Vector2d;
 
 // What is seen from the outermost line of corners outwards, over one square.
 struct OuterSquare {
-  bool is_dark = false;              ///< as the mesh's colours have it
-  bool is_bright_beyond = false;     ///< like a bright square or the margin, where the next square would be
-  bool is_dark_beyond = false;       ///< like a dark square there
-  bool ends_where_it_should = true;  ///< of dark squares: a step from the line, give or take
+  bool is_dark = false;  // as the mesh's colours have it
+  // What lies beyond is like the margin; a dark square also ends a step from the line, give or take.
+  bool closes = false;
+  bool continues = false;  // what lies beyond is like a square of the other colour
 };
 
 enum class Visibility { kSeen, kHidden, kOutside };
@@ -56,8 +56,10 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
   const double level_beyond = image.at(middle + beyond * outwards);
   // A cover, a sleeve or glare that is brighter than the middle is not yet a margin.
   constexpr double kAlike = 0.3;  // of the contrast; light changes along a square
-  square.is_bright_beyond = std::abs(level_beyond - bright) < kAlike * contrast;
-  square.is_dark_beyond = std::abs(level_beyond - dark) < kAlike * contrast;
+  const bool is_bright_beyond = std::abs(level_beyond - bright) < kAlike * contrast;
+  const bool is_dark_beyond = std::abs(level_beyond - dark) < kAlike * contrast;
+  square.continues = square.is_dark ? is_bright_beyond : is_dark_beyond;
+  square.closes = is_bright_beyond;
   if (square.is_dark) {
     // Nor does a cover end just where the square does.
     constexpr double kStep = 0.05;
@@ -66,7 +68,7 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
     const double half = 0.5 * (bright + dark);
     double end = kInside;
     while (end < beyond && image.at(middle + end * outwards) < half) end += kStep;
-    square.ends_where_it_should = end >= kMinEnd && end <= kMaxEnd;
+    square.closes = square.closes && end >= kMinEnd && end <= kMaxEnd;
   }
   return Visibility::kSeen;
 }
@@ -80,40 +82,33 @@ MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direct
   const int first = runs_along_j ? mesh.min().j : mesh.min().i;
   const int last = runs_along_j ? mesh.max().j : mesh.max().i;
   const auto node = [&](int k) { return runs_along_j ? MeshNode{line, k} : MeshNode{k, line}; };
-  int num_dark = 0;
-  int num_dark_end = 0;
-  int num_dark_turn = 0;
-  int num_bright = 0;
-  int num_bright_close = 0;
-  int num_bright_turn = 0;
+  // Of bright and of dark squares.
+  std::array<int, 2> num_seen{};
+  std::array<int, 2> num_closing{};
+  std::array<int, 2> num_continuing{};
   int num_outside = 0;
   for (int k = first; k < last; ++k) {
     OuterSquare square;
     const Visibility visibility = lookAtSquare(image, mesh, node(k), node(k + 1), direction, square);
     num_outside += visibility == Visibility::kOutside ? 1 : 0;
     if (visibility != Visibility::kSeen) continue;
-    if (square.is_dark) {
-      ++num_dark;
-      num_dark_end += square.is_bright_beyond && square.ends_where_it_should ? 1 : 0;
-      num_dark_turn += square.is_bright_beyond ? 1 : 0;
-    } else {
-      ++num_bright;
-      num_bright_close += square.is_bright_beyond ? 1 : 0;
-      num_bright_turn += square.is_dark_beyond ? 1 : 0;
-    }
+    const std::size_t colour = square.is_dark ? 1 : 0;
+    ++num_seen[colour];
+    num_closing[colour] += square.closes ? 1 : 0;
+    num_continuing[colour] += square.continues ? 1 : 0;
   }
   // Bright follows the dark squares either way, be it a square or the margin; what follows the bright ones
   // tells. Where dark follows dark (a shadow, the rim of the image circle) nothing can be told.
-  constexpr double kMost = 0.75;
+  const auto are_most = [&](const std::array<int, 2>& counts) {
+    constexpr double kMost = 0.75;
+    return counts[0] >= kMost * num_seen[0] && counts[1] >= kMost * num_seen[1];
+  };
   constexpr double kShareSeen = 0.5;
   const int num_squares = last - first;
-  const int num_seen = num_dark + num_bright;
-  const bool is_enough = num_dark > 0 && num_bright > 0 && num_seen >= std::min(3, num_squares);
-  if (is_enough && num_seen >= kShareSeen * num_squares && num_dark_end >= kMost * num_dark &&
-      num_bright_close >= kMost * num_bright)
-    return MeshSide::kCloses;
-  if (is_enough && num_dark_turn >= kMost * num_dark && num_bright_turn >= kMost * num_bright)
-    return MeshSide::kContinues;
+  const int num_all = num_seen[0] + num_seen[1];
+  const bool is_enough = num_seen[0] > 0 && num_seen[1] > 0 && num_all >= std::min(3, num_squares);
+  if (is_enough && num_all >= kShareSeen * num_squares && are_most(num_closing)) return MeshSide::kCloses;
+  if (is_enough && are_most(num_continuing)) return MeshSide::kContinues;
   return 2 * num_outside >= num_squares ? MeshSide::kOutside : MeshSide::kUnclear;
 }
 
@@ -156,11 +151,9 @@ std::array<int, 2> Placement::cell(const CornerMesh& mesh, MeshNode node) const 
 std::vector<Placement> possiblePlacements(const CornerMesh& mesh, const MeshSides& sides,
                                           const Checkerboard& board) {
   std::vector<Placement> placements;
-  const int along_i = mesh.max().i - mesh.min().i + 1;
-  const int along_j = mesh.max().j - mesh.min().j + 1;
   for (int turns = 0; turns < 4; ++turns) {
-    const int width = turns % 2 == 0 ? along_i : along_j;
-    const int height = turns % 2 == 0 ? along_j : along_i;
+    const int width = mesh.length(turns);
+    const int height = mesh.length(turns + 1);
     for (int row = 0; row + height <= board.rows; ++row) {
       for (int column = 0; column + width <= board.columns; ++column) {
         const std::array<bool, 4> touches = {column + width == board.columns, row + height == board.rows,

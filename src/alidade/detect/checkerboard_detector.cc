@@ -2,19 +2,20 @@
 #include "alidade/detect/checkerboard_detector.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 
 #include "alidade/core/error.h"
+#include "alidade/core/median.h"
 #include "alidade/detect/board_placement.h"
 #include "alidade/detect/corner_fit.h"
-#include "alidade/detect/corner_mesh.h"
 #include "alidade/detect/mesh_growth.h"
-#include "alidade/detect/pyramid.h"
-#include "alidade/detect/refined_mesh.h"
-#include "alidade/detect/x_corner.h"
 
 namespace alidade {
 namespace {
@@ -46,6 +47,15 @@ struct BoardCandidate {
   }
 };
 
+SeenGrid seenGrid(const BoardCandidate& candidate) {
+  const CornerMesh& mesh = candidate.mesh;
+  return {.columns = std::max(mesh.length(0), mesh.length(1)),
+          .rows = std::min(mesh.length(0), mesh.length(1)),
+          .num_corners = static_cast<int>(mesh.size()),
+          .is_closed = std::all_of(candidate.sides.begin(), candidate.sides.end(),
+                                   [](MeshSide side) { return side == MeshSide::kCloses; })};
+}
+
 // A mesh might also be a piece of another board, or of a pattern without end. It counts as this board where
 // enough of the border is seen.
 bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
@@ -59,12 +69,9 @@ bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
   // All corners, and not just as many as happen to fit into the image.
   if (share == 1.0)
     return num_closing >= 2 || (is_large && num(MeshSide::kOutside) + (num_closing > 0 ? 0 : 1) < 4);
-  const int along_i = candidate.mesh.max().i - candidate.mesh.min().i + 1;
-  const int along_j = candidate.mesh.max().j - candidate.mesh.min().j + 1;
-  const bool spans_board = std::max(along_i, along_j) == std::max(board.columns, board.rows) &&
-                           std::min(along_i, along_j) == std::min(board.columns, board.rows);
   constexpr double kNearlyAll = 0.75;
-  return num_closing >= 2 || (spans_board && share >= kNearlyAll && is_large && num_closing >= 1);
+  return num_closing >= 2 ||
+         (seenGrid(candidate).hasCountsOf(board) && share >= kNearlyAll && is_large && num_closing >= 1);
 }
 
 bool overlap(const BoardCandidate& a, const BoardCandidate& b) {
@@ -96,10 +103,6 @@ bool isOneOfSeveral(const std::vector<BoardCandidate>& candidates, const BoardCa
   });
 }
 
-int longestSide(const GrayImage& image) {
-  return std::max(image.size.width, image.size.height);
-}
-
 // Halved copies of an image, made when asked for. Level 0 is the caller's image.
 class Pyramid {
  public:
@@ -117,7 +120,7 @@ class Pyramid {
 
 std::vector<int> levelsToSearch(const GrayImage& image) {
   std::vector<int> levels;
-  const auto side = [&](int level) { return longestSide(image) >> level; };
+  const auto side = [&](int level) { return std::max(image.size.width, image.size.height) >> level; };
   int first = 0;
   while (side(first) > kFirstSearchPx) ++first;
   levels.push_back(first);
@@ -196,29 +199,16 @@ Detection refused(Detection detection, DetectionReason reason, std::string detai
   return detection;
 }
 
-SeenGrid seenGrid(const BoardCandidate& candidate) {
-  const CornerMesh& mesh = candidate.mesh;
-  const int along_i = mesh.max().i - mesh.min().i + 1;
-  const int along_j = mesh.max().j - mesh.min().j + 1;
-  return {.columns = std::max(along_i, along_j),
-          .rows = std::min(along_i, along_j),
-          .num_corners = static_cast<int>(mesh.size()),
-          .is_closed = std::all_of(candidate.sides.begin(), candidate.sides.end(),
-                                   [](MeshSide side) { return side == MeshSide::kCloses; })};
-}
-
 // Why a mesh does not go on the board in one way.
 Detection describeUnplaced(Detection detection, const BoardCandidate& candidate, const Checkerboard& board) {
   const SeenGrid& seen = *detection.seen;
   const std::string seen_counts = countsText(seen.columns, seen.rows);
   const std::string asked = countsText(board.columns, board.rows);
-  const int longer = std::max(board.columns, board.rows);
-  const int shorter = std::min(board.columns, board.rows);
   if (candidate.mesh.size() < kMinSeen) {
     detection.seen.reset();
     return refused(std::move(detection), DetectionReason::kNoBoard, "no checkerboard pattern found");
   }
-  if (seen.columns > longer || seen.rows > shorter) {
+  if (seen.columns > std::max(board.columns, board.rows) || seen.rows > std::min(board.columns, board.rows)) {
     return refused(
         std::move(detection), DetectionReason::kLargerBoard,
         "shows " + seen_counts + " inner corners, more in one direction than the expected " + asked);
@@ -227,7 +217,7 @@ Detection describeUnplaced(Detection detection, const BoardCandidate& candidate,
     return refused(std::move(detection), DetectionReason::kOtherBoard,
                    "shows a whole board of " + seen_counts + " inner corners, not " + asked);
   }
-  if (candidate.placements.empty() && seen.columns == longer && seen.rows == shorter) {
+  if (candidate.placements.empty() && seen.hasCountsOf(board)) {
     return refused(std::move(detection), DetectionReason::kLargerBoard,
                    "the squares continue beyond " + asked + " inner corners");
   }
@@ -275,6 +265,82 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
                                         : "the others are outside the image, covered or not clear enough");
 }
 
+// The corners of a mesh that could be refined, at their refined places.
+struct RefinedMesh {
+  CornerMesh mesh;
+  std::vector<std::pair<MeshNode, CornerFit>> fits;
+};
+
+// Refines every corner of `mesh`, whose pixels are those of `image`.
+RefinedMesh refineMesh(const GrayImage& image, const CornerMesh& mesh) {
+  RefinedMesh refined;
+  refined.mesh.origin_square_is_dark = mesh.origin_square_is_dark;
+  CornerFitter fitter;
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    const auto u = mesh.stepAt(node, 0);
+    const auto v = mesh.stepAt(node, 1);
+    if (!u || !v) return;
+    const auto fit = fitter.fit(image, {.pixel = corner.pixel, .step_u = *u, .step_v = *v});
+    if (!fit || (fit->contrast > 0) != mesh.squareIsDark(node)) return;
+    refined.mesh.insert(node, {.pixel = fit->pixel, .contrast = std::abs(fit->contrast)});
+    refined.fits.emplace_back(node, *fit);
+  });
+  return refined;
+}
+
+// All squares must be turned the same way round, and no corner may stand far from where its neighbours put
+// it.
+bool isRegular(const CornerMesh& mesh) {
+  bool is_regular = true;
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    const MeshCorner* right = mesh.find(step(node, 0));
+    const MeshCorner* below = mesh.find(step(node, 1));
+    if (right != nullptr && below != nullptr &&
+        !(crossProduct(right->pixel - corner.pixel, below->pixel - corner.pixel) > 0))
+      is_regular = false;
+    const auto predicted = mesh.predict(node);
+    const auto u = mesh.stepAt(node, 0);
+    const auto v = mesh.stepAt(node, 1);
+    constexpr double kMaxMisfit = 0.3;
+    if (predicted && u && v &&
+        (*predicted - corner.pixel).norm() > kMaxMisfit * std::min(u->norm(), v->norm()))
+      is_regular = false;
+  });
+  return is_regular;
+}
+
+// What the refined corners say of the view.
+ViewMeasures measure(const RefinedMesh& refined, ImageSize size) {
+  const auto median = [](std::vector<double> values) {
+    return values.empty() ? std::numeric_limits<double>::quiet_NaN() : medianOf(std::move(values));
+  };
+  std::vector<double> blurs;
+  std::vector<double> spacings;
+  std::vector<double> tilts;
+  double area = 0;
+  for (const auto& [node, fit] : refined.fits) {
+    blurs.push_back(fit.blur_px);
+    const auto u = refined.mesh.stepAt(node, 0);
+    const auto v = refined.mesh.stepAt(node, 1);
+    if (!u || !v) continue;
+    spacings.push_back(std::min(u->norm(), v->norm()));
+    Eigen::Matrix2d steps;
+    steps << *u, *v;
+    const Eigen::JacobiSVD<Eigen::Matrix2d> svd(steps);
+    tilts.push_back(std::acos(std::min(1.0, svd.singularValues()(1) / svd.singularValues()(0))));
+    const MeshCorner* here = refined.mesh.find(node);
+    const MeshCorner* right = refined.mesh.find(step(node, 0));
+    const MeshCorner* below = refined.mesh.find(step(node, 1));
+    const MeshCorner* across = refined.mesh.find(step(step(node, 0), 1));
+    if (right != nullptr && below != nullptr && across != nullptr)
+      area += 0.5 * std::abs(crossProduct(across->pixel - here->pixel, below->pixel - right->pixel));
+  }
+  return {.blur_px = median(blurs),
+          .spacing_px = median(spacings),
+          .area_share = area / (static_cast<double>(size.width) * size.height),
+          .tilt_deg = median(tilts) * 180 / std::numbers::pi};
+}
+
 Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate, const Checkerboard& board) {
   Detection detection;
   detection.seen = seenGrid(candidate);
@@ -316,6 +382,22 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
 }
 
 }  // namespace
+
+std::string_view reasonCode(DetectionReason reason) {
+  constexpr std::array<std::string_view, 14> kCodes = {
+      "found",          "partial",   "cut",     "no_board",  "unplaced",  "larger_board", "other_board",
+      "several_boards", "irregular", "blurred", "too_small", "duplicate", "unreadable",   "other_size"};
+  return kCodes[static_cast<std::size_t>(reason)];
+}
+
+bool givesCorners(DetectionReason reason) {
+  return reason == DetectionReason::kFound || reason == DetectionReason::kPartial ||
+         reason == DetectionReason::kCut;
+}
+
+bool SeenGrid::hasCountsOf(const Checkerboard& board) const {
+  return columns == std::max(board.columns, board.rows) && rows == std::min(board.columns, board.rows);
+}
 
 Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");

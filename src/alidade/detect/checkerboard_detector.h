@@ -43,6 +43,9 @@ struct SeenGrid {
   int rows = 0;
   int num_corners = 0;
   bool is_closed = false;  ///< the border of the board is visible on all sides, so the counts are exact
+
+  /// Either way round.
+  [[nodiscard]] bool hasCountsOf(const Checkerboard& board) const;
 };
 
 /// How well a board is visible. NaN if not measured.

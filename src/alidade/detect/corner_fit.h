@@ -10,6 +10,11 @@
 
 namespace alidade {
 
+/// Positive if b is clockwise of a, as the image is seen.
+[[nodiscard]] inline double crossProduct(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
 /// What is known of a corner before it is refined. Pixels; (0, 0) is the centre of the top left pixel.
 struct CornerGuess {
   Eigen::Vector2d pixel;  ///< within about a fifth of the spacing of the corner

@@ -43,28 +43,9 @@ void CornerMesh::erase(MeshNode node) {
 }
 
 void CornerMesh::shrink() {
-  MeshNode low = max_;
-  MeshNode high = min_;
-  for (int j = min_.j; j <= max_.j; ++j) {
-    for (int i = min_.i; i <= max_.i; ++i) {
-      if (find({i, j}) == nullptr) continue;
-      low = {std::min(low.i, i), std::min(low.j, j)};
-      high = {std::max(high.i, i), std::max(high.j, j)};
-    }
-  }
-  if (size_ == 0) {
-    *this = CornerMesh();
-    return;
-  }
-  if (low == min_ && high == max_) return;
   CornerMesh inner;
   inner.origin_square_is_dark = origin_square_is_dark;
-  inner.resize(low, high);
-  for (int j = low.j; j <= high.j; ++j) {
-    for (int i = low.i; i <= high.i; ++i) {
-      if (const MeshCorner* corner = find({i, j})) inner.insert({i, j}, *corner);
-    }
-  }
+  forEachNode(*this, [&](MeshNode node, const MeshCorner& corner) { inner.insert(node, corner); });
   *this = std::move(inner);
 }
 

@@ -46,6 +46,10 @@ class CornerMesh {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] MeshNode min() const { return min_; }  ///< of the nodes' bounding box
   [[nodiscard]] MeshNode max() const { return max_; }
+  /// Nodes of the bounding box along a direction.
+  [[nodiscard]] int length(int direction) const {
+    return 1 + (direction % 2 == 0 ? max_.i - min_.i : max_.j - min_.j);
+  }
   /// Draws the bounding box in to the nodes that are there.
   void shrink();
 
@@ -73,5 +77,15 @@ class CornerMesh {
   std::vector<std::optional<MeshCorner>> cells_;
   std::size_t size_ = 0;
 };
+
+/// Calls `visit(node, corner)` for every corner of `mesh`, row by row.
+template <class Visit>
+void forEachNode(const CornerMesh& mesh, Visit visit) {
+  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
+    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
+      if (const MeshCorner* corner = mesh.find({i, j})) visit(MeshNode{i, j}, *corner);
+    }
+  }
+}
 
 }  // namespace alidade

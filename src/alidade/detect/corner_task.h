@@ -17,10 +17,6 @@ inline constexpr double kMaxMoveShare = 0.35;
 inline constexpr double kMinCrossingDeg = 10;
 inline constexpr double kMinContrast = 4;  ///< grey levels
 
-[[nodiscard]] inline double crossProduct(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 /// What stays the same while one corner is refined.
 struct CornerTask {
   const GrayImage& image;

@@ -315,32 +315,31 @@ std::optional<MeshCorner> lookFor(const SmoothImage& image, const CornerMesh& me
 void dropMisfits(CornerMesh& mesh) {
   constexpr double kMaxMisfit = 0.25;  // of the spacing
   std::vector<MeshNode> misfits;
-  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
-    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
-      const MeshCorner* here = mesh.find({i, j});
-      if (here == nullptr) continue;
-      const auto predicted = mesh.predict({i, j});
-      if (predicted && (*predicted - here->pixel).norm() > kMaxMisfit * spacingAt(mesh, {i, j}))
-        misfits.push_back({i, j});
-    }
-  }
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    const auto predicted = mesh.predict(node);
+    if (predicted && (*predicted - corner.pixel).norm() > kMaxMisfit * spacingAt(mesh, node))
+      misfits.push_back(node);
+  });
   // One bad corner spoils the predictions of its neighbours, so only the worst cases where it stands alone
   // are clear; all are dropped, and completeMesh() finds the good ones again.
   for (const MeshNode node : misfits) mesh.erase(node);
 }
 
+// The nodes of a line that are there.
+std::vector<MeshNode> nodesOfLine(const CornerMesh& mesh, bool runs_along_i, int line) {
+  std::vector<MeshNode> nodes;
+  const int first = runs_along_i ? mesh.min().i : mesh.min().j;
+  const int last = runs_along_i ? mesh.max().i : mesh.max().j;
+  for (int k = first; k <= last; ++k) {
+    const MeshNode node = runs_along_i ? MeshNode{k, line} : MeshNode{line, k};
+    if (mesh.find(node) != nullptr) nodes.push_back(node);
+  }
+  return nodes;
+}
+
 // Takes away outermost lines that hold much fewer corners than the line before them.
 void dropStrayLines(CornerMesh& mesh) {
   constexpr double kFewest = 0.3;
-  const auto countLine = [&](bool runs_along_i, int line) {
-    int count = 0;
-    const int first = runs_along_i ? mesh.min().i : mesh.min().j;
-    const int last = runs_along_i ? mesh.max().i : mesh.max().j;
-    for (int k = first; k <= last; ++k) {
-      if (mesh.find(runs_along_i ? MeshNode{k, line} : MeshNode{line, k}) != nullptr) ++count;
-    }
-    return count;
-  };
   bool is_done = false;
   while (!is_done && mesh.size() > 0) {
     is_done = true;
@@ -348,11 +347,10 @@ void dropStrayLines(CornerMesh& mesh) {
       const int first = runs_along_i ? mesh.min().j : mesh.min().i;
       const int last = runs_along_i ? mesh.max().j : mesh.max().i;
       for (const auto& [line, inner] : {std::pair(first, first + 1), std::pair(last, last - 1)}) {
-        if (first == last || countLine(runs_along_i, line) >= kFewest * countLine(runs_along_i, inner))
-          continue;
-        const int begin = runs_along_i ? mesh.min().i : mesh.min().j;
-        const int end = runs_along_i ? mesh.max().i : mesh.max().j;
-        for (int k = begin; k <= end; ++k) mesh.erase(runs_along_i ? MeshNode{k, line} : MeshNode{line, k});
+        const std::vector<MeshNode> nodes = nodesOfLine(mesh, runs_along_i, line);
+        const auto num_inner = static_cast<double>(nodesOfLine(mesh, runs_along_i, inner).size());
+        if (first == last || static_cast<double>(nodes.size()) >= kFewest * num_inner) continue;
+        for (const MeshNode node : nodes) mesh.erase(node);
         is_done = false;
       }
     }

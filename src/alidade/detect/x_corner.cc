@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include <opencv2/imgproc.hpp>
+
 namespace alidade {
 namespace {
 
@@ -72,26 +74,12 @@ bool looksLikeCorner(const SmoothImage& image, int x, int y) {
   constexpr int kReach = 4;
   if (x < kReach || y < kReach || x >= image.size.width - kReach || y >= image.size.height - kReach)
     return true;
-  constexpr std::array<std::array<int, 2>, 16> kCircle = {{{4, 0},
-                                                           {4, 2},
-                                                           {3, 3},
-                                                           {2, 4},
-                                                           {0, 4},
-                                                           {-2, 4},
-                                                           {-3, 3},
-                                                           {-4, 2},
-                                                           {-4, 0},
-                                                           {-4, -2},
-                                                           {-3, -3},
-                                                           {-2, -4},
-                                                           {0, -4},
-                                                           {2, -4},
-                                                           {3, -3},
-                                                           {4, -2}}};
+  constexpr std::array kCircleX = {4, 4, 3, 2, 0, -2, -3, -4, -4, -4, -3, -2, 0, 2, 3, 4};
+  constexpr std::array kCircleY = {0, 2, 3, 4, 4, 4, 3, 2, 0, -2, -3, -4, -4, -4, -3, -2};
   const std::ptrdiff_t w = image.size.width;
   const std::uint16_t* here = image.row(y) + x;
   std::array<int, 16> level{};
-  for (std::size_t k = 0; k < 16; ++k) level[k] = here[kCircle[k][1] * w + kCircle[k][0]];
+  for (std::size_t k = 0; k < 16; ++k) level[k] = here[kCircleY[k] * w + kCircleX[k]];
   int alike = 0;   // differences of opposite pixels
   int unlike = 0;  // of pairs a quarter apart
   for (std::size_t k = 0; k < 8; ++k) alike += std::abs(level[k] - level[k + 8]);
@@ -157,6 +145,18 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
 }
 
 }  // namespace
+
+GrayImage halved(const GrayImage& image) {
+  GrayImage half{.size = {.width = image.size.width / 2, .height = image.size.height / 2}, .pixels = {}};
+  if (half.size.width == 0 || half.size.height == 0) return {};
+  half.pixels.resize(static_cast<std::size_t>(half.size.width) * static_cast<std::size_t>(half.size.height));
+  // OpenCV has no views of constant data; resize() does not write to its input.
+  const cv::Mat whole(image.size.height, image.size.width, CV_8UC1,
+                      const_cast<std::uint8_t*>(image.pixels.data()));
+  cv::Mat out(half.size.height, half.size.width, CV_8UC1, half.pixels.data());
+  cv::resize(whole(cv::Rect(0, 0, 2 * out.cols, 2 * out.rows)), out, out.size(), 0, 0, cv::INTER_AREA);
+  return half;
+}
 
 SmoothImage smoothed(const GrayImage& image) {
   const int width = image.size.width;
