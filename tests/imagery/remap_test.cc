@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "alidade/detect/corner_fit.h"
+#include "alidade/detect/corner/corner_fit.h"
 #include "alidade/imagery/undistortion_view.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"

@@ -13,9 +13,9 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
-#include "alidade/detect/board_placement.h"
-#include "alidade/detect/corner_fit.h"
-#include "alidade/detect/mesh_growth.h"
+#include "alidade/detect/board/board_placement.h"
+#include "alidade/detect/board/mesh_growth.h"
+#include "alidade/detect/corner/corner_fit.h"
 
 namespace alidade {
 namespace {

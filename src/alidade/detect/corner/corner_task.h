@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
-#include "alidade/detect/corner_fit.h"
-#include "alidade/detect/edge_window.h"
+#include "alidade/detect/corner/corner_fit.h"
+#include "alidade/detect/corner/edge_window.h"
 
 namespace alidade {
 

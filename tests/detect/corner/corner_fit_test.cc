@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/corner_fit.h"
+#include "alidade/detect/corner/corner_fit.h"
 
 #include <gmock/gmock.h>
 

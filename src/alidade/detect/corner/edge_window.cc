@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/edge_window.h"
+#include "alidade/detect/corner/edge_window.h"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
-#include "alidade/detect/edge_model.h"
+#include "alidade/detect/corner/edge_model.h"
 
 namespace alidade {
 

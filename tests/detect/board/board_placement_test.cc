@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/board_placement.h"
+#include "alidade/detect/board/board_placement.h"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/x_corner.h"
+#include "alidade/detect/board/x_corner.h"
 
 #include <gtest/gtest.h>
 

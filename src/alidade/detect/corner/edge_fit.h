@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "alidade/detect/edge_model.h"
+#include "alidade/detect/corner/edge_model.h"
 
 namespace alidade {
 

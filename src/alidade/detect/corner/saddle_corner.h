@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "alidade/detect/corner_fit.h"
-#include "alidade/detect/corner_task.h"
+#include "alidade/detect/corner/corner_fit.h"
+#include "alidade/detect/corner/corner_task.h"
 
 namespace alidade {
 

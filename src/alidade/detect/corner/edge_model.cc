@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/edge_model.h"
+#include "alidade/detect/corner/edge_model.h"
 
 #include <algorithm>
 #include <cmath>

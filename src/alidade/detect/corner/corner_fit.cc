@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/corner_fit.h"
+#include "alidade/detect/corner/corner_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "alidade/detect/corner_task.h"
-#include "alidade/detect/edge_fit.h"
-#include "alidade/detect/saddle_corner.h"
+#include "alidade/detect/corner/corner_task.h"
+#include "alidade/detect/corner/edge_fit.h"
+#include "alidade/detect/corner/saddle_corner.h"
 
 namespace alidade {
 namespace {

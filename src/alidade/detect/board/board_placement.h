@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "alidade/detect/corner_mesh.h"
-#include "alidade/detect/x_corner.h"
+#include "alidade/detect/board/corner_mesh.h"
+#include "alidade/detect/board/x_corner.h"
 #include "alidade/target/checkerboard.h"
 
 namespace alidade {

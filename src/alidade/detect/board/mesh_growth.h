@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "alidade/detect/corner_mesh.h"
-#include "alidade/detect/x_corner.h"
+#include "alidade/detect/board/corner_mesh.h"
+#include "alidade/detect/board/x_corner.h"
 
 namespace alidade {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/corner_mesh.h"
+#include "alidade/detect/board/corner_mesh.h"
 
 #include <algorithm>
 

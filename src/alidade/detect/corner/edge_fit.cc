@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/edge_fit.h"
+#include "alidade/detect/corner/edge_fit.h"
 
 #include <algorithm>
 #include <cmath>
