@@ -100,16 +100,11 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(PhotoSetTest);
 INSTANTIATE_TEST_SUITE_P(Photographs, PhotoSetTest, testing::ValuesIn(setsThatAreThere()),
                          [](const auto& set) { return set.param.name; });
 
-SourceImage load(const std::string& path) {
-  LoadedImage loaded = readGrayImage(path);
-  return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
-}
-
 std::vector<ImageOutcome> detectSet(const PhotoSet& set) {
   const std::vector<std::string> inputs = {set.pattern};
   const std::vector<std::string> images = listImages(inputs);
   EXPECT_EQ(static_cast<int>(images.size()), set.num_images);
-  return detectInImages(images, load, parseBoardSpec(set.board));
+  return detectInImages(images, readGrayImage, parseBoardSpec(set.board));
 }
 
 // Checks the order of a view's corners against the picture itself: rows clockwise of columns, squares of the

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include <fmt/format.h>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
@@ -188,46 +189,36 @@ Placement choosePlacement(const std::vector<Placement>& placements, const Corner
                            [&](const Placement& a, const Placement& b) { return merit(a) < merit(b); });
 }
 
-std::string countsText(int columns, int rows) {
-  return std::to_string(columns) + "x" + std::to_string(rows);
-}
-
 Detection refused(Detection detection, DetectionReason reason, std::string detail) {
   detection.reason = reason;
   detection.detail = std::move(detail);
-  detection.corners.clear();
   return detection;
 }
 
 // Why a mesh does not go on the board in one way.
 Detection describeUnplaced(Detection detection, const BoardCandidate& candidate, const Checkerboard& board) {
-  const SeenGrid& seen = *detection.seen;
-  const std::string seen_counts = countsText(seen.columns, seen.rows);
-  const std::string asked = countsText(board.columns, board.rows);
+  const SeenGrid seen = *detection.seen;
   if (candidate.mesh.size() < kMinSeen) {
     detection.seen.reset();
     return refused(std::move(detection), DetectionReason::kNoBoard, "no checkerboard pattern found");
   }
-  if (seen.columns > std::max(board.columns, board.rows) || seen.rows > std::min(board.columns, board.rows)) {
-    return refused(
-        std::move(detection), DetectionReason::kLargerBoard,
-        "shows " + seen_counts + " inner corners, more in one direction than the expected " + asked);
-  }
-  if (seen.is_closed) {
-    return refused(std::move(detection), DetectionReason::kOtherBoard,
-                   "shows a whole board of " + seen_counts + " inner corners, not " + asked);
-  }
-  if (candidate.placements.empty() && seen.hasCountsOf(board)) {
-    return refused(std::move(detection), DetectionReason::kLargerBoard,
-                   "the squares continue beyond " + asked + " inner corners");
-  }
-  if (candidate.placements.empty()) {
-    return refused(std::move(detection), DetectionReason::kOtherBoard,
-                   "shows part of a board, " + seen_counts + " inner corners, that does not fit " + asked);
-  }
-  return refused(std::move(detection), DetectionReason::kUnplaced,
-                 "shows part of a board, " + seen_counts +
-                     " inner corners; too little of its border is visible to identify the part");
+  const std::string counts = fmt::format("{}x{} inner corners", seen.columns, seen.rows);
+  const std::string asked = fmt::format("{}x{}", board.columns, board.rows);
+  const auto refuse = [&](DetectionReason reason, std::string detail) {
+    return refused(std::move(detection), reason, std::move(detail));
+  };
+  if (seen.columns > std::max(board.columns, board.rows) || seen.rows > std::min(board.columns, board.rows))
+    return refuse(DetectionReason::kLargerBoard,
+                  "shows " + counts + ", more in one direction than the expected " + asked);
+  if (seen.is_closed)
+    return refuse(DetectionReason::kOtherBoard, "shows a whole board of " + counts + ", not " + asked);
+  if (candidate.placements.empty() && seen.hasCountsOf(board))
+    return refuse(DetectionReason::kLargerBoard, "the squares continue beyond " + asked + " inner corners");
+  if (candidate.placements.empty())
+    return refuse(DetectionReason::kOtherBoard,
+                  "shows part of a board, " + counts + ", that does not fit " + asked);
+  return refuse(DetectionReason::kUnplaced, "shows part of a board, " + counts +
+                                                "; too little of its border is visible to identify the part");
 }
 
 // Names what hides the corners that were not found.
@@ -259,7 +250,7 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
   }
   const bool is_cut = num_outside > num_inside;
   detection.reason = is_cut ? DetectionReason::kCut : DetectionReason::kPartial;
-  detection.detail = std::to_string(num_found) + " of " + std::to_string(total) + " corners; " +
+  detection.detail = fmt::format("{} of {} corners; ", num_found, total) +
                      (num_outside == 0  ? "the others are covered or not clear enough"
                       : num_inside == 0 ? "the others are outside the image"
                                         : "the others are outside the image, covered or not clear enough");
@@ -355,9 +346,9 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
       static_cast<double>(refined.fits.size()) >= kMostShare * static_cast<double>(mesh.size());
   if (!most_refined || refined.fits.size() < kMinPlaced) {
     return refused(std::move(detection), DetectionReason::kBlurred,
-                   "the board is visible, but " + std::to_string(mesh.size() - refined.fits.size()) +
-                       " of its " + std::to_string(mesh.size()) +
-                       " corners are not clear enough to be located");
+                   fmt::format("the board is visible, but {} of its {} corners are not clear enough to be "
+                               "located",
+                               mesh.size() - refined.fits.size(), mesh.size()));
   }
   if (detection.measures.spacing_px < kMinSpacingPx) {
     return refused(std::move(detection), DetectionReason::kTooSmall,
@@ -388,11 +379,6 @@ std::string_view reasonCode(DetectionReason reason) {
       "found",          "partial",   "cut",     "no_board",  "unplaced",  "larger_board", "other_board",
       "several_boards", "irregular", "blurred", "too_small", "duplicate", "unreadable",   "other_size"};
   return kCodes[static_cast<std::size_t>(reason)];
-}
-
-bool givesCorners(DetectionReason reason) {
-  return reason == DetectionReason::kFound || reason == DetectionReason::kPartial ||
-         reason == DetectionReason::kCut;
 }
 
 bool SeenGrid::hasCountsOf(const Checkerboard& board) const {

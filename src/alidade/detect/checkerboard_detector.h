@@ -34,9 +34,6 @@ enum class DetectionReason {
 /// Stable name of a reason for files and JSON, such as "no_board".
 [[nodiscard]] std::string_view reasonCode(DetectionReason reason);
 
-/// True if an image with this reason gives corners.
-[[nodiscard]] bool givesCorners(DetectionReason reason);
-
 /// The pattern of squares in an image, which may differ from the expected board.
 struct SeenGrid {
   int columns = 0;  ///< inner corners along the longer side
@@ -62,12 +59,12 @@ struct ViewMeasures {
 struct Detection {
   DetectionReason reason = DetectionReason::kNoBoard;
   std::string detail;           ///< one sentence for the user; empty if all corners were found
-  std::vector<Corner> corners;  ///< in order of id, each with its sigma; empty unless givesCorners(reason)
+  std::vector<Corner> corners;  ///< in order of id, each with its sigma; empty unless hasCorners()
   ViewMeasures measures;
   std::optional<SeenGrid> seen;
 
   [[nodiscard]] bool found() const { return reason == DetectionReason::kFound; }
-  [[nodiscard]] bool hasCorners() const { return givesCorners(reason); }
+  [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
 };
 
 /// Finds a checkerboard in a grey image, whole or in part, and refines its corners (fitCorner). The search

@@ -11,14 +11,13 @@
 #include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
 
-SourceImage loadImage(const std::string& path) {
+LoadedImage loadImage(const std::string& path) {
   if (path.find_first_of("\r\n") != std::string::npos) {
     throw inputError(
         {.where = path,
@@ -26,8 +25,7 @@ SourceImage loadImage(const std::string& path) {
          .expected = "a name without line breaks, because corners files have one line per corner",
          .next_step = "rename it"});
   }
-  LoadedImage loaded = readGrayImage(path);
-  return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
+  return readGrayImage(path);
 }
 
 void noteOrientations(BoardSurvey& survey) {

@@ -34,6 +34,7 @@ constexpr double kApproachPx = 30;
 // Pixels this many blurs off a line still tell the grey levels on both sides.
 constexpr double kBandBlurs = 3.0;
 constexpr double kMinReachPx = 2.5;
+constexpr double kFewBlurs = 4;
 constexpr std::size_t kMinPixels = 50;
 
 // Expectations that only count where the pixels say little: curvature and shading are those of any lens and
@@ -188,25 +189,20 @@ class Refinement {
     window.reach_v = share - task_.marginShare(window.step_v.norm(), model[EdgeModel::kBlur1]);
     return window;
   }
-  [[nodiscard]] bool hasRoom(const EdgeModel& model, double share) const {
-    return windowFor(model, share).shorterReach() >= std::max(kMinReachPx, model.largerBlur());
-  }
-
-  [[nodiscard]] bool hasAmpleRoom(const EdgeModel& model, double share) const {
-    constexpr double kAmpleBlurs = 4;
-    return windowFor(model, share).shorterReach() >=
-           std::max(2 * kMinReachPx, kAmpleBlurs * model.largerBlur());
+  // Whether the window reaches as far along both lines, in pixels and in blurs.
+  [[nodiscard]] bool hasRoom(const EdgeModel& model, double share, double least_px,
+                             double least_blurs) const {
+    return windowFor(model, share).shorterReach() >= std::max(least_px, least_blurs * model.largerBlur());
   }
   // An edge shorter than some blurs hardly tells its place from its other properties.
   [[nodiscard]] bool isShort(const EdgeModel& model, double share) const {
-    constexpr double kShortBlurs = 4;
-    return windowFor(model, share).shorterReach() < std::max(kMinReachPx, kShortBlurs * model.largerBlur());
+    return !hasRoom(model, share, kMinReachPx, kFewBlurs);
   }
 
   // A fit in a window of half size `share`, from a model that is nearly right. Nothing if the window is too
   // small.
   [[nodiscard]] std::optional<WindowFit> fit(const EdgeModel& start, double share) {
-    if (!hasRoom(start, share)) return std::nullopt;
+    if (!hasRoom(start, share, kMinReachPx, 1)) return std::nullopt;
     const EdgeWindow window = windowFor(start, share);
     gatherBands(task_.image, window, task_.origin, start, kBandBlurs, pixels_);
     if (pixels_.size() < kMinPixels) return std::nullopt;
@@ -245,7 +241,7 @@ class Refinement {
       if (narrow && !(best && isAsGood(*best, *narrow))) best = narrow;
     }
     // Without a smaller window to judge it by, the full one counts only where there is no room for that.
-    if (!best && hasAmpleRoom(start, approach)) return std::nullopt;
+    if (!best && hasRoom(start, approach, 2 * kMinReachPx, kFewBlurs)) return std::nullopt;
     const std::optional<WindowFit> full = fit(best ? best->model : start, kFullShare);
     if (!best) return full;
     if (full && isAsGood(*full, *best)) return full;
@@ -315,7 +311,6 @@ CornerFit asFit(const CornerTask& task, const WindowFit& candidate) {
   const double sign = side1 * side2 > 0 ? -1 : 1;
   fit.contrast = sign * 2 * model[EdgeModel::kAmplitude] * model.shadeAtCorner();
   fit.window = candidate.window;
-  fit.method = CornerFitMethod::kEdgeModel;
   return fit;
 }
 

@@ -23,12 +23,8 @@ struct CornerGuess {
   Eigen::Vector2d step_v;  ///< the same along its rows
 };
 
-enum class CornerFitMethod {
-  kEdgeModel,  ///< two crossing edges, see EdgeModel
-  kSaddle,     ///< where there are too few pixels for that: the saddle of the grey levels, see findSaddle()
-};
-
-/// A refined corner.
+/// A refined corner: of two crossing edges, see EdgeModel, or, where there are too few pixels for that, the
+/// saddle of the grey levels.
 struct CornerFit {
   Eigen::Vector2d pixel;
   Eigen::Matrix2d covariance;  ///< px^2
@@ -38,7 +34,6 @@ struct CornerFit {
   /// step_u and step_v, seen from the corner, is dark, < 0 if it is bright.
   double contrast = 0;
   double window = 0;  ///< half of the window used, as a share of the steps
-  CornerFitMethod method = CornerFitMethod::kEdgeModel;
 };
 
 /// Refines the corners of checkerboards. An object keeps its buffers from corner to corner; each thread needs

@@ -125,7 +125,7 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
   // Images are stored in whole grey levels: no residuals are smaller than their rounding.
   constexpr double kLeastVariance = 1.0 / 12;
   constexpr double kMaxDamping = 1e7;
-  EdgeSolution solution{.model = start, .sums = {}, .converged = false, .num_evaluations = 1};
+  EdgeSolution solution{.model = start, .sums = {}, .converged = false};
   sumNormalEquations(pixels, start, solution.sums);
   addPrior(prior, start, solution.sums);
   holdAtBounds(start, options, solution.sums);
@@ -155,7 +155,6 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
     sumNormalEquations(pixels, trial, trial_sums);
     addPrior(prior, trial, trial_sums);
     holdAtBounds(trial, options, trial_sums);
-    ++solution.num_evaluations;
     if (trial_sums.cost < sums.cost) {
       damping = std::max(1e-7, 0.1 * damping);
       solution.model = trial;

@@ -33,7 +33,6 @@ struct EdgeSolution {
   EdgeModel model;
   NormalEquations sums;  ///< at the model
   bool converged = false;
-  int num_evaluations = 0;
 };
 
 /// Least squares from `start` by damped Gauss-Newton steps (Levenberg 1944, Marquardt 1963).

@@ -146,7 +146,6 @@ std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Ve
   fit.blur_px = task.crossing_sine * std::sqrt(std::abs(*contrast / twist) / std::numbers::pi);
   fit.contrast = *contrast;
   fit.window = kRadiusShare;
-  fit.method = CornerFitMethod::kSaddle;
   return fit;
 }
 
