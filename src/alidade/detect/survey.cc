@@ -83,14 +83,15 @@ void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<SurveyNote>&
 }
 
 bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b) {
+  if (a.empty() || a.size() != b.size()) return false;
   constexpr double kSamePx = 0.25;
   const double most = kSamePx * kSamePx * static_cast<double>(a.size());
   double sum = 0;
   for (std::size_t i = 0; i < a.size() && sum <= most; ++i) {
-    if (a.size() != b.size() || a[i].id != b[i].id) return false;
+    if (a[i].id != b[i].id) return false;
     sum += (a[i].pixel - b[i].pixel).squaredNorm();
   }
-  return !a.empty() && sum <= most;
+  return sum <= most;
 }
 
 void refuseDuplicates(std::span<ImageOutcome> outcomes) {
