@@ -16,9 +16,9 @@
 
 #include <Eigen/LU>
 
-#include "alidade/detect/corner_fit.h"
-#include "alidade/detect/edge_kernel.h"
-#include "alidade/detect/edge_window.h"
+#include "alidade/detect/corner/corner_fit.h"
+#include "alidade/detect/corner/edge_model.h"
+#include "alidade/detect/corner/edge_window.h"
 #include "support/board_photo.h"
 #include "support/degrade.h"
 

@@ -101,10 +101,6 @@ std::vector<std::string> writeTextures(const fs::path& folder, ImageSize size) {
   return paths;
 }
 
-SourceImage load(const std::string& path) {
-  return {.image = readGrayImage(path).image, .exif_orientation = 1};
-}
-
 bool opencvClassic(const std::string& path) {
   const cv::Mat image = cv::imread(path, cv::IMREAD_GRAYSCALE);
   std::vector<cv::Point2f> corners;
@@ -142,8 +138,9 @@ void compare(const char* what, const std::vector<std::string>& paths, ImageSize 
   };
   const double decode = each(
       7, nullptr, [](const std::string& path) { return !cv::imread(path, cv::IMREAD_GRAYSCALE).empty(); });
-  const double ours = each(
-      7, &found[0], [](const std::string& path) { return findBoard(load(path).image, kBoard).hasCorners(); });
+  const double ours = each(7, &found[0], [](const std::string& path) {
+    return findBoard(readGrayImage(path).image, kBoard).hasCorners();
+  });
   const double sectors = each(is_large ? 1 : 3, &found[1], opencvSectors);
   const double classic = each(is_large ? 1 : 3, &found[2], opencvClassic);
   std::printf("%4dx%-4d %-8s %8.2f %8.2f (%4.1f x) %9.1f (%5.1f x) %9.1f (%5.1f x)   %d %d %d of %zu\n",
@@ -157,7 +154,7 @@ double wallMilliseconds(const std::vector<std::string>& paths, int jobs) {
     const auto start = std::chrono::steady_clock::now();
     DetectImagesOptions options;
     options.num_jobs = jobs;
-    (void)detectInImages(paths, load, kBoard, options);
+    (void)detectInImages(paths, readGrayImage, kBoard, options);
     times.push_back(
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   }
@@ -183,7 +180,7 @@ int run(int num_memory_images) {
       std::fprintf(stderr, "run without an argument first: it writes the images\n");
       return 1;
     }
-    const auto outcomes = detectInImages(paths, load, kBoard);
+    const auto outcomes = detectInImages(paths, readGrayImage, kBoard);
     const auto num_found = std::count_if(outcomes.begin(), outcomes.end(),
                                          [](const ImageOutcome& o) { return o.detection.hasCorners(); });
     std::printf("%d images of 4000x3000, all threads: %ld found, peak memory %ld MB\n", num_memory_images,

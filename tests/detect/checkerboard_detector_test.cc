@@ -323,7 +323,7 @@ TEST(DetectCheckerboard, FindsNothingInImagesOfAnyOddShape) {
 TEST(DetectInImages, KeepsTheOrderAndReportsWhatCannotBeRead) {
   const RenderedSet set = rendered({.width = 640, .height = 480}, 3, 7);
   const std::vector<std::string> names = {"0", "broken", "2", "1"};
-  const auto load = [&](const std::string& name) -> SourceImage {
+  const auto load = [&](const std::string& name) -> LoadedImage {
     if (name == "broken") throw inputError({.where = name, .found = "nothing"});
     return {.image = set.images[std::stoul(name)], .exif_orientation = name == "2" ? 6 : 1};
   };

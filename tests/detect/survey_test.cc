@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/triage.h"
+#include "alidade/detect/survey.h"
 
 #include <gmock/gmock.h>
 

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/imagery/remap_table.h"
-#include "alidade/camera/camera_variant.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -14,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "alidade/camera/camera_variant.h"
+#include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
 #include "support/model_fixture.h"
 
@@ -68,7 +67,7 @@ Difference differenceFromProjection(const AnyCamera& camera, const OutputView& v
   return result;
 }
 
-constexpr double kPromisedPx = 1e-4;
+constexpr double kPromisedPx = 1e-9;
 
 // Far more than the camera sees; all that it sees; and the last corner of the image, enlarged.
 std::vector<OutputView> viewsOf(const AnyCamera& camera, ViewProjection projection) {
@@ -108,36 +107,6 @@ TYPED_TEST(RemapTableOfModel, AgreesWithTheProjectionOfEveryRay) {
   EXPECT_GT(sum.num_with_source, 10'000 * num_views / 3);
   EXPECT_GT(sum.num_at_border, 100 * num_views);
   this->RecordProperty("worst_px", std::to_string(sum.worst_px));
-}
-
-// A lens with a ring `width_px` wide at half its height, 500 px from the axis: the map is smooth but for it.
-AnyCamera cameraWithRing(double width_px, double height_px) {
-  const double f = 1000;
-  const double s0 = 0.25;                        // r^2 of the ring
-  const double half_width = 0.5 * width_px / f;  // of r; 2 r = 1, so of r^2 too
-  const double n = s0 * s0 + half_width * half_width;
-  const double k5 = -2 * s0 / n;
-  const double k6 = 1 / n;
-  // Radius r (1 + e s / D(s)) with D = ((s - s0)^2 + half_width^2) / n.
-  const double e = height_px / 500 / s0 * half_width * half_width / n;
-  return AnyCamera::make("rational", std::vector<double>{f, f, 959.5, 599.5, k5 + e, k6, 0, 0, 0, k5, k6, 0});
-}
-
-TEST(RemapTable, FollowsAnUnevennessThatFallsBetweenTheNodes) {
-  int num_rings = 0;
-  for (const auto& [width_px, height_px] :
-       {std::pair{20.0, 0.05}, {5.0, 0.05}, {1.0, 0.05}, {1.0, 0.002}, {0.7, 0.002}}) {
-    const AnyCamera camera = cameraWithRing(width_px, height_px);
-    const OutputView view{.size = {1200, 320}, .scale_px = {1000, 1000}, .axis_px = {599.5, 10.5}};
-    const auto on_ring = camera.project({0.5, 0, 1});
-    ASSERT_TRUE(on_ring.ok());
-    EXPECT_NEAR(on_ring.pixel.x() - 959.5, 500 + height_px, 0.1 * height_px) << "there is a ring";
-    const Difference d = differenceFromProjection(camera, view, makeRemapTable(camera, kTestImage, view));
-    EXPECT_EQ(d.num_wrong, 0u);
-    EXPECT_LE(d.worst_px, kPromisedPx) << width_px << " " << height_px;
-    ++num_rings;
-  }
-  EXPECT_EQ(num_rings, 5);
 }
 
 TEST(RemapTable, KeepsDigitsWhereTheViewIsMuchCoarserThanTheSource) {
@@ -210,25 +179,14 @@ TEST(RemapTable, DoesNotDependOnThreadsAndCanBeStopped) {
   const OutputView view = chooseView(camera, kSize, {.extent = ViewExtent::kAll, .size = {}}).view;
   const RemapTable one = makeRemapTable(camera, kSize, view, 1);
   const RemapTable three = makeRemapTable(camera, kSize, view, 3);
-  const auto same = [](const SourcePixel& a, const SourcePixel& b) {
-    return a.exists() == b.exists() && (!a.exists() || (a.x == b.x && a.y == b.y));
-  };
-  EXPECT_TRUE(
-      std::equal(one.pixels.begin(), one.pixels.end(), three.pixels.begin(), three.pixels.end(), same));
+  EXPECT_TRUE(std::equal(one.pixels.begin(), one.pixels.end(), three.pixels.begin(), three.pixels.end(),
+                         [](const SourcePixel& a, const SourcePixel& b) {
+                           return a.exists() == b.exists() && (!a.exists() || (a.x == b.x && a.y == b.y));
+                         }));
   EXPECT_GT(one.num_without_source, 0u);
   EXPECT_EQ(one.num_without_source, three.num_without_source);
   const CancelFlag cancel{true};
   EXPECT_THROW((void)makeRemapTable(camera, kSize, view, 1, &cancel), Cancelled);
-
-  RemapTable used = makeRemapTable(camera, kSize, {.size = {700, 500}, .scale_px = {9, 9}, .axis_px = {}}, 1);
-  fillRemapTable(camera, kSize, view, used, 2);
-  EXPECT_EQ(used.size, view.size);
-  EXPECT_EQ(used.num_without_source, one.num_without_source);
-  ASSERT_EQ(used.pixels.size(), one.pixels.size());
-  EXPECT_TRUE(std::equal(one.pixels.begin(), one.pixels.end(), used.pixels.begin(), same));
-  EXPECT_THROW(fillRemapTable(camera, kSize, view, used, 1, &cancel), Cancelled);
-  EXPECT_TRUE(used.pixels.empty()) << "and not half of each";
-  EXPECT_EQ(used.size, ImageSize{});
 }
 
 }  // namespace

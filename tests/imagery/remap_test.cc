@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "alidade/detect/corner_fit.h"
+#include "alidade/detect/corner/corner_fit.h"
 #include "alidade/imagery/undistortion_view.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
@@ -54,7 +54,14 @@ double sampleAt(const RasterImage& image, int x, int y, int c) {
   return samples[(static_cast<std::ptrdiff_t>(y) * image.size.width + x) * image.num_channels + c];
 }
 
-// Planes of grey levels come out exactly up to the rounding, whatever the channels, bits and kernel.
+// Source places are rounded to this.
+double roundedPlace(float place) {
+  constexpr double kSteps = 32;
+  return std::round(kSteps * static_cast<double>(place)) / kSteps;
+}
+
+// Planes of grey levels come out up to the rounding, whatever the channels and bits; the cubic kernel moves
+// them by up to a twentieth of a pixel between pixels.
 template <class Sample>
 int checkPlanes(double scale) {
   int num_checked = 0;
@@ -74,12 +81,15 @@ int checkPlanes(double scale) {
       double worst = 0;
       for (int y = 0; y < 25; ++y) {
         for (int x = 0; x < 30; ++x) {
+          const double source_x = roundedPlace(place(x, y).x);
+          const double source_y = roundedPlace(place(x, y).y);
           for (int c = 0; c < num_channels; ++c)
-            worst = std::max(
-                worst, std::abs(sampleAt<Sample>(out, x, y, c) - level(place(x, y).x, place(x, y).y, c)));
+            worst = std::max(worst, std::abs(sampleAt<Sample>(out, x, y, c) - level(source_x, source_y, c)));
         }
       }
-      EXPECT_LE(worst, 0.51) << num_channels;
+      const double per_pixel = 5 * scale;  // the sum of both slopes
+      EXPECT_LE(worst, 0.51 + (interpolation == Interpolation::kCubic ? 0.05 * per_pixel : 0))
+          << num_channels;
       ++num_checked;
     }
   }
@@ -91,24 +101,17 @@ TEST(Remap, ReproducesPlanesInAnyChannelsAndBits) {
   EXPECT_EQ(checkPlanes<std::uint16_t>(200), 8);
 }
 
-TEST(Remap, CubicReproducesParabolas) {
-  const auto level = [](double x, double y) {
-    return 1000 + 40 * (x - 12) * (x - 12) + 30 * (y - 9) * (x - 3);
-  };
+TEST(Remap, DoesNotDependOnThreads) {
+  // More rows than a strip has.
+  const ImageSize size{300, 500};
   const RasterImage image =
-      rasterOf<std::uint16_t>({24, 24}, 1, [&](int x, int y, int) { return level(x, y); });
-  const auto place = [](int x, int y) {
-    return SourcePixel{2.3F + 0.9F * static_cast<float>(x), 9.4F + 0.5F * static_cast<float>(y)};
-  };
-  const RasterImage out = remap(tableOf({24, 24}, {20, 20}, place), image, Interpolation::kCubic);
-  int num_checked = 0;
-  for (int y = 0; y < 20; ++y) {
-    for (int x = 0; x < 20; ++x) {
-      EXPECT_NEAR(sampleAt<std::uint16_t>(out, x, y, 0), level(place(x, y).x, place(x, y).y), 0.6);
-      ++num_checked;
-    }
-  }
-  EXPECT_EQ(num_checked, 400);
+      rasterOf<std::uint8_t>(size, 3, [](int x, int y, int c) { return (7 * x * y + 31 * c) % 256; });
+  const RemapTable table = tableOf(size, {400, 600}, [](int x, int y) {
+    return (x + y) % 5 == 0 ? kNowhere
+                            : SourcePixel{0.71F * static_cast<float>(x), 0.83F * static_cast<float>(y)};
+  });
+  for (const Interpolation interpolation : kInterpolations)
+    EXPECT_EQ(remap(table, image, interpolation, 1).bytes, remap(table, image, interpolation, 3).bytes);
 }
 
 TEST(Remap, IsBlackWithoutASourceAndOnlyThere) {
@@ -171,9 +174,10 @@ CornerErrors cornerErrors(ViewProjection projection, Interpolation interpolation
   options.min_fill = 0.7;
   CornerErrors errors;
   for (const SE3& camera_from_board : randomViews(camera, size, board, 2, random, options)) {
-    const GrayImage seen = renderBoard(camera, size, board, camera_from_board,
-                                       {.read_noise = 0, .full_well_electrons = 0, .samples = 233});
-    const GrayImage image = remap(table, seen, interpolation);
+    GrayImage seen = renderBoard(camera, size, board, camera_from_board,
+                                 {.read_noise = 0, .full_well_electrons = 0, .samples = 233});
+    const GrayImage image{view.size,
+                          remap(table, {.size = size, .bytes = std::move(seen.pixels)}, interpolation).bytes};
     std::vector<Eigen::Vector2d> truth;
     for (int id = 0; id < board.numCorners(); ++id) {
       const Eigen::Vector3d point = camera_from_board * board.corner(id);

@@ -100,22 +100,17 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(PhotoSetTest);
 INSTANTIATE_TEST_SUITE_P(Photographs, PhotoSetTest, testing::ValuesIn(setsThatAreThere()),
                          [](const auto& set) { return set.param.name; });
 
-SourceImage load(const std::string& path) {
-  LoadedImage loaded = readGrayImage(path);
-  return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
-}
-
 std::vector<ImageOutcome> detectSet(const PhotoSet& set) {
   const std::vector<std::string> inputs = {set.pattern};
   const std::vector<std::string> images = listImages(inputs);
   EXPECT_EQ(static_cast<int>(images.size()), set.num_images);
-  return detectInImages(images, load, parseBoardSpec(set.board));
+  return detectInImages(images, readGrayImage, parseBoardSpec(set.board));
 }
 
 // Checks the order of a view's corners against the picture itself: rows clockwise of columns, squares of the
 // colour that their place on the board has, no corner out of line. Returns how many squares were looked at.
 int checkOrder(const ImageOutcome& outcome, const Checkerboard& board) {
-  const GrayImage image = load(outcome.image).image;
+  const GrayImage image = readGrayImage(outcome.image).image;
   std::vector<const Corner*> by_id(static_cast<std::size_t>(board.numCorners()), nullptr);
   for (const Corner& corner : outcome.detection.corners) by_id[static_cast<std::size_t>(corner.id)] = &corner;
   double sum[2] = {0, 0};
@@ -255,7 +250,7 @@ TEST(Photographs, NoBoardIsFoundWhereThereIsNone) {
   const int num_images = static_cast<int>(images.size());
   const int crops_per_image = std::max(10, (kMinCrops + num_images - 1) / num_images);
   for (const std::string& path : images) {
-    const GrayImage image = load(path).image;
+    const GrayImage image = readGrayImage(path).image;
     for (int k = 0; k < crops_per_image; ++k) {
       const auto part = [&](int side) {
         return std::max(16, static_cast<int>(side * random.uniform(0.2, 1.0)));

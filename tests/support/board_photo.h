@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "alidade/core/random.h"
-#include "alidade/detect/corner_fit.h"
+#include "alidade/detect/corner/corner_fit.h"
 #include "alidade/simulate/render.h"
 #include "support/simulated_set.h"
 

@@ -2,19 +2,21 @@
 #include "alidade/detect/checkerboard_detector.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <numbers>
 #include <utility>
 
+#include <fmt/format.h>
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 
 #include "alidade/core/error.h"
-#include "alidade/detect/board_placement.h"
-#include "alidade/detect/corner_fit.h"
-#include "alidade/detect/corner_mesh.h"
-#include "alidade/detect/mesh_growth.h"
-#include "alidade/detect/pyramid.h"
-#include "alidade/detect/refined_mesh.h"
-#include "alidade/detect/x_corner.h"
+#include "alidade/core/median.h"
+#include "alidade/detect/board/board_placement.h"
+#include "alidade/detect/board/mesh_growth.h"
+#include "alidade/detect/corner/corner_fit.h"
 
 namespace alidade {
 namespace {
@@ -46,6 +48,15 @@ struct BoardCandidate {
   }
 };
 
+SeenGrid seenGrid(const BoardCandidate& candidate) {
+  const CornerMesh& mesh = candidate.mesh;
+  return {.columns = std::max(mesh.length(0), mesh.length(1)),
+          .rows = std::min(mesh.length(0), mesh.length(1)),
+          .num_corners = static_cast<int>(mesh.size()),
+          .is_closed = std::all_of(candidate.sides.begin(), candidate.sides.end(),
+                                   [](MeshSide side) { return side == MeshSide::kCloses; })};
+}
+
 // A mesh might also be a piece of another board, or of a pattern without end. It counts as this board where
 // enough of the border is seen.
 bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
@@ -59,12 +70,9 @@ bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
   // All corners, and not just as many as happen to fit into the image.
   if (share == 1.0)
     return num_closing >= 2 || (is_large && num(MeshSide::kOutside) + (num_closing > 0 ? 0 : 1) < 4);
-  const int along_i = candidate.mesh.max().i - candidate.mesh.min().i + 1;
-  const int along_j = candidate.mesh.max().j - candidate.mesh.min().j + 1;
-  const bool spans_board = std::max(along_i, along_j) == std::max(board.columns, board.rows) &&
-                           std::min(along_i, along_j) == std::min(board.columns, board.rows);
   constexpr double kNearlyAll = 0.75;
-  return num_closing >= 2 || (spans_board && share >= kNearlyAll && is_large && num_closing >= 1);
+  return num_closing >= 2 ||
+         (seenGrid(candidate).hasCountsOf(board) && share >= kNearlyAll && is_large && num_closing >= 1);
 }
 
 bool overlap(const BoardCandidate& a, const BoardCandidate& b) {
@@ -96,10 +104,6 @@ bool isOneOfSeveral(const std::vector<BoardCandidate>& candidates, const BoardCa
   });
 }
 
-int longestSide(const GrayImage& image) {
-  return std::max(image.size.width, image.size.height);
-}
-
 // Halved copies of an image, made when asked for. Level 0 is the caller's image.
 class Pyramid {
  public:
@@ -117,7 +121,7 @@ class Pyramid {
 
 std::vector<int> levelsToSearch(const GrayImage& image) {
   std::vector<int> levels;
-  const auto side = [&](int level) { return longestSide(image) >> level; };
+  const auto side = [&](int level) { return std::max(image.size.width, image.size.height) >> level; };
   int first = 0;
   while (side(first) > kFirstSearchPx) ++first;
   levels.push_back(first);
@@ -185,59 +189,36 @@ Placement choosePlacement(const std::vector<Placement>& placements, const Corner
                            [&](const Placement& a, const Placement& b) { return merit(a) < merit(b); });
 }
 
-std::string countsText(int columns, int rows) {
-  return std::to_string(columns) + "x" + std::to_string(rows);
-}
-
 Detection refused(Detection detection, DetectionReason reason, std::string detail) {
   detection.reason = reason;
   detection.detail = std::move(detail);
-  detection.corners.clear();
   return detection;
-}
-
-SeenGrid seenGrid(const BoardCandidate& candidate) {
-  const CornerMesh& mesh = candidate.mesh;
-  const int along_i = mesh.max().i - mesh.min().i + 1;
-  const int along_j = mesh.max().j - mesh.min().j + 1;
-  return {.columns = std::max(along_i, along_j),
-          .rows = std::min(along_i, along_j),
-          .num_corners = static_cast<int>(mesh.size()),
-          .is_closed = std::all_of(candidate.sides.begin(), candidate.sides.end(),
-                                   [](MeshSide side) { return side == MeshSide::kCloses; })};
 }
 
 // Why a mesh does not go on the board in one way.
 Detection describeUnplaced(Detection detection, const BoardCandidate& candidate, const Checkerboard& board) {
-  const SeenGrid& seen = *detection.seen;
-  const std::string seen_counts = countsText(seen.columns, seen.rows);
-  const std::string asked = countsText(board.columns, board.rows);
-  const int longer = std::max(board.columns, board.rows);
-  const int shorter = std::min(board.columns, board.rows);
+  const SeenGrid seen = *detection.seen;
   if (candidate.mesh.size() < kMinSeen) {
     detection.seen.reset();
     return refused(std::move(detection), DetectionReason::kNoBoard, "no checkerboard pattern found");
   }
-  if (seen.columns > longer || seen.rows > shorter) {
-    return refused(
-        std::move(detection), DetectionReason::kLargerBoard,
-        "shows " + seen_counts + " inner corners, more in one direction than the expected " + asked);
-  }
-  if (seen.is_closed) {
-    return refused(std::move(detection), DetectionReason::kOtherBoard,
-                   "shows a whole board of " + seen_counts + " inner corners, not " + asked);
-  }
-  if (candidate.placements.empty() && seen.columns == longer && seen.rows == shorter) {
-    return refused(std::move(detection), DetectionReason::kLargerBoard,
-                   "the squares continue beyond " + asked + " inner corners");
-  }
-  if (candidate.placements.empty()) {
-    return refused(std::move(detection), DetectionReason::kOtherBoard,
-                   "shows part of a board, " + seen_counts + " inner corners, that does not fit " + asked);
-  }
-  return refused(std::move(detection), DetectionReason::kUnplaced,
-                 "shows part of a board, " + seen_counts +
-                     " inner corners; too little of its border is visible to identify the part");
+  const std::string counts = fmt::format("{}x{} inner corners", seen.columns, seen.rows);
+  const std::string asked = fmt::format("{}x{}", board.columns, board.rows);
+  const auto refuse = [&](DetectionReason reason, std::string detail) {
+    return refused(std::move(detection), reason, std::move(detail));
+  };
+  if (seen.columns > std::max(board.columns, board.rows) || seen.rows > std::min(board.columns, board.rows))
+    return refuse(DetectionReason::kLargerBoard,
+                  "shows " + counts + ", more in one direction than the expected " + asked);
+  if (seen.is_closed)
+    return refuse(DetectionReason::kOtherBoard, "shows a whole board of " + counts + ", not " + asked);
+  if (candidate.placements.empty() && seen.hasCountsOf(board))
+    return refuse(DetectionReason::kLargerBoard, "the squares continue beyond " + asked + " inner corners");
+  if (candidate.placements.empty())
+    return refuse(DetectionReason::kOtherBoard,
+                  "shows part of a board, " + counts + ", that does not fit " + asked);
+  return refuse(DetectionReason::kUnplaced, "shows part of a board, " + counts +
+                                                "; too little of its border is visible to identify the part");
 }
 
 // Names what hides the corners that were not found.
@@ -269,10 +250,86 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
   }
   const bool is_cut = num_outside > num_inside;
   detection.reason = is_cut ? DetectionReason::kCut : DetectionReason::kPartial;
-  detection.detail = std::to_string(num_found) + " of " + std::to_string(total) + " corners; " +
+  detection.detail = fmt::format("{} of {} corners; ", num_found, total) +
                      (num_outside == 0  ? "the others are covered or not clear enough"
                       : num_inside == 0 ? "the others are outside the image"
                                         : "the others are outside the image, covered or not clear enough");
+}
+
+// The corners of a mesh that could be refined, at their refined places.
+struct RefinedMesh {
+  CornerMesh mesh;
+  std::vector<std::pair<MeshNode, CornerFit>> fits;
+};
+
+// Refines every corner of `mesh`, whose pixels are those of `image`.
+RefinedMesh refineMesh(const GrayImage& image, const CornerMesh& mesh) {
+  RefinedMesh refined;
+  refined.mesh.origin_square_is_dark = mesh.origin_square_is_dark;
+  CornerFitter fitter;
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    const auto u = mesh.stepAt(node, 0);
+    const auto v = mesh.stepAt(node, 1);
+    if (!u || !v) return;
+    const auto fit = fitter.fit(image, {.pixel = corner.pixel, .step_u = *u, .step_v = *v});
+    if (!fit || (fit->contrast > 0) != mesh.squareIsDark(node)) return;
+    refined.mesh.insert(node, {.pixel = fit->pixel, .contrast = std::abs(fit->contrast)});
+    refined.fits.emplace_back(node, *fit);
+  });
+  return refined;
+}
+
+// All squares must be turned the same way round, and no corner may stand far from where its neighbours put
+// it.
+bool isRegular(const CornerMesh& mesh) {
+  bool is_regular = true;
+  forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
+    const MeshCorner* right = mesh.find(step(node, 0));
+    const MeshCorner* below = mesh.find(step(node, 1));
+    if (right != nullptr && below != nullptr &&
+        !(crossProduct(right->pixel - corner.pixel, below->pixel - corner.pixel) > 0))
+      is_regular = false;
+    const auto predicted = mesh.predict(node);
+    const auto u = mesh.stepAt(node, 0);
+    const auto v = mesh.stepAt(node, 1);
+    constexpr double kMaxMisfit = 0.3;
+    if (predicted && u && v &&
+        (*predicted - corner.pixel).norm() > kMaxMisfit * std::min(u->norm(), v->norm()))
+      is_regular = false;
+  });
+  return is_regular;
+}
+
+// What the refined corners say of the view.
+ViewMeasures measure(const RefinedMesh& refined, ImageSize size) {
+  const auto median = [](std::vector<double> values) {
+    return values.empty() ? std::numeric_limits<double>::quiet_NaN() : medianOf(std::move(values));
+  };
+  std::vector<double> blurs;
+  std::vector<double> spacings;
+  std::vector<double> tilts;
+  double area = 0;
+  for (const auto& [node, fit] : refined.fits) {
+    blurs.push_back(fit.blur_px);
+    const auto u = refined.mesh.stepAt(node, 0);
+    const auto v = refined.mesh.stepAt(node, 1);
+    if (!u || !v) continue;
+    spacings.push_back(std::min(u->norm(), v->norm()));
+    Eigen::Matrix2d steps;
+    steps << *u, *v;
+    const Eigen::JacobiSVD<Eigen::Matrix2d> svd(steps);
+    tilts.push_back(std::acos(std::min(1.0, svd.singularValues()(1) / svd.singularValues()(0))));
+    const MeshCorner* here = refined.mesh.find(node);
+    const MeshCorner* right = refined.mesh.find(step(node, 0));
+    const MeshCorner* below = refined.mesh.find(step(node, 1));
+    const MeshCorner* across = refined.mesh.find(step(step(node, 0), 1));
+    if (right != nullptr && below != nullptr && across != nullptr)
+      area += 0.5 * std::abs(crossProduct(across->pixel - here->pixel, below->pixel - right->pixel));
+  }
+  return {.blur_px = median(blurs),
+          .spacing_px = median(spacings),
+          .area_share = area / (static_cast<double>(size.width) * size.height),
+          .tilt_deg = median(tilts) * 180 / std::numbers::pi};
 }
 
 Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate, const Checkerboard& board) {
@@ -289,9 +346,9 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
       static_cast<double>(refined.fits.size()) >= kMostShare * static_cast<double>(mesh.size());
   if (!most_refined || refined.fits.size() < kMinPlaced) {
     return refused(std::move(detection), DetectionReason::kBlurred,
-                   "the board is visible, but " + std::to_string(mesh.size() - refined.fits.size()) +
-                       " of its " + std::to_string(mesh.size()) +
-                       " corners are not clear enough to be located");
+                   fmt::format("the board is visible, but {} of its {} corners are not clear enough to be "
+                               "located",
+                               mesh.size() - refined.fits.size(), mesh.size()));
   }
   if (detection.measures.spacing_px < kMinSpacingPx) {
     return refused(std::move(detection), DetectionReason::kTooSmall,
@@ -316,6 +373,17 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
 }
 
 }  // namespace
+
+std::string_view reasonCode(DetectionReason reason) {
+  constexpr std::array<std::string_view, 14> kCodes = {
+      "found",          "partial",   "cut",     "no_board",  "unplaced",  "larger_board", "other_board",
+      "several_boards", "irregular", "blurred", "too_small", "duplicate", "unreadable",   "other_size"};
+  return kCodes[static_cast<std::size_t>(reason)];
+}
+
+bool SeenGrid::hasCountsOf(const Checkerboard& board) const {
+  return columns == std::max(board.columns, board.rows) && rows == std::min(board.columns, board.rows);
+}
 
 Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");

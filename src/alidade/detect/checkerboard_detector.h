@@ -34,15 +34,15 @@ enum class DetectionReason {
 /// Stable name of a reason for files and JSON, such as "no_board".
 [[nodiscard]] std::string_view reasonCode(DetectionReason reason);
 
-/// True if an image with this reason gives corners.
-[[nodiscard]] bool givesCorners(DetectionReason reason);
-
 /// The pattern of squares in an image, which may differ from the expected board.
 struct SeenGrid {
   int columns = 0;  ///< inner corners along the longer side
   int rows = 0;
   int num_corners = 0;
   bool is_closed = false;  ///< the border of the board is visible on all sides, so the counts are exact
+
+  /// Either way round.
+  [[nodiscard]] bool hasCountsOf(const Checkerboard& board) const;
 };
 
 /// How well a board is visible. NaN if not measured.
@@ -59,12 +59,12 @@ struct ViewMeasures {
 struct Detection {
   DetectionReason reason = DetectionReason::kNoBoard;
   std::string detail;           ///< one sentence for the user; empty if all corners were found
-  std::vector<Corner> corners;  ///< in order of id, each with its sigma; empty unless givesCorners(reason)
+  std::vector<Corner> corners;  ///< in order of id, each with its sigma; empty unless hasCorners()
   ViewMeasures measures;
   std::optional<SeenGrid> seen;
 
   [[nodiscard]] bool found() const { return reason == DetectionReason::kFound; }
-  [[nodiscard]] bool hasCorners() const { return givesCorners(reason); }
+  [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
 };
 
 /// Finds a checkerboard in a grey image, whole or in part, and refines its corners (fitCorner). The search

@@ -15,7 +15,7 @@ void useOneThreadPerImage() {
 }
 
 std::vector<ImageOutcome> detectInImages(std::span<const std::string> images,
-                                         const std::function<SourceImage(const std::string&)>& load,
+                                         const std::function<LoadedImage(const std::string&)>& load,
                                          const Checkerboard& board, const DetectImagesOptions& options) {
   std::vector<ImageOutcome> outcomes(images.size());
   std::mutex mutex;
@@ -25,7 +25,7 @@ std::vector<ImageOutcome> detectInImages(std::span<const std::string> images,
       [&](std::size_t i) {
         ImageOutcome& outcome = outcomes[i];
         outcome.image = images[i];
-        SourceImage source;
+        LoadedImage source;
         try {
           source = load(images[i]);
           outcome.size = source.image.size;

@@ -9,14 +9,9 @@
 
 #include "alidade/core/cancel.h"
 #include "alidade/detect/checkerboard_detector.h"
+#include "alidade/imagery/image_file.h"
 
 namespace alidade {
-
-/// An image from a reader, with its orientation tag.
-struct SourceImage {
-  GrayImage image;
-  int exif_orientation = 1;  ///< 1 = upright; other values are ignored, pixels are as stored
-};
 
 /// The outcome for one image.
 struct ImageOutcome {
@@ -45,7 +40,7 @@ void useOneThreadPerImage();
 /// with reason kUnreadable; the others are still processed.
 /// @throws Cancelled
 [[nodiscard]] std::vector<ImageOutcome> detectInImages(
-    std::span<const std::string> images, const std::function<SourceImage(const std::string&)>& load,
+    std::span<const std::string> images, const std::function<LoadedImage(const std::string&)>& load,
     const Checkerboard& board, const DetectImagesOptions& options = {});
 
 }  // namespace alidade

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 namespace alidade {
@@ -36,17 +36,13 @@ void write(cv::Mat& canvas, const std::string& text, const Vector2d& at, double 
 }
 
 std::string summary(const Detection& detection) {
-  std::string text = std::string(reasonCode(detection.reason));
+  const std::string_view reason = reasonCode(detection.reason);
   if (detection.hasCorners()) {
-    char measures[120];
-    std::snprintf(measures, sizeof measures, ": %zu corners, blur %.2f px, squares %.0f px, tilt %.0f deg",
-                  detection.corners.size(), detection.measures.blur_px, detection.measures.spacing_px,
-                  detection.measures.tilt_deg);
-    text += measures;
-  } else if (!detection.detail.empty()) {
-    text += ": " + detection.detail;
+    return fmt::format("{}: {} corners, blur {:.2f} px, squares {:.0f} px, tilt {:.0f} deg", reason,
+                       detection.corners.size(), detection.measures.blur_px, detection.measures.spacing_px,
+                       detection.measures.tilt_deg);
   }
-  return text;
+  return fmt::format("{}{}{}", reason, detection.detail.empty() ? "" : ": ", detection.detail);
 }
 
 }  // namespace

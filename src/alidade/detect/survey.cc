@@ -5,18 +5,19 @@
 #include <map>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "alidade/core/error.h"
+#include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/detect/triage.h"
-#include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
 
-SourceImage loadImage(const std::string& path) {
+LoadedImage loadImage(const std::string& path) {
   if (path.find_first_of("\r\n") != std::string::npos) {
     throw inputError(
         {.where = path,
@@ -24,8 +25,7 @@ SourceImage loadImage(const std::string& path) {
          .expected = "a name without line breaks, because corners files have one line per corner",
          .next_step = "rename it"});
   }
-  LoadedImage loaded = readGrayImage(path);
-  return {.image = std::move(loaded.image), .exif_orientation = loaded.exif_orientation};
+  return readGrayImage(path);
 }
 
 void noteOrientations(BoardSurvey& survey) {
@@ -40,35 +40,123 @@ void noteOrientations(BoardSurvey& survey) {
   }
 }
 
-std::string sizesText(const SurveyNote& note) {
-  return "images of " + std::string(note.images.size() == 1 ? "two" : "several") +
-         " different sizes were given; only the " + std::to_string(note.num_used) + " of " +
-         sizeText(note.size) + " are used";
-}
-
-std::string blurText(const SurveyNote& note, const BoardSurvey& survey) {
+// The names of a note's images, the first few of many.
+std::string namesText(const SurveyNote& note, const BoardSurvey& survey) {
   constexpr std::size_t kMaxNamed = 5;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < std::min(note.images.size(), kMaxNamed); ++i)
     names.push_back(survey.outcomes[note.images[i]].image);
   const std::size_t num_more = note.images.size() - names.size();
-  return "much more blurred than the others: " + join(names, ", ") +
-         (num_more > 0 ? " and " + std::to_string(num_more) + " more" : "");
+  return join(names, ", ") + (num_more > 0 ? fmt::format(" and {} more", num_more) : "");
 }
 
-std::string orientationText(const SurveyNote& note) {
-  const bool is_one = note.images.size() == 1;
-  return std::to_string(note.images.size()) + (is_one ? " image has" : " images have") +
-         " an Exif orientation (" + describeExifOrientation(note.exif_orientation) +
-         "); it is ignored, and the camera file applies to the pixels as stored";
+void withdraw(Detection& detection, DetectionReason reason, std::string detail) {
+  detection.reason = reason;
+  detection.detail = std::move(detail);
+  detection.corners.clear();
 }
 
-std::string ambiguityText(const Checkerboard& board) {
-  const std::string turned = board.symmetryStep() == 1 ? "90, 180 or 270" : "180";
-  return "a board of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) +
-         " inner corners looks the same after a rotation by " + turned +
-         " degrees, so the first corner may differ between images. This is harmless for one camera, but not "
-         "for several. A board with one even and one odd count avoids it";
+void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
+  const bool any_corners =
+      std::any_of(outcomes.begin(), outcomes.end(), [](const auto& o) { return o.detection.hasCorners(); });
+  // Images without the board have no say in its size, unless there are no others.
+  std::vector<ImageSize> sizes;
+  std::vector<std::size_t> voters;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const Detection& detection = outcomes[i].detection;
+    const bool is_readable = detection.reason != DetectionReason::kUnreadable;
+    if (!(any_corners ? detection.hasCorners() : is_readable)) continue;
+    sizes.push_back(outcomes[i].size);
+    voters.push_back(i);
+  }
+  const SizeGroups groups = groupBySize(sizes);
+  for (ImageOutcome& outcome : outcomes) {
+    if (outcome.detection.reason == DetectionReason::kUnreadable || outcome.size == groups.size) continue;
+    withdraw(outcome.detection, DetectionReason::kOtherSize,
+             "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
+  }
+  if (groups.others.empty()) return;
+  SurveyNote note{
+      .kind = SurveyNote::Kind::kSeveralSizes, .size = groups.size, .num_used = groups.in_group.size()};
+  for (const std::size_t k : groups.others) note.images.push_back(voters[k]);
+  notes.push_back(std::move(note));
+}
+
+bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b) {
+  if (a.empty() || a.size() != b.size()) return false;
+  constexpr double kSamePx = 0.25;
+  const double most = kSamePx * kSamePx * static_cast<double>(a.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size() && sum <= most; ++i) {
+    if (a[i].id != b[i].id) return false;
+    sum += (a[i].pixel - b[i].pixel).squaredNorm();
+  }
+  return sum <= most;
+}
+
+void refuseDuplicates(std::span<ImageOutcome> outcomes) {
+  for (auto outcome = outcomes.begin(); outcome != outcomes.end(); ++outcome) {
+    const auto original = std::find_if(outcomes.begin(), outcome, [&](const ImageOutcome& other) {
+      return showSame(other.detection.corners, outcome->detection.corners);
+    });
+    if (original == outcome) continue;
+    outcome->same_as = static_cast<std::size_t>(original - outcomes.begin());
+    withdraw(outcome->detection, DetectionReason::kDuplicate, "shows the same as " + original->image);
+  }
+}
+
+void refuseUnclosed(std::span<ImageOutcome> outcomes, const std::string& detail) {
+  for (ImageOutcome& outcome : outcomes) {
+    Detection& detection = outcome.detection;
+    const bool is_sure = detection.seen && detection.seen->is_closed;
+    if (detection.hasCorners() && !is_sure) withdraw(detection, DetectionReason::kOtherBoard, detail);
+  }
+}
+
+void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
+  int num_with_corners = 0;
+  int num_all_lines = 0;
+  std::map<std::pair<int, int>, int> counts;
+  for (const ImageOutcome& outcome : outcomes) {
+    const Detection& detection = outcome.detection;
+    if (!detection.hasCorners() || !detection.seen) continue;
+    ++num_with_corners;
+    num_all_lines += detection.seen->hasCountsOf(board) ? 1 : 0;
+    ++counts[{detection.seen->columns, detection.seen->rows}];
+  }
+  const auto hint = diagnoseBoard(outcomes, board);
+  if (hint && hint->is_closed && hint->num_images > num_all_lines) {
+    return refuseUnclosed(outcomes, fmt::format("may show part of the board of {}x{} inner corners that is "
+                                                "completely visible in other images",
+                                                hint->columns, hint->rows));
+  }
+  constexpr int kEnoughImages = 3;
+  if (num_all_lines > 0 || num_with_corners < kEnoughImages) return;
+  const auto commonest = std::max_element(counts.begin(), counts.end(),
+                                          [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (2 * commonest->second <= num_with_corners) return;
+  refuseUnclosed(outcomes,
+                 fmt::format("no image shows all rows and columns of a board with {}x{} inner "
+                             "corners; most show {}x{}",
+                             board.columns, board.rows, commonest->first.first, commonest->first.second));
+}
+
+// Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
+void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
+  constexpr double kFactor = 2.5;
+  constexpr double kSharpPx = 1.5;  // nobody minds less
+  std::vector<double> blurs;
+  for (const ImageOutcome& outcome : outcomes) {
+    if (outcome.detection.hasCorners()) blurs.push_back(outcome.detection.measures.blur_px);
+  }
+  if (blurs.empty()) return;
+  const double limit = std::max(kSharpPx, kFactor * medianOf(std::move(blurs)));
+  SurveyNote note{.kind = SurveyNote::Kind::kBlurred};
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    if (outcomes[i].detection.hasCorners() && outcomes[i].detection.measures.blur_px > limit)
+      note.images.push_back(i);
+  }
+  if (!note.images.empty()) notes.push_back(std::move(note));
 }
 
 }  // namespace
@@ -121,17 +209,30 @@ Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
   const auto told = [](std::string id, std::string cause) {
     return Diagnosis{.severity = Severity::kNote, .id = std::move(id), .cause = std::move(cause)};
   };
+  const std::size_t count = note.images.size();
+  const Checkerboard& board = survey.board;
   switch (note.kind) {
     case SurveyNote::Kind::kSeveralSizes:
-      return told("several_sizes", sizesText(note));
+      return told("several_sizes",
+                  fmt::format("images of {} different sizes were given; only the {} of {} are used",
+                              count == 1 ? "two" : "several", note.num_used, sizeText(note.size)));
     case SurveyNote::Kind::kBlurred:
-      return told("blurred_images", blurText(note, survey));
+      return told("blurred_images", "much more blurred than the others: " + namesText(note, survey));
     case SurveyNote::Kind::kExifOrientation:
-      return told("exif_orientation", orientationText(note));
+      return told("exif_orientation",
+                  fmt::format("{} {} an Exif orientation ({}); it is ignored, and the camera file applies to "
+                              "the pixels as stored",
+                              count, count == 1 ? "image has" : "images have",
+                              describeExifOrientation(note.exif_orientation)));
     case SurveyNote::Kind::kAmbiguousBoard:
-      return told("ambiguous_board", ambiguityText(survey.board));
+      return told(
+          "ambiguous_board",
+          fmt::format("a board of {}x{} inner corners looks the same after a rotation by {} degrees, "
+                      "so the first corner may differ between images. This is harmless for one "
+                      "camera, but not for several. A board with one even and one odd count avoids it",
+                      board.columns, board.rows, board.symmetryStep() == 1 ? "90, 180 or 270" : "180"));
     case SurveyNote::Kind::kOtherBoard:
-      return told("other_board", hintText(note.hint.value(), survey.board));
+      return told("other_board", hintText(note.hint.value(), board));
   }
   return {};
 }
@@ -141,10 +242,9 @@ std::string hintText(const BoardHint& hint, const Checkerboard& asked) {
   const bool is_upright = asked.columns < asked.rows;
   const int columns = is_upright ? hint.rows : hint.columns;
   const int rows = is_upright ? hint.columns : hint.rows;
-  std::string text = std::to_string(hint.num_images) +
-                     (hint.num_images == 1 ? " image shows " : " images show ") +
-                     (hint.is_closed ? "" : "at least ") + std::to_string(columns) + "x" +
-                     std::to_string(rows) + " inner corners";
+  std::string text = fmt::format("{} {} {}{}x{} inner corners", hint.num_images,
+                                 hint.num_images == 1 ? "image shows" : "images show",
+                                 hint.is_closed ? "" : "at least ", columns, rows);
   if (columns + 1 == asked.columns && rows + 1 == asked.rows) text += "; did you count squares?";
   if (columns - 1 == asked.columns && rows - 1 == asked.rows)
     text += "; did you leave out one line of corners in each direction?";
@@ -152,6 +252,41 @@ std::string hintText(const BoardHint& hint, const Checkerboard& asked) {
           specText({.columns = columns, .rows = rows, .square_m = asked.square_m}) +
           (hint.is_closed ? " if that is your board" : " if that is the whole board");
   return text;
+}
+
+std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
+  std::vector<SurveyNote> notes;
+  refuseOtherSizes(outcomes, notes);
+  refusePartsOfAnother(outcomes, board);
+  refuseDuplicates(outcomes);
+  noteBlurred(outcomes, notes);
+  return notes;
+}
+
+std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Checkerboard& asked) {
+  // A board that was seen but not used for what it looks like is no other board.
+  const auto speaks = [&](const Detection& detection) {
+    return (detection.reason == DetectionReason::kUnplaced ||
+            detection.reason == DetectionReason::kLargerBoard ||
+            detection.reason == DetectionReason::kOtherBoard) &&
+           detection.seen && !detection.seen->hasCountsOf(asked);
+  };
+  std::optional<BoardHint> best;
+  for (const bool is_closed : {true, false}) {
+    std::map<std::pair<int, int>, int> counts;
+    for (const ImageOutcome& outcome : outcomes) {
+      const Detection& detection = outcome.detection;
+      if (!speaks(detection) || detection.seen->is_closed != is_closed) continue;
+      ++counts[{detection.seen->columns, detection.seen->rows}];
+    }
+    for (const auto& [size, count] : counts) {
+      if (best && count <= best->num_images) continue;
+      best =
+          BoardHint{.columns = size.first, .rows = size.second, .num_images = count, .is_closed = is_closed};
+    }
+    if (best) break;
+  }
+  return best;
 }
 
 }  // namespace alidade

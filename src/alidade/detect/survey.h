@@ -66,6 +66,11 @@ struct BoardSurvey {
 [[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,
                                        const DetectImagesOptions& options = {});
 
+/// Looks at the images of one camera together and takes the corners from those that must not be used, see
+/// surveyImages(). Images much more blurred than the others keep their corners and are named.
+/// @param outcomes  in natural order of their names
+std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board);
+
 /// Why an image does not give every corner, with the stable name of the reason; std::nullopt if it does.
 [[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
 [[nodiscard]] Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey);

@@ -18,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include <boost/algorithm/string/predicate.hpp>
+
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/image_container.h"
@@ -121,17 +123,21 @@ struct SampleRange {
 
 /// What all but the least and the greatest 0.1 % of the finite samples span, so that a hot or dead pixel does
 /// not decide. Images of up to 1000 pixels lose none.
-template <class Sample>
 SampleRange robustRange(const cv::Mat& image) {
   constexpr std::size_t kMaxSamples = 1'000'000;  // of larger images, every k-th pixel
   constexpr double kTail = 0.001;
   const std::size_t step = (image.total() + kMaxSamples - 1) / kMaxSamples;
   const auto num_columns = static_cast<std::size_t>(image.cols);
-  std::vector<Sample> samples;
+  std::vector<double> samples;
   samples.reserve(std::min(image.total(), kMaxSamples));
-  for (std::size_t i = 0; i < image.total(); i += step) {
-    const Sample sample = image.ptr<Sample>(static_cast<int>(i / num_columns))[i % num_columns];
-    if (std::isfinite(static_cast<double>(sample))) samples.push_back(sample);
+  std::vector<double> row;
+  std::size_t i = 0;
+  for (int y = 0; y < image.rows; ++y) {
+    const std::size_t begin = static_cast<std::size_t>(y) * num_columns;
+    image.row(y).convertTo(row, CV_64F);
+    for (; i < begin + num_columns; i += step) {
+      if (std::isfinite(row[i - begin])) samples.push_back(row[i - begin]);
+    }
   }
   if (samples.empty()) return {};
   const std::size_t last = samples.size() - 1;
@@ -139,52 +145,31 @@ SampleRange robustRange(const cv::Mat& image) {
   const auto low = samples.begin() + static_cast<std::ptrdiff_t>(tail);
   const auto high = samples.begin() + static_cast<std::ptrdiff_t>(last - tail);
   std::nth_element(samples.begin(), low, samples.end());
-  const auto low_value = static_cast<double>(*low);
+  const double low_value = *low;
   std::nth_element(low, high, samples.end());
-  return {.low = low_value, .high = static_cast<double>(*high)};
-}
-
-/// Values far apart (doubles) must not overflow in their difference, hence the halves.
-template <class Sample>
-void scaleTo8Bits(const cv::Mat& image, std::uint8_t* out) {
-  const auto [low, high] = robustRange<Sample>(image);
-  const double half_range = high / 2 - low / 2;
-  for (int y = 0; y < image.rows; ++y) {
-    for (const Sample sample : std::span(image.ptr<Sample>(y), static_cast<std::size_t>(image.cols))) {
-      const double share = (static_cast<double>(sample) / 2 - low / 2) / half_range;
-      // Samples out of the range are clamped; neither comparison holds for NaN.
-      *out++ = share >= 1.0 ? 255 : share > 0.0 ? static_cast<std::uint8_t>(std::lround(share * 255.0)) : 0;
-    }
-  }
+  return {.low = low_value, .high = *high};
 }
 
 GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
+  if (image.channels() != 1 || image.depth() > CV_64F)
+    throw imageError(path, "samples that cannot be converted to grey", "convert the image to an 8-bit PNG");
   GrayImage gray{.size = {image.cols, image.rows}, .pixels = std::vector<std::uint8_t>(image.total())};
+  if (image.depth() == CV_8U) {
+    image.copyTo(cv::Mat(image.size(), CV_8UC1, gray.pixels.data()));
+    return gray;
+  }
+  const auto [low, high] = robustRange(image);
+  // Values far apart (doubles) must not overflow in their difference, hence the halves.
+  const double half_range = high / 2 - low / 2;
   std::uint8_t* out = gray.pixels.data();
-  switch (image.type()) {
-    case CV_8UC1:
-      for (int y = 0; y < image.rows; ++y) out = std::copy_n(image.ptr<std::uint8_t>(y), image.cols, out);
-      break;
-    case CV_8SC1:
-      scaleTo8Bits<std::int8_t>(image, out);
-      break;
-    case CV_16UC1:
-      scaleTo8Bits<std::uint16_t>(image, out);
-      break;
-    case CV_16SC1:
-      scaleTo8Bits<std::int16_t>(image, out);
-      break;
-    case CV_32SC1:
-      scaleTo8Bits<std::int32_t>(image, out);
-      break;
-    case CV_32FC1:
-      scaleTo8Bits<float>(image, out);
-      break;
-    case CV_64FC1:
-      scaleTo8Bits<double>(image, out);
-      break;
-    default:
-      throw imageError(path, "samples that cannot be converted to grey", "convert the image to an 8-bit PNG");
+  std::vector<double> row;
+  for (int y = 0; y < image.rows; ++y) {
+    image.row(y).convertTo(row, CV_64F);
+    for (const double sample : row) {
+      const double share = (sample / 2 - low / 2) / half_range;
+      // Samples out of the range are clamped; neither comparison holds for NaN.
+      *out++ = share >= 1.0 ? 255 : share > 0.0 ? static_cast<std::uint8_t>(std::lround(share * 255.0)) : 0;
+    }
   }
   return gray;
 }
@@ -244,6 +229,15 @@ RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
   return raster;
 }
 
+/// An image as the codecs take it.
+cv::Mat pixelsOf(ImageSize size, int type, const std::vector<std::uint8_t>& bytes) {
+  // OpenCV has no view of constant data; imencode does not write to it.
+  const cv::Mat stored(size.height, size.width, type, const_cast<std::uint8_t*>(bytes.data()));
+  expect(!bytes.empty() && bytes.size() == stored.total() * stored.elemSize(),
+         "an image has all its samples");
+  return withRedAndBlueSwapped(stored);
+}
+
 void writeEncoded(const std::string& path, const std::string& extension, const cv::Mat& image,
                   const std::vector<int>& options) {
   std::vector<std::uint8_t> encoded;
@@ -276,21 +270,13 @@ LoadedRaster readImage(const std::string& path) {
 }
 
 bool hasJpegName(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return extension == ".jpg" || extension == ".jpeg";
+  return boost::iends_with(path, ".jpg") || boost::iends_with(path, ".jpeg");
 }
 
 void writeImage(const std::string& path, const RasterImage& image) {
-  expect(image.numPixels() > 0 && image.bytes.size() == image.numPixels() * image.bytesPerPixel(),
-         "an image has all its samples");
   expect(image.num_channels != 2, "an image file has 1, 3 or 4 channels");
   const int depth = image.bits_per_sample == 8 ? CV_8U : CV_16U;
-  const cv::Mat stored(image.size.height, image.size.width, CV_MAKETYPE(depth, image.num_channels),
-                       const_cast<std::uint8_t*>(image.bytes.data()));
-  const cv::Mat pixels = withRedAndBlueSwapped(stored);
+  const cv::Mat pixels = pixelsOf(image.size, CV_MAKETYPE(depth, image.num_channels), image.bytes);
   if (!hasJpegName(path)) return writeEncoded(path, ".png", pixels, {});
   if (depth != CV_8U || image.num_channels == 4) {
     throw inputError({.where = path,
@@ -303,20 +289,11 @@ void writeImage(const std::string& path, const RasterImage& image) {
 }
 
 void writeGrayPng(const std::string& path, const GrayImage& image) {
-  const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
-  expect(!image.empty() && image.pixels.size() == num_pixels, "an image has one byte a pixel");
-  // OpenCV has no view of constant data; imencode does not write to it.
-  writeEncoded(path, ".png",
-               {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())},
-               {});
+  writeEncoded(path, ".png", pixelsOf(image.size, CV_8UC1, image.pixels), {});
 }
 
 void writeColorPng(const std::string& path, const ColorImage& image) {
-  const auto num_pixels = static_cast<std::size_t>(std::int64_t{image.size.width} * image.size.height);
-  expect(!image.rgb.empty() && image.rgb.size() == 3 * num_pixels, "an image has three bytes a pixel");
-  const cv::Mat rgb(image.size.height, image.size.width, CV_8UC3,
-                    const_cast<std::uint8_t*>(image.rgb.data()));
-  writeEncoded(path, ".png", withRedAndBlueSwapped(rgb), {});
+  writeEncoded(path, ".png", pixelsOf(image.size, CV_8UC3, image.rgb), {});
 }
 
 std::string describeExifOrientation(int orientation) {

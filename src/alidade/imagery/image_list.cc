@@ -11,6 +11,8 @@
 #include <string_view>
 #include <system_error>
 
+#include <boost/algorithm/string/predicate.hpp>
+
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
@@ -24,13 +26,9 @@ constexpr std::array<std::string_view, 10> kImageExtensions = {".jpg",  ".jpeg",
                                                                ".tiff", ".pgm",  ".ppm", ".pnm", ".webp"};
 constexpr std::array<std::string_view, 5> kVideoExtensions = {".mp4", ".avi", ".mov", ".mkv", ".webm"};
 
-template <std::size_t kCount>
-bool hasExtension(const fs::path& path, const std::array<std::string_view, kCount>& extensions) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+bool hasExtension(const fs::path& path, std::span<const std::string_view> extensions) {
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](std::string_view extension) { return boost::iends_with(path.native(), extension); });
 }
 
 bool isFolder(const fs::path& path) {

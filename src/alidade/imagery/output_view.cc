@@ -17,15 +17,7 @@ constexpr double kPole = std::numbers::pi / 2;
 }  // namespace
 
 std::string_view projectionName(ViewProjection projection) {
-  switch (projection) {
-    case ViewProjection::kRectilinear:
-      return "rectilinear";
-    case ViewProjection::kCylindrical:
-      return "cylindrical";
-    case ViewProjection::kEquirectangular:
-      return "equirectangular";
-  }
-  return {};
+  return projectionNames()[static_cast<std::size_t>(projection)];
 }
 
 const std::vector<std::string>& projectionNames() {
@@ -34,10 +26,8 @@ const std::vector<std::string>& projectionNames() {
 }
 
 ViewProjection projectionOf(std::string_view name) {
-  for (const ViewProjection projection :
-       {ViewProjection::kRectilinear, ViewProjection::kCylindrical, ViewProjection::kEquirectangular}) {
-    if (projectionName(projection) == name) return projection;
-  }
+  const auto at = std::find(projectionNames().begin(), projectionNames().end(), name);
+  if (at != projectionNames().end()) return static_cast<ViewProjection>(at - projectionNames().begin());
   throw usageError({.where = "projection",
                     .found = "'" + std::string(name) + "'",
                     .expected = "one of " + join(projectionNames(), ", "),

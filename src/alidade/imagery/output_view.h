@@ -22,7 +22,7 @@ enum class ViewProjection {
 
 /// "rectilinear", "cylindrical", "equirectangular"
 [[nodiscard]] std::string_view projectionName(ViewProjection projection);
-[[nodiscard]] const std::vector<std::string>& projectionNames();
+[[nodiscard]] const std::vector<std::string>& projectionNames();  ///< in the order of ViewProjection
 /// @throws Error (kUsage) for an unknown name
 [[nodiscard]] ViewProjection projectionOf(std::string_view name);
 

@@ -5,8 +5,6 @@
 
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/camera_node.h"
-#include "alidade/files/yaml_node.h"
 #include "alidade/files/yaml_writer.h"
 
 namespace alidade {
@@ -14,7 +12,6 @@ namespace {
 
 using detail::flowMap;
 using detail::writeEntries;
-using detail::YamlNode;
 
 void writeSelfCheck(YAML::Emitter& out, const OutputView& view) {
   out << YAML::BeginSeq;
@@ -26,39 +23,6 @@ void writeSelfCheck(YAML::Emitter& out, const OutputView& view) {
     }
   }
   out << YAML::EndSeq;
-}
-
-void checkRays(const YamlNode& node, const OutputView& view) {
-  constexpr double kRounding = 1e-9;
-  for (const YamlNode& item : node.items()) {
-    item.allowKeys({"pixel", "ray"});
-    const std::vector<double> pixel = item.at("pixel").numbers(2);
-    const std::vector<double> ray = item.at("ray").numbers(3);
-    const auto computed = view.rayFromPixel({pixel[0], pixel[1]});
-    if (computed && (computed->normalized() - Eigen::Vector3d(ray[0], ray[1], ray[2])).norm() <= kRounding)
-      continue;
-    throw item.error("a ray that does not match its pixel", "the ray computed from the numbers above",
-                     "a number in the file was changed or lost; create the file again");
-  }
-}
-
-OutputView readView(const YamlNode& root) {
-  const YamlNode name = root.at("projection");
-  OutputView view{.size = detail::readImageSize(root.at("image_size"))};
-  try {
-    view.projection = projectionOf(name.text());
-  } catch (const Error&) {
-    view.projection = ViewProjection::kRectilinear;
-  }
-  if (view.projection == ViewProjection::kRectilinear)
-    throw name.error("'" + name.text() + "'", "cylindrical or equirectangular");
-  const YamlNode step = root.at("radians_per_pixel");
-  if (!(step.number() > 0)) throw step.error(step.text(), "a positive number");
-  view.scale_px.setConstant(1 / step.number());
-  const YamlNode axis = root.at("axis_pixel");
-  axis.allowKeys({"u", "v"});
-  view.axis_px = {axis.at("u").number(), axis.at("v").number()};
-  return view;
 }
 
 }  // namespace
@@ -85,18 +49,6 @@ std::string projectionFileText(const ProjectionFile& file) {
 
 void writeProjectionFile(const std::string& path, const ProjectionFile& file) {
   writeFileAtomically(path, projectionFileText(file));
-}
-
-ProjectionFile parseProjectionFile(const std::string& text, const std::string& name) {
-  const YamlNode root = YamlNode::parse(text, name);
-  root.allowKeys({"alidade_projection", "projection", "image_size", "radians_per_pixel", "axis_pixel",
-                  "self_check", "created_by"});
-  const YamlNode version = root.at("alidade_projection");
-  if (version.integer() != 1) throw version.error("format version " + version.text(), "1");
-  ProjectionFile file{.view = readView(root), .created_by = {}};
-  if (const auto n = root.find("self_check")) checkRays(*n, file.view);
-  if (const auto n = root.find("created_by")) file.created_by = n->text();
-  return file;
 }
 
 }  // namespace alidade

@@ -20,8 +20,4 @@ struct ProjectionFile {
 /// Writes atomically. @throws Error (kInput)
 void writeProjectionFile(const std::string& path, const ProjectionFile& file);
 
-/// Reads text strictly, as camera files are read, and recomputes the self check; `name` stands for the file
-/// in messages. @throws Error (kInput)
-[[nodiscard]] ProjectionFile parseProjectionFile(const std::string& text, const std::string& name);
-
 }  // namespace alidade

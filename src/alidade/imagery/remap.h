@@ -1,20 +1,59 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
-#include "alidade/imagery/remap_table.h"
+#include "alidade/imagery/output_view.h"
 
 namespace alidade {
 
-enum class Interpolation {
-  kLinear,  ///< between the four pixels around
-  kCubic,   ///< through the 16 around, by Keys' kernel (a = -1/2): sharper, may overshoot at edges
+/// Where in a source image a pixel of an output image comes from. Pixel (0, 0) is the centre of the top left
+/// pixel.
+struct SourcePixel {
+  float x = 0;
+  float y = 0;
+
+  /// False where the output shows nothing of the source; both coordinates are NaN then.
+  [[nodiscard]] bool exists() const { return x == x; }
 };
 
-/// The output image of a table: for each pixel the source's samples at its place, in the same number of
-/// channels and bits. Pixels without a source are 0 in all channels. The outer half of the source's border
-/// pixels takes the border's own value, so that nothing dark mixes in there. Places are used as they are,
-/// without rounding to fractions of a pixel.
+/// The source pixels of all pixels of an output image, rows one after another.
+struct RemapTable {
+  ImageSize source_size;
+  ImageSize size;
+  std::vector<SourcePixel> pixels;
+  std::size_t num_without_source = 0;
+
+  [[nodiscard]] const SourcePixel& at(int x, int y) const {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+/// Projects the ray of each pixel of `view` by `camera`. No source has a pixel without a ray, a ray that the
+/// camera does not see (behind it, beyond a fold, out of its domain), and one that falls outside of the image
+/// [-0.5, width - 0.5) x [-0.5, height - 0.5).
+/// @param num_jobs  threads; 0: one a processor. The table does not depend on it.
+/// @throws Cancelled once `cancel` is raised
+[[nodiscard]] RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size,
+                                        const OutputView& view, int num_jobs = 1,
+                                        const CancelFlag* cancel = nullptr);
+
+enum class Interpolation {
+  kLinear,  ///< between the four pixels around
+  kCubic,   ///< cubic convolution (a = -3/4) of the 16 around: sharper, may overshoot at edges
+};
+
+/// Sides of the images that remap() takes and makes, in pixels.
+inline constexpr int kMaxRemapSide = 32766;
+
+/// The output image of a table by cv::remap(): for each pixel the source's samples at its place, in the same
+/// number of channels and bits. Pixels without a source are 0 in all channels. Beyond the outer pixels'
+/// centres the border repeats, so that nothing dark mixes in there. Places are rounded to 1/32 pixel.
 ///
 /// Where the output has less resolution than the source nothing is averaged: fine patterns may alias.
 /// @param image  of the table's source size, with samples of 8 or 16 bits
@@ -22,9 +61,5 @@ enum class Interpolation {
 /// @throws std::logic_error for another image
 [[nodiscard]] RasterImage remap(const RemapTable& table, const RasterImage& image,
                                 Interpolation interpolation, int num_jobs = 1);
-
-/// The same for an 8-bit grey image.
-[[nodiscard]] GrayImage remap(const RemapTable& table, const GrayImage& image, Interpolation interpolation,
-                              int num_jobs = 1);
 
 }  // namespace alidade

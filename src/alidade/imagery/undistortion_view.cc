@@ -10,7 +10,11 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/imagery/remap.h"
 
 namespace alidade {
 namespace {
@@ -20,34 +24,9 @@ using Eigen::Vector3d;
 
 const double kMaxTangent = std::tan(kMaxTangentAngleRad);
 
-struct AxisView {
-  Vector2d pixel;
-  Vector2d focal_px;
-};
-
-// Where the axis appears, and the pixels per radian there. Not the parameters fx and fy, which some models
-// share out with their lens.
-AxisView viewOfAxis(const AnyCamera& camera) {
-  std::array<double, 6> J{};
-  const Projection axis = camera.project(Vector3d::UnitZ(), J.data(), nullptr);
-  if (axis.ok() && J[0] > 0 && J[4] > 0) return {axis.pixel, {J[0], J[4]}};
-  throw inputError({.where = "camera",
-                    .found = "a camera that cannot project its optical axis",
-                    .expected = "a camera that sees along its axis",
-                    .next_step = "run alidade validate for details"});
-}
-
-// Whether a place on the plane is one to lay out an image on.
-bool isWithinLimits(ViewProjection projection, const Vector2d& plane) {
-  switch (projection) {
-    case ViewProjection::kRectilinear:
-      return plane.norm() <= kMaxTangent;
-    case ViewProjection::kCylindrical:
-      return std::abs(plane.x()) <= std::numbers::pi && std::abs(plane.y()) <= kMaxTangent;
-    case ViewProjection::kEquirectangular:
-      return std::abs(plane.x()) <= std::numbers::pi && std::abs(plane.y()) <= std::numbers::pi / 2;
-  }
-  return false;
+// How far from the axis an image may be laid out on the plane of a view that is not rectilinear.
+Vector2d limitsOf(ViewProjection projection) {
+  return {std::numbers::pi, projection == ViewProjection::kCylindrical ? kMaxTangent : std::numbers::pi / 2};
 }
 
 Vector2d middleOf(ImageSize size) {
@@ -63,9 +42,19 @@ OutputView centredView(ViewProjection projection, ImageSize size, double scale_p
 
 OutputView sameScale(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,
                      ImageSize size) {
-  const AxisView axis = viewOfAxis(camera);
+  // The pixels per radian where the axis appears. Not the parameters fx and fy, which some models share out
+  // with their lens.
+  std::array<double, 6> J{};
+  const Projection axis = camera.project(Vector3d::UnitZ(), J.data(), nullptr);
+  if (!axis.ok() || !(J[0] > 0 && J[4] > 0)) {
+    throw inputError({.where = "camera",
+                      .found = "a camera that cannot project its optical axis",
+                      .expected = "a camera that sees along its axis",
+                      .next_step = "run alidade validate for details"});
+  }
   const double resize = static_cast<double>(size.width) / source_size.width;
-  OutputView view{.projection = projection, .size = size, .scale_px = resize * axis.focal_px, .axis_px = {}};
+  OutputView view{
+      .projection = projection, .size = size, .scale_px = resize * Vector2d(J[0], J[4]), .axis_px = {}};
   if (projection != ViewProjection::kRectilinear)
     view.scale_px.setConstant(std::sqrt(view.scale_px.x() * view.scale_px.y()));
   // What the size adds or takes away of the height is shared by top and bottom.
@@ -127,12 +116,9 @@ ViewChoice validView(const AnyCamera& camera, ImageSize source_size, ViewProject
   // The largest units of the plane per pixel at which the whole window is within the limits.
   double limit = std::numeric_limits<double>::infinity();
   for (const Vector2d& offset : offsets) {
-    const Vector2d d = offset.cwiseAbs();
-    const double to_limit = projection == ViewProjection::kRectilinear ? kMaxTangent / d.norm()
-                            : projection == ViewProjection::kCylindrical
-                                ? std::min(std::numbers::pi / d.x(), kMaxTangent / d.y())
-                                : std::min(std::numbers::pi / d.x(), std::numbers::pi / 2 / d.y());
-    limit = std::min(limit, to_limit);
+    limit = std::min(limit, projection == ViewProjection::kRectilinear
+                                ? kMaxTangent / offset.norm()
+                                : limitsOf(projection).cwiseQuotient(offset.cwiseAbs()).minCoeff());
   }
   double best = limit;
   for (const Vector2d& offset : offsets) {
@@ -159,13 +145,10 @@ ViewChoice validView(const AnyCamera& camera, ImageSize source_size, ViewProject
 
 // The part of the plane that source pixels fill.
 struct PlaneBox {
-  Vector2d low = Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Vector2d high = Vector2d::Constant(-std::numeric_limits<double>::infinity());
+  Eigen::AlignedBox2d shown;
   int num_shown = 0;
   int num_cut = 0;
 };
-
-enum class Shown : std::uint8_t { kNoRay, kCut, kShown };
 
 // What becomes of a source pixel; its place on the plane if it is shown.
 struct SourceNode {
@@ -194,16 +177,18 @@ bool needsAllPixels(const std::array<const SourceNode*, 4>& corners) {
 PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, ViewProjection projection) {
   constexpr int kStride = 16;
   PlaneBox box;
-  const auto look = [&](int x, int y) {
+  const auto is_within_limits = [&](const Vector2d& plane) {
+    if (projection == ViewProjection::kRectilinear) return plane.norm() <= kMaxTangent;
+    return (plane.cwiseAbs().array() <= limitsOf(projection).array()).all();
+  };
+  const auto look = [&](const Vector2d& pixel) {
     SourceNode node;
-    const auto ray = camera.unproject({x, y});
+    const auto ray = camera.unproject(pixel);
     if (!ray) return node;
     node.has_ray = true;
     node.plane = planeFromRay(projection, *ray);
-    if (node.plane && !isWithinLimits(projection, *node.plane)) node.plane.reset();
-    if (!node.plane) return node;
-    box.low = box.low.cwiseMin(*node.plane);
-    box.high = box.high.cwiseMax(*node.plane);
+    if (node.plane && !is_within_limits(*node.plane)) node.plane.reset();
+    if (node.plane) box.shown.extend(*node.plane);
     return node;
   };
   const auto places = [](int length) {
@@ -217,23 +202,16 @@ PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, ViewProjection projec
   std::vector<std::vector<SourceNode>> nodes(ys.size(), std::vector<SourceNode>(xs.size()));
   for (std::size_t j = 0; j < ys.size(); ++j) {
     for (std::size_t i = 0; i < xs.size(); ++i) {
-      const SourceNode& node = nodes[j][i] = look(xs[i], ys[j]);
+      const SourceNode& node = nodes[j][i] = look(Vector2d(xs[i], ys[j]));
       if (node.has_ray) ++(node.plane ? box.num_shown : box.num_cut);
     }
   }
-  for (int x = 0; x < size.width; ++x) {
-    look(x, 0);
-    look(x, size.height - 1);
-  }
-  for (int y = 0; y < size.height; ++y) {
-    look(0, y);
-    look(size.width - 1, y);
-  }
+  for (const Vector2d& offset : borderOffsets(size)) look(middleOf(size) + offset);
   for (std::size_t j = 1; j < ys.size(); ++j) {
     for (std::size_t i = 1; i < xs.size(); ++i) {
       if (!needsAllPixels({&nodes[j - 1][i - 1], &nodes[j - 1][i], &nodes[j][i - 1], &nodes[j][i]})) continue;
       for (int y = ys[j - 1]; y <= ys[j]; ++y) {
-        for (int x = xs[i - 1]; x <= xs[i]; ++x) look(x, y);
+        for (int x = xs[i - 1]; x <= xs[i]; ++x) look(Vector2d(x, y));
       }
     }
   }
@@ -243,7 +221,7 @@ PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, ViewProjection projec
 ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,
                      ImageSize size) {
   const PlaneBox box = boxOfAll(camera, source_size, projection);
-  const Vector2d extent = box.high - box.low;
+  const Vector2d extent = box.shown.sizes();
   if (!(extent.minCoeff() > 0)) {
     throw inputError({.where = "camera",
                       .found = "almost no pixel with a ray that this projection can show",
@@ -254,7 +232,7 @@ ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProject
   const double scale =
       (1 - kMargin) * std::min((size.width - 1) / extent.x(), (size.height - 1) / extent.y());
   OutputView view = centredView(projection, size, scale);
-  view.axis_px -= scale * 0.5 * (box.low + box.high);
+  view.axis_px -= scale * box.shown.center();
   return {.view = view,
           .cut_share = static_cast<double>(box.num_cut) / std::max(1, box.num_shown + box.num_cut),
           .is_limited_by_projection = box.num_cut > 0};
@@ -264,13 +242,18 @@ ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProject
 
 ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size, const ViewRequest& request) {
   const ImageSize size = request.size.value_or(source_size);
-  constexpr int kMaxSide = 65535;
   constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-  if (std::min(size.width, size.height) < 2 || std::max(size.width, size.height) > kMaxSide ||
+  const std::string max_side = std::to_string(kMaxRemapSide);
+  if (std::max(source_size.width, source_size.height) > kMaxRemapSide) {
+    throw inputError({.where = "image size of the camera",
+                      .found = sizeText(source_size),
+                      .expected = "sides of at most " + max_side + " pixels"});
+  }
+  if (std::min(size.width, size.height) < 2 || std::max(size.width, size.height) > kMaxRemapSide ||
       std::int64_t{size.width} * size.height > kMaxPixels) {
     throw usageError({.where = "output size",
-                      .found = std::to_string(size.width) + "x" + std::to_string(size.height),
-                      .expected = "sides of 2 to " + std::to_string(kMaxSide) + " pixels, and at most " +
+                      .found = sizeText(size),
+                      .expected = "sides of 2 to " + max_side + " pixels, and at most " +
                                   std::to_string(kMaxPixels) + " in total"});
   }
   switch (request.extent) {

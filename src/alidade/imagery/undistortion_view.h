@@ -46,8 +46,9 @@ struct ViewChoice {
 /// from the axis outwards along the lines to the window's border pixels. kAll shows the centres of pixels.
 ///
 /// @throws Error (kUsage) for a field or size out of range: at most 150 degrees for a rectilinear view, 360
-/// otherwise, sides of 2 to 65535 pixels; Error (kInput) if the camera does not see its own axis (kSameScale
-/// with no focal length there, kValid with the axis outside of the image) or no pixel has a ray (kAll).
+/// otherwise, sides of 2 to kMaxRemapSide pixels; Error (kInput) if the source has longer sides, the camera
+/// does not see its own axis (kSameScale with no focal length there, kValid with the axis outside of the
+/// image) or no pixel has a ray (kAll).
 [[nodiscard]] ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size,
                                     const ViewRequest& request);
 

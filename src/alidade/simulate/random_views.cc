@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
+
+#include <Eigen/Geometry>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
@@ -17,20 +18,6 @@ namespace {
 
 constexpr double kFillReduction = 0.8;
 constexpr double kRadPerDeg = std::numbers::pi / 180;
-
-// The smallest box around all corners of squares in the image.
-struct Extent {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector2d high = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity());
-
-  [[nodiscard]] double fill(ImageSize size) const {
-    return std::max((high.x() - low.x()) / size.width, (high.y() - low.y()) / size.height);
-  }
-  [[nodiscard]] bool isInside(ImageSize size, double margin_px) const {
-    return low.minCoeff() >= margin_px - 0.5 && high.x() < size.width - 0.5 - margin_px &&
-           high.y() < size.height - 0.5 - margin_px;
-  }
-};
 
 class ViewSampler {
  public:
@@ -59,7 +46,10 @@ class ViewSampler {
     const auto distance = nearestDistance(camera_from_board, *ray, fill);
     if (!distance) return std::nullopt;
     const auto extent = project({camera_from_board, *distance * *ray});
-    if (!extent || !extent->isInside(size_, options_.margin_px)) return std::nullopt;
+    const Eigen::Array2d low = Eigen::Array2d::Constant(options_.margin_px - 0.5);
+    const Eigen::Array2d high(size_.width - 0.5 - options_.margin_px,
+                              size_.height - 0.5 - options_.margin_px);
+    if (!extent || !(extent->min().array() >= low && extent->max().array() < high).all()) return std::nullopt;
     return SE3{camera_from_board, *distance * *ray - camera_from_board * middle_};
   }
 
@@ -71,17 +61,16 @@ class ViewSampler {
     return SO3::exp(tilt * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)) * SO3::exp({0, 0, roll});
   }
 
-  // Nothing if some point has no pixel.
-  [[nodiscard]] std::optional<Extent> project(const SE3& camera_from_middle) {
+  // The smallest box around all corners of squares in the image; nothing if one has no pixel.
+  [[nodiscard]] std::optional<Eigen::AlignedBox2d> project(const SE3& camera_from_middle) {
     for (std::size_t i = 0; i < points_board_.size(); ++i) {
       points_camera_[i] = camera_from_middle * points_board_[i];
     }
     camera_.project(points_camera_, projections_);
-    Extent extent;
+    Eigen::AlignedBox2d extent;
     for (const Projection& projection : projections_) {
       if (!projection.ok()) return std::nullopt;
-      extent.low = extent.low.cwiseMin(projection.pixel);
-      extent.high = extent.high.cwiseMax(projection.pixel);
+      extent.extend(projection.pixel);
     }
     return extent;
   }
@@ -91,7 +80,8 @@ class ViewSampler {
                                                       const Eigen::Vector3d& ray, double fill) {
     const auto isFarEnough = [&](double distance) {
       const auto extent = project({camera_from_board, distance * ray});
-      return extent && extent->fill(size_) <= fill;
+      return extent &&
+             extent->sizes().cwiseQuotient(Eigen::Vector2d(size_.width, size_.height)).maxCoeff() <= fill;
     };
     constexpr int kMaxDoublings = 60;
     double far = board_.square_m;

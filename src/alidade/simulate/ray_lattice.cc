@@ -16,8 +16,8 @@
 namespace alidade {
 namespace {
 
-// Of a block, on which both coordinates run from -1 to 1; in turn, so that neighbours are the ends of a side.
-constexpr std::array<std::array<double, 2>, 4> kCorners = {{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
+// Of a block, by the ends of its sides along x and y; in turn, so that neighbours are the ends of a side.
+constexpr std::array<std::array<int, 2>, 4> kCorners = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 
 int divideUp(int a, int b) {
   return (a + b - 1) / b;
@@ -52,7 +52,11 @@ RayLattice::Basis::Basis() {
     nodes[k] = -std::cos((2 * k + 1) * std::numbers::pi / (2 * kNumNodes));
     for (int m = 0; m < kNumNodes; ++m) vandermonde(k, m) = std::pow(nodes[k], m);
   }
-  powers = vandermonde.inverse().transpose();
+  // Row k: coefficients of t^m for node k's weight.
+  const Eigen::Matrix<double, kNumNodes, kNumNodes> powers = vandermonde.inverse().transpose();
+  Eigen::Matrix<double, kNumNodes, 2> end_monomials;
+  for (int m = 0; m < kNumNodes; ++m) end_monomials.row(m) << (m % 2 == 0 ? 1 : -1), 1;
+  at_ends = powers * end_monomials;
   constexpr double kPixel = 2.0 / kBlock;  // in t
   for (int i = 0; i < kBlock; ++i) {
     const double t = (i + 0.5) * kPixel - 1;
@@ -64,12 +68,6 @@ RayLattice::Basis::Basis() {
     }
     at_pixel[static_cast<std::size_t>(i)] = powers * monomials;
   }
-}
-
-RayLattice::NodeWeights RayLattice::Basis::weightsAt(double t) const {
-  NodeWeights monomials;
-  for (int m = 0; m < kNumNodes; ++m) monomials[m] = std::pow(t, m);
-  return powers * monomials;
 }
 
 RayLattice::RayLattice(const AnyCamera& camera, ImageSize size, int num_jobs)
@@ -102,7 +100,7 @@ RayLattice::Block RayLattice::makeBlock(int block_x, int block_y) const {
   }
   std::array<Eigen::Vector3d, 4> corner_rays;
   for (std::size_t i = 0; i < 4; ++i) {
-    const auto ray = unprojectAt(kCorners[i][0], kCorners[i][1]);
+    const auto ray = unprojectAt(2 * kCorners[i][0] - 1, 2 * kCorners[i][1] - 1);
     if (!ray) continue;
     corner_rays[i] = *ray;
     ++num_rays;
@@ -119,22 +117,16 @@ RayLattice::Block RayLattice::makeBlock(int block_x, int block_y) const {
   return block;
 }
 
-Eigen::Vector3d RayLattice::interpolate(const Block& block, double tx, double ty) const {
-  const NodeWeights weights_x = basis_.weightsAt(tx);
-  const NodeWeights weights_y = basis_.weightsAt(ty);
-  Eigen::Vector3d ray = Eigen::Vector3d::Zero();
-  for (int k = 0; k < kNumNodes; ++k) {
-    ray += weights_y[k] * (block.rays[static_cast<std::size_t>(k)] * weights_x);
-  }
-  return ray;
-}
-
 bool RayLattice::matchesAt(const Block& block, const std::array<Eigen::Vector3d, 4>& corner_rays) const {
   constexpr double kTolerancePx = 1e-5;
   double error = 0;
   double shortest_side = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < 4; ++i) {
-    error = std::max(error, (interpolate(block, kCorners[i][0], kCorners[i][1]) - corner_rays[i]).norm());
+    const auto [end_x, end_y] = kCorners[i];
+    Eigen::Vector3d ray = Eigen::Vector3d::Zero();
+    for (int k = 0; k < kNumNodes; ++k)
+      ray += basis_.at_ends(k, end_y) * (block.rays[static_cast<std::size_t>(k)] * basis_.at_ends.col(end_x));
+    error = std::max(error, (ray - corner_rays[i]).norm());
     shortest_side = std::min(shortest_side, (corner_rays[(i + 1) % 4] - corner_rays[i]).norm());
   }
   return error <= kTolerancePx * shortest_side / kBlock;

@@ -42,17 +42,14 @@ class RayLattice {
   static constexpr int kBlock = 16;    // pixels along a side
   static constexpr int kNumNodes = 5;  // along a side
 
-  using NodeWeights = Eigen::Matrix<double, kNumNodes, 1>;
-
   /// Interpolation along one side of a block, on which t runs from -1 to 1.
   struct Basis {
-    NodeWeights nodes;                                   // their t
-    Eigen::Matrix<double, kNumNodes, kNumNodes> powers;  // row k: coefficients of t^m for node k's weight
+    Eigen::Matrix<double, kNumNodes, 1> nodes;    // their t
+    Eigen::Matrix<double, kNumNodes, 2> at_ends;  // the nodes' weights at t = -1 and 1
     // At the centres of the block's pixels: value, first and half the second derivative by pixels.
     std::array<Eigen::Matrix<double, kNumNodes, 3>, kBlock> at_pixel;
 
     Basis();
-    [[nodiscard]] NodeWeights weightsAt(double t) const;
   };
   struct Block {
     enum class Kind { kNoRay, kSmooth, kRim } kind = Kind::kNoRay;
@@ -61,7 +58,6 @@ class RayLattice {
   };
 
   [[nodiscard]] Block makeBlock(int block_x, int block_y) const;
-  [[nodiscard]] Eigen::Vector3d interpolate(const Block& block, double tx, double ty) const;
   [[nodiscard]] bool matchesAt(const Block& block, const std::array<Eigen::Vector3d, 4>& corner_rays) const;
   [[nodiscard]] std::vector<RayExpansion> expandAtRim(int first_x, int first_y) const;
   void expandSmooth(const Block& block, int first_x, int y, std::vector<RayExpansion>& out) const;

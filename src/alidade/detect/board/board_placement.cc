@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/board/board_placement.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+
+// What is seen from the outermost line of corners outwards, over one square.
+struct OuterSquare {
+  bool is_dark = false;  // as the mesh's colours have it
+  // What lies beyond is like the margin; a dark square also ends a step from the line, give or take.
+  bool closes = false;
+  bool continues = false;  // what lies beyond is like a square of the other colour
+};
+
+enum class Visibility { kSeen, kHidden, kOutside };
+
+// The square outside corners `a` and `b` of the outermost line, `direction` leading out. Hidden if it does
+// not have its colour.
+Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNode a, MeshNode b,
+                        int direction, OuterSquare& square) {
+  const MeshCorner* corner_a = mesh.find(a);
+  const MeshCorner* corner_b = mesh.find(b);
+  if (corner_a == nullptr || corner_b == nullptr) return Visibility::kHidden;
+  const auto next_a = mesh.predict(step(a, direction));
+  const auto next_b = mesh.predict(step(b, direction));
+  if (!next_a || !next_b) return Visibility::kHidden;
+  const Vector2d middle = 0.5 * (corner_a->pixel + corner_b->pixel);
+  const Vector2d outwards = 0.5 * (*next_a + *next_b) - middle;
+  // Margins may be narrow; where the image ends early, a narrower strip of them must do.
+  constexpr double kInside = 0.35;
+  constexpr double kBeyond = 1.25;
+  constexpr double kNearBeyond = 1.1;
+  const Vector2d inner = middle - 0.5 * outwards;
+  const Vector2d outer = middle + kInside * outwards;
+  const double beyond = image.covers(middle + kBeyond * outwards) ? kBeyond : kNearBeyond;
+  if (!image.covers(inner) || !image.covers(outer)) return Visibility::kHidden;
+  if (!image.covers(middle + beyond * outwards)) return Visibility::kOutside;
+
+  // The square between two neighbours on the far side is named by its lowest node.
+  const MeshNode out_a = step(a, direction);
+  const MeshNode out_b = step(b, direction);
+  const MeshNode lowest{std::min({a.i, b.i, out_a.i, out_b.i}), std::min({a.j, b.j, out_a.j, out_b.j})};
+  square.is_dark = mesh.squareIsDark(lowest);
+  const double level_inner = image.at(inner);
+  const double level_outer = image.at(outer);
+  const double contrast = square.is_dark ? level_inner - level_outer : level_outer - level_inner;
+  constexpr double kNeededShare = 0.4;
+  if (contrast < kNeededShare * 0.5 * (corner_a->contrast + corner_b->contrast)) return Visibility::kHidden;
+  const double bright = square.is_dark ? level_inner : level_outer;
+  const double dark = square.is_dark ? level_outer : level_inner;
+  const double level_beyond = image.at(middle + beyond * outwards);
+  // A cover, a sleeve or glare that is brighter than the middle is not yet a margin.
+  constexpr double kAlike = 0.3;  // of the contrast; light changes along a square
+  const bool is_bright_beyond = std::abs(level_beyond - bright) < kAlike * contrast;
+  const bool is_dark_beyond = std::abs(level_beyond - dark) < kAlike * contrast;
+  square.continues = square.is_dark ? is_bright_beyond : is_dark_beyond;
+  square.closes = is_bright_beyond;
+  if (square.is_dark) {
+    // Nor does a cover end just where the square does.
+    constexpr double kStep = 0.05;
+    constexpr double kMinEnd = 0.82;
+    constexpr double kMaxEnd = 1.18;
+    const double half = 0.5 * (bright + dark);
+    double end = kInside;
+    while (end < beyond && image.at(middle + end * outwards) < half) end += kStep;
+    square.closes = square.closes && end >= kMinEnd && end <= kMaxEnd;
+  }
+  return Visibility::kSeen;
+}
+
+MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direction) {
+  const bool runs_along_j = direction % 2 == 0;
+  const int line = direction == 0   ? mesh.max().i
+                   : direction == 1 ? mesh.max().j
+                   : direction == 2 ? mesh.min().i
+                                    : mesh.min().j;
+  const int first = runs_along_j ? mesh.min().j : mesh.min().i;
+  const int last = runs_along_j ? mesh.max().j : mesh.max().i;
+  const auto node = [&](int k) { return runs_along_j ? MeshNode{line, k} : MeshNode{k, line}; };
+  // Of bright and of dark squares.
+  std::array<int, 2> num_seen{};
+  std::array<int, 2> num_closing{};
+  std::array<int, 2> num_continuing{};
+  int num_outside = 0;
+  for (int k = first; k < last; ++k) {
+    OuterSquare square;
+    const Visibility visibility = lookAtSquare(image, mesh, node(k), node(k + 1), direction, square);
+    num_outside += visibility == Visibility::kOutside ? 1 : 0;
+    if (visibility != Visibility::kSeen) continue;
+    const std::size_t colour = square.is_dark ? 1 : 0;
+    ++num_seen[colour];
+    num_closing[colour] += square.closes ? 1 : 0;
+    num_continuing[colour] += square.continues ? 1 : 0;
+  }
+  // Bright follows the dark squares either way, be it a square or the margin; what follows the bright ones
+  // tells. Where dark follows dark (a shadow, the rim of the image circle) nothing can be told.
+  const auto are_most = [&](const std::array<int, 2>& counts) {
+    constexpr double kMost = 0.75;
+    return counts[0] >= kMost * num_seen[0] && counts[1] >= kMost * num_seen[1];
+  };
+  constexpr double kShareSeen = 0.5;
+  const int num_squares = last - first;
+  const int num_all = num_seen[0] + num_seen[1];
+  const bool is_enough = num_seen[0] > 0 && num_seen[1] > 0 && num_all >= std::min(3, num_squares);
+  if (is_enough && num_all >= kShareSeen * num_squares && are_most(num_closing)) return MeshSide::kCloses;
+  if (is_enough && are_most(num_continuing)) return MeshSide::kContinues;
+  return 2 * num_outside >= num_squares ? MeshSide::kOutside : MeshSide::kUnclear;
+}
+
+// The cell that a turn of the board, one that keeps its counts, carries to the place of `cell`.
+std::array<int, 2> turned(const Checkerboard& board, std::array<int, 2> cell, int quarter_turns) {
+  switch (quarter_turns) {
+    case 0:
+      return cell;
+    case 1:
+      return {cell[1], board.columns - 1 - cell[0]};
+    case 2:
+      return {board.columns - 1 - cell[0], board.rows - 1 - cell[1]};
+    default:
+      return {board.columns - 1 - cell[1], cell[0]};
+  }
+}
+
+}  // namespace
+
+MeshSides lookAtSides(const SmoothImage& image, const CornerMesh& mesh) {
+  MeshSides sides{};
+  for (int direction = 0; direction < 4; ++direction)
+    sides[static_cast<std::size_t>(direction)] = lookAtSide(image, mesh, direction);
+  return sides;
+}
+
+std::array<int, 2> Placement::cell(const CornerMesh& mesh, MeshNode node) const {
+  switch (quarter_turns & 3) {
+    case 0:
+      return {column + node.i - mesh.min().i, row + node.j - mesh.min().j};
+    case 1:
+      return {column + node.j - mesh.min().j, row + mesh.max().i - node.i};
+    case 2:
+      return {column + mesh.max().i - node.i, row + mesh.max().j - node.j};
+    default:
+      return {column + mesh.max().j - node.j, row + node.i - mesh.min().i};
+  }
+}
+
+std::vector<Placement> possiblePlacements(const CornerMesh& mesh, const MeshSides& sides,
+                                          const Checkerboard& board) {
+  std::vector<Placement> placements;
+  for (int turns = 0; turns < 4; ++turns) {
+    const int width = mesh.length(turns);
+    const int height = mesh.length(turns + 1);
+    for (int row = 0; row + height <= board.rows; ++row) {
+      for (int column = 0; column + width <= board.columns; ++column) {
+        const std::array<bool, 4> touches = {column + width == board.columns, row + height == board.rows,
+                                             column == 0, row == 0};
+        bool fits = true;
+        for (std::size_t s = 0; s < 4; ++s) {
+          const MeshSide side = sides[(s + static_cast<std::size_t>(turns)) % 4];
+          if (side == MeshSide::kCloses && !touches[s]) fits = false;
+          if (side == MeshSide::kContinues && touches[s]) fits = false;
+        }
+        if (!fits) continue;
+        const Placement placement{.quarter_turns = turns, .column = column, .row = row};
+        if (board.coloursTellCorner0()) {
+          // The square inside of the mesh's origin, on the board: its lowest column and row.
+          const auto a = placement.cell(mesh, {0, 0});
+          const auto b = placement.cell(mesh, {1, 1});
+          const int parity = std::min(a[0], b[0]) + std::min(a[1], b[1]);
+          const bool is_dark_on_board = parity % 2 == 0;
+          if (is_dark_on_board != mesh.origin_square_is_dark) continue;
+        }
+        placements.push_back(placement);
+      }
+    }
+  }
+  return placements;
+}
+
+bool areEquivalent(const std::vector<Placement>& placements, const CornerMesh& mesh,
+                   const Checkerboard& board) {
+  if (placements.empty()) return false;
+  const Placement& first = placements.front();
+  const MeshNode low = mesh.min();
+  const MeshNode high = mesh.max();
+  return std::all_of(placements.begin(), placements.end(), [&](const Placement& other) {
+    for (int turns = 0; turns < 4; turns += board.symmetryStep()) {
+      if (turned(board, first.cell(mesh, low), turns) == other.cell(mesh, low) &&
+          turned(board, first.cell(mesh, high), turns) == other.cell(mesh, high))
+        return true;
+    }
+    return false;
+  });
+}
+
+}  // namespace alidade

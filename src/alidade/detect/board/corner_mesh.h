@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace alidade {
+
+/// A node of a mesh: counted along the mesh's own two directions, from an arbitrary origin.
+struct MeshNode {
+  int i = 0;
+  int j = 0;
+  friend bool operator==(const MeshNode&, const MeshNode&) = default;
+};
+
+[[nodiscard]] inline MeshNode step(MeshNode node, int direction) {
+  constexpr int kI[4] = {1, 0, -1, 0};
+  constexpr int kJ[4] = {0, 1, 0, -1};
+  return {node.i + kI[direction & 3], node.j + kJ[direction & 3]};
+}
+
+struct MeshCorner {
+  Eigen::Vector2d pixel{0, 0};
+  double contrast = 0;  ///< between bright and dark squares around it, grey levels
+};
+
+/// Corners that were found to be neighbours of each other, as a piece of a square grid with holes. Directions
+/// 0 to 3 are +i, +j, -i, -j and turn clockwise in the image. The colours of the squares alternate, so one
+/// flag tells all of them.
+class CornerMesh {
+ public:
+  /// True if the square between (0, 0) and (1, 1) is dark.
+  bool origin_square_is_dark = false;
+
+  [[nodiscard]] const MeshCorner* find(MeshNode node) const {
+    if (node.i < min_.i || node.j < min_.j || node.i > max_.i || node.j > max_.j) return nullptr;
+    const auto& cell = cells_[index(node)];
+    return cell ? &*cell : nullptr;
+  }
+  void insert(MeshNode node, const MeshCorner& corner);
+  void erase(MeshNode node);
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] MeshNode min() const { return min_; }  ///< of the nodes' bounding box
+  [[nodiscard]] MeshNode max() const { return max_; }
+  /// Nodes of the bounding box along a direction.
+  [[nodiscard]] int length(int direction) const {
+    return 1 + (direction % 2 == 0 ? max_.i - min_.i : max_.j - min_.j);
+  }
+  /// Draws the bounding box in to the nodes that are there.
+  void shrink();
+
+  [[nodiscard]] bool squareIsDark(MeshNode node) const {
+    return origin_square_is_dark == ((node.i + node.j) % 2 == 0);
+  }
+
+  /// Step from a node towards the next one in a direction, from the neighbours there are: forward, backward
+  /// or the mean of both; then from those of neighbouring nodes. Nothing for a node that stands alone.
+  [[nodiscard]] std::optional<Eigen::Vector2d> stepAt(MeshNode node, int direction) const;
+
+  /// Where a node that is not there would lie, judged by its neighbours: quadratic along each line of three
+  /// that leads to it, parallelograms, or the middle between two. Nothing without such neighbours.
+  [[nodiscard]] std::optional<Eigen::Vector2d> predict(MeshNode node) const;
+
+ private:
+  [[nodiscard]] std::size_t index(MeshNode node) const {
+    return static_cast<std::size_t>(node.j - min_.j) * static_cast<std::size_t>(max_.i - min_.i + 1) +
+           static_cast<std::size_t>(node.i - min_.i);
+  }
+  void resize(MeshNode low, MeshNode high);
+
+  MeshNode min_{0, 0};
+  MeshNode max_{-1, -1};
+  std::vector<std::optional<MeshCorner>> cells_;
+  std::size_t size_ = 0;
+};
+
+/// Calls `visit(node, corner)` for every corner of `mesh`, row by row.
+template <class Visit>
+void forEachNode(const CornerMesh& mesh, Visit visit) {
+  for (int j = mesh.min().j; j <= mesh.max().j; ++j) {
+    for (int i = mesh.min().i; i <= mesh.max().i; ++i) {
+      if (const MeshCorner* corner = mesh.find({i, j})) visit(MeshNode{i, j}, *corner);
+    }
+  }
+}
+
+}  // namespace alidade

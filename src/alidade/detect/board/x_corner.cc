@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/board/x_corner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <opencv2/imgproc.hpp>
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+
+// Weaker patterns than this many grey levels are noise or shadows of something.
+constexpr double kMinContrast = 10;
+constexpr double kRingPx = 4;
+constexpr double kSmallRingPx = 2.8;
+constexpr int kBorder = 3;
+// Differences below are of 256 times the grey levels, over two pixels: 4 times the second derivatives.
+constexpr double kDerivativeScale = 256.0 * 4.0;
+
+// The response of an X-corner of contrast c and total blur s is (c / (pi s^2))^2; with the binomial's own
+// blur and that of the differences, s is rarely below 1.5 and for blurred pictures 3.
+constexpr double kMinResponse = (kMinContrast * 0.04) * (kMinContrast * 0.04);
+
+struct Hessian {
+  double xx;
+  double xy;
+  double yy;
+  double x;  // gradient
+  double y;
+};
+
+Hessian hessianAt(const SmoothImage& image, int x, int y) {
+  const std::uint16_t* here = image.row(y) + x;
+  const std::ptrdiff_t w = image.size.width;
+  const auto value = [here, w](int dx, int dy) { return static_cast<double>(here[dy * w + dx]); };
+  return {.xx = value(-2, 0) + value(2, 0) - 2 * value(0, 0),
+          .xy = value(1, 1) + value(-1, -1) - value(1, -1) - value(-1, 1),
+          .yy = value(0, -2) + value(0, 2) - 2 * value(0, 0),
+          .x = value(2, 0) - value(-2, 0),
+          .y = value(0, 2) - value(0, -2)};
+}
+
+// Where the gradient vanishes, by one Newton step from a pixel; at most one pixel away along each axis.
+Vector2d saddleNear(const SmoothImage& image, int x, int y) {
+  const Hessian h = hessianAt(image, x, y);
+  const double det = h.xx * h.yy - h.xy * h.xy;
+  // The gradient is 4 times the first derivative, the Hessian 4 times the second.
+  const double dx = -(h.yy * h.x - h.xy * h.y) / det;
+  const double dy = -(h.xx * h.y - h.xy * h.x) / det;
+  return {x + std::clamp(dx, -1.0, 1.0), y + std::clamp(dy, -1.0, 1.0)};
+}
+
+constexpr std::size_t kNumRing = 32;
+const std::array<Vector2d, kNumRing>& ringDirections() {
+  static const std::array<Vector2d, kNumRing> kDirections = [] {
+    std::array<Vector2d, kNumRing> directions;
+    for (std::size_t k = 0; k < kNumRing; ++k) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kNumRing;
+      directions[k] = {std::cos(angle), std::sin(angle)};
+    }
+    return directions;
+  }();
+  return kDirections;
+}
+
+// A quick look at the pixels of a circle of radius 4: at an X-corner opposite ones are alike, and unlike
+// those a quarter of the circle away (Bennett and Lasenby 2014, ChESS). Passes about one place in ten of a
+// texture.
+bool looksLikeCorner(const SmoothImage& image, int x, int y) {
+  constexpr int kReach = 4;
+  if (x < kReach || y < kReach || x >= image.size.width - kReach || y >= image.size.height - kReach)
+    return true;
+  constexpr std::array kCircleX = {4, 4, 3, 2, 0, -2, -3, -4, -4, -4, -3, -2, 0, 2, 3, 4};
+  constexpr std::array kCircleY = {0, 2, 3, 4, 4, 4, 3, 2, 0, -2, -3, -4, -4, -4, -3, -2};
+  const std::ptrdiff_t w = image.size.width;
+  const std::uint16_t* here = image.row(y) + x;
+  std::array<int, 16> level{};
+  for (std::size_t k = 0; k < 16; ++k) level[k] = here[kCircleY[k] * w + kCircleX[k]];
+  int alike = 0;   // differences of opposite pixels
+  int unlike = 0;  // of pairs a quarter apart
+  for (std::size_t k = 0; k < 8; ++k) alike += std::abs(level[k] - level[k + 8]);
+  for (std::size_t k = 0; k < 4; ++k)
+    unlike += std::abs(level[k] + level[k + 8] - level[k + 4] - level[k + 12]);
+  return unlike > alike;
+}
+
+// Reads the circle around `center`; false if it is not that of an X-corner.
+bool readRing(const SmoothImage& image, const Vector2d& center, double radius, XCorner& corner) {
+  if (!image.covers(center - Vector2d(radius, radius)) || !image.covers(center + Vector2d(radius, radius)))
+    return false;
+  std::array<double, kNumRing> level{};
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (std::size_t k = 0; k < kNumRing; ++k) {
+    level[k] = image.at(center + radius * ringDirections()[k]);
+    low = std::min(low, level[k]);
+    high = std::max(high, level[k]);
+  }
+  const double range = high - low;
+  if (range < kMinContrast) return false;
+  const double middle = 0.5 * (low + high);
+  // At the corner itself the level is half-way.
+  constexpr double kMaxOffCenter = 0.3;  // of the range
+  if (std::abs(image.at(center) - middle) > kMaxOffCenter * range) return false;
+
+  std::size_t count = 0;
+  std::array<std::size_t, 4> crossing{};  // the sample before each
+  for (std::size_t k = 0; k < kNumRing; ++k) {
+    if ((level[k] < middle) == (level[(k + 1) % kNumRing] < middle)) continue;
+    if (count == 4) return false;
+    crossing[count++] = k;
+  }
+  if (count != 4) return false;
+  // The sector after crossing n is between that and the next one; its extreme says how clear it is.
+  constexpr double kMinSector = 0.22;  // of the range
+  double sum_of_extremes = 0;
+  for (std::size_t n = 0; n < 4; ++n) {
+    const std::size_t first = crossing[n];
+    const std::size_t end = n < 3 ? crossing[n + 1] : crossing[0] + kNumRing;
+    double extreme = 0;
+    for (std::size_t k = first + 1; k <= end; ++k)
+      extreme = std::max(extreme, std::abs(level[k % kNumRing] - middle));
+    if (extreme < kMinSector * range) return false;
+    sum_of_extremes += extreme;
+    const double a = level[first] - middle;
+    const double b = level[(first + 1) % kNumRing] - middle;
+    const double share = a / (a - b);
+    corner.edges[n] =
+        ((1 - share) * ringDirections()[first] + share * ringDirections()[(first + 1) % kNumRing])
+            .normalized();
+  }
+  // Opposite edges are one line, bent by the lens at most.
+  constexpr double kMaxBendCos = -0.825;  // 34 degrees
+  if (corner.edges[0].dot(corner.edges[2]) > kMaxBendCos ||
+      corner.edges[1].dot(corner.edges[3]) > kMaxBendCos)
+    return false;
+  corner.pixel = center;
+  corner.first_sector_is_dark = level[(crossing[0] + 1) % kNumRing] < middle;
+  corner.contrast = 0.5 * sum_of_extremes;
+  return true;
+}
+
+}  // namespace
+
+GrayImage halved(const GrayImage& image) {
+  GrayImage half{.size = {.width = image.size.width / 2, .height = image.size.height / 2}, .pixels = {}};
+  if (half.size.width == 0 || half.size.height == 0) return {};
+  half.pixels.resize(static_cast<std::size_t>(half.size.width) * static_cast<std::size_t>(half.size.height));
+  // OpenCV has no views of constant data; resize() does not write to its input.
+  const cv::Mat whole(image.size.height, image.size.width, CV_8UC1,
+                      const_cast<std::uint8_t*>(image.pixels.data()));
+  cv::Mat out(half.size.height, half.size.width, CV_8UC1, half.pixels.data());
+  cv::resize(whole(cv::Rect(0, 0, 2 * out.cols, 2 * out.rows)), out, out.size(), 0, 0, cv::INTER_AREA);
+  return half;
+}
+
+SmoothImage smoothed(const GrayImage& image) {
+  const int width = image.size.width;
+  const int height = image.size.height;
+  const auto stride = static_cast<std::size_t>(width);
+  SmoothImage out{.size = image.size, .values = std::vector<std::uint16_t>(image.pixels.size())};
+  // Horizontal sums of the five rows around the one being written, in a ring; 16 * 255 * 16 fits 16 bits.
+  constexpr int kTaps = 5;
+  std::array<std::vector<std::uint16_t>, kTaps> sums;
+  for (auto& sum : sums) sum.resize(stride);
+  std::vector<std::uint8_t> padded(stride + 4);
+  const auto horizontal = [&](int y) {
+    const std::uint8_t* in = image.pixels.data() + static_cast<std::size_t>(y) * stride;
+    std::copy_n(in, stride, padded.begin() + 2);
+    padded[0] = padded[1] = in[0];
+    padded[stride + 2] = padded[stride + 3] = in[stride - 1];
+    const std::uint8_t* p = padded.data();
+    std::uint16_t* sum = sums[static_cast<std::size_t>(y % kTaps)].data();
+    for (std::size_t x = 0; x < stride; ++x) {
+      sum[x] = static_cast<std::uint16_t>(p[x] + p[x + 4] + 4 * (p[x + 1] + p[x + 3]) + 6 * p[x + 2]);
+    }
+  };
+  int next = 0;
+  for (int y = 0; y < height; ++y) {
+    for (; next <= std::min(y + 2, height - 1); ++next) horizontal(next);
+    const auto rowAt = [&](int dy) {
+      return sums[static_cast<std::size_t>(std::clamp(y + dy, 0, height - 1) % kTaps)].data();
+    };
+    const std::uint16_t* a = rowAt(-2);
+    const std::uint16_t* b = rowAt(-1);
+    const std::uint16_t* c = rowAt(0);
+    const std::uint16_t* d = rowAt(1);
+    const std::uint16_t* e = rowAt(2);
+    std::uint16_t* o = out.values.data() + static_cast<std::size_t>(y) * stride;
+    for (std::size_t x = 0; x < stride; ++x) {
+      o[x] = static_cast<std::uint16_t>(a[x] + e[x] + 4 * (b[x] + d[x]) + 6 * c[x]);
+    }
+  }
+  return out;
+}
+
+std::vector<XCorner> findXCorners(const SmoothImage& image) {
+  std::vector<XCorner> corners;
+  const int width = image.size.width;
+  const int height = image.size.height;
+  if (width <= 2 * kBorder || height <= 2 * kBorder) return corners;
+  const auto stride = static_cast<std::size_t>(width);
+  constexpr float kThreshold = static_cast<float>(kMinResponse * kDerivativeScale * kDerivativeScale);
+
+  // Responses of three rows, in a ring; outside the border they stay 0.
+  std::array<std::vector<float>, 3> rows;
+  for (auto& row : rows) row.assign(stride, 0.0F);
+  const auto respond = [&](int y) {
+    float* out = rows[static_cast<std::size_t>(y % 3)].data();
+    if (y >= height - kBorder) {
+      std::fill_n(out, stride, 0.0F);
+      return;
+    }
+    const std::uint16_t* up2 = image.row(y - 2);
+    const std::uint16_t* up = image.row(y - 1);
+    const std::uint16_t* here = image.row(y);
+    const std::uint16_t* down = image.row(y + 1);
+    const std::uint16_t* down2 = image.row(y + 2);
+    for (int x = kBorder; x < width - kBorder; ++x) {
+      const int twice = 2 * here[x];
+      const auto xx = static_cast<float>(here[x - 2] + here[x + 2] - twice);
+      const auto yy = static_cast<float>(up2[x] + down2[x] - twice);
+      const auto xy = static_cast<float>(up[x - 1] + down[x + 1] - up[x + 1] - down[x - 1]);
+      out[x] = xy * xy - xx * yy;
+    }
+  };
+  respond(kBorder);
+  for (int y = kBorder; y < height - kBorder; ++y) {
+    respond(y + 1);
+    const float* above = rows[static_cast<std::size_t>((y + 2) % 3)].data();
+    const float* here = rows[static_cast<std::size_t>(y % 3)].data();
+    const float* below = rows[static_cast<std::size_t>((y + 1) % 3)].data();
+    for (int x = kBorder; x < width - kBorder; ++x) {
+      const float r = here[x];
+      if (r <= kThreshold) continue;
+      const bool is_peak = r > here[x - 1] && r >= here[x + 1] && r > above[x - 1] && r > above[x] &&
+                           r > above[x + 1] && r >= below[x - 1] && r >= below[x] && r >= below[x + 1];
+      if (!is_peak) continue;
+      if (!looksLikeCorner(image, x, y)) continue;
+      const Vector2d saddle = saddleNear(image, x, y);
+      XCorner corner;
+      if (readRing(image, saddle, kRingPx, corner) || readRing(image, saddle, kSmallRingPx, corner))
+        corners.push_back(corner);
+    }
+  }
+  // More than the largest board has are a fine texture, in which nothing is lost.
+  constexpr std::size_t kMaxCorners = 60000;
+  if (corners.size() > kMaxCorners) {
+    std::stable_sort(corners.begin(), corners.end(),
+                     [](const XCorner& a, const XCorner& b) { return a.contrast > b.contrast; });
+    corners.resize(kMaxCorners);
+  }
+  return corners;
+}
+
+bool xCornerNear(const SmoothImage& image, const Vector2d& guess, double radius_px, double ring_px,
+                 XCorner& corner) {
+  const int reach = std::max(1, static_cast<int>(std::lround(radius_px)));
+  const int cx = static_cast<int>(std::lround(guess.x()));
+  const int cy = static_cast<int>(std::lround(guess.y()));
+  double best = 0;
+  int best_x = -1;
+  int best_y = -1;
+  for (int y = std::max(kBorder, cy - reach); y <= std::min(image.size.height - 1 - kBorder, cy + reach);
+       ++y) {
+    for (int x = std::max(kBorder, cx - reach); x <= std::min(image.size.width - 1 - kBorder, cx + reach);
+         ++x) {
+      const Hessian h = hessianAt(image, x, y);
+      const double response = h.xy * h.xy - h.xx * h.yy;
+      if (response <= best) continue;
+      best = response;
+      best_x = x;
+      best_y = y;
+    }
+  }
+  return best_x >= 0 && readRing(image, saddleNear(image, best_x, best_y), ring_px, corner);
+}
+
+}  // namespace alidade

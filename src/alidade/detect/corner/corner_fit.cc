@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/corner/corner_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "alidade/detect/corner/corner_task.h"
+#include "alidade/detect/corner/edge_fit.h"
+#include "alidade/detect/corner/saddle_corner.h"
+
+namespace alidade {
+namespace {
+
+// The lines may differ from the guess' steps by no more than this.
+constexpr double kMaxTurnDeg = 25;
+
+// First search: all pixels near the guess, thinned out to about this many, narrowing the window until nearly
+// none are left out. Half of its window as a share of the spacing reaches as far as it can without the next
+// corners.
+constexpr double kSearchShare = 0.45;
+constexpr double kSearchSamples = 420;
+constexpr std::size_t kMinSearchPixels = 20;
+
+// The windows of the fit proper. The first is safe where a board ends in squares of half the size; the last
+// uses all the edge there is. Large windows are approached by a fit over this many pixels' reach.
+constexpr double kSafeShare = 0.5;
+constexpr double kFullShare = 0.8;
+constexpr double kNarrowShare = 0.3;
+constexpr double kApproachPx = 30;
+// Pixels this many blurs off a line still tell the grey levels on both sides.
+constexpr double kBandBlurs = 3.0;
+constexpr double kMinReachPx = 2.5;
+constexpr double kFewBlurs = 4;
+constexpr std::size_t kMinPixels = 50;
+
+// Expectations that only count where the pixels say little: curvature and shading are those of any lens and
+// lamp.
+EdgePrior priorFor(const CornerTask& task) {
+  constexpr double kVariance = 4;  // of the noise, squared grey levels
+  constexpr double kCurvatureTimesStep = 0.1;
+  constexpr double kShadeTimesStep = 0.5;
+  constexpr double kToneLevels = 40;
+  constexpr double kBlurDifferencePx = 1;
+  const auto precision = [](double sigma) { return kVariance / (sigma * sigma); };
+  EdgePrior prior;
+  for (const auto p : {EdgeModel::kCurvature1, EdgeModel::kCurvature2})
+    prior.precision[p] = precision(kCurvatureTimesStep / task.spacing);
+  for (const auto p : {EdgeModel::kShadeX, EdgeModel::kShadeY})
+    prior.precision[p] = precision(kShadeTimesStep / task.spacing);
+  prior.precision[EdgeModel::kTone] = precision(kToneLevels);
+  prior.equal_blur = precision(kBlurDifferencePx);
+  return prior;
+}
+
+// Grey levels of the guess: their mean, and how they go with the squares' pattern.
+void startLevels(const EdgePixels& pixels, EdgeModel& model) {
+  const Eigen::Vector2d n1 = model.normal(0);
+  const Eigen::Vector2d n2 = model.normal(1);
+  double count = 0;
+  double grey = 0;
+  double sign = 0;
+  double product = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const double dx = pixels.x()[i] - model[EdgeModel::kX];
+    const double dy = pixels.y()[i] - model[EdgeModel::kY];
+    const double s = (dx * n1.x() + dy * n1.y()) * (dx * n2.x() + dy * n2.y()) > 0 ? 1 : -1;
+    count += 1;
+    grey += pixels.grey()[i];
+    sign += s;
+    product += s * pixels.grey()[i];
+  }
+  model[EdgeModel::kMean] = grey / count;
+  model[EdgeModel::kAmplitude] = (product - sign * grey / count) / count;
+}
+
+struct WindowFit {
+  EdgeModel model;
+  EdgeQuality quality;
+  Eigen::Matrix2d covariance;
+  double window = 0;
+  double reach_px = 0;  // the shorter of both lines'
+  [[nodiscard]] double sigma() const { return std::sqrt(0.5 * covariance.trace()); }
+};
+
+// Covariance of the corner. Each line's share of the error scales with the noise that its own cross-sections
+// show: the corner moves across line i only as far as line i is off.
+Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const NormalEquations& sums,
+                                 const EdgeQuality& quality) {
+  constexpr double kLeastVariance = 1.0 / 12;  // whole grey levels
+  using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
+  using Columns = Eigen::Matrix<double, NormalEquations::kSize, 2>;
+  const Eigen::Matrix<double, NormalEquations::kSize, 1> scale =
+      sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+  const Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
+  const Columns solved = system.llt().solve(Columns::Identity());
+  const Eigen::Matrix2d unit = (scale.asDiagonal() * solved).topRows<2>() * scale.head<2>().asDiagonal();
+  Eigen::Matrix2d normals;
+  normals << model.normal(0).transpose(), model.normal(1).transpose();
+  const Eigen::Vector2d sigmas(std::sqrt(std::max(kLeastVariance, quality.line_variance[0])),
+                               std::sqrt(std::max(kLeastVariance, quality.line_variance[1])));
+  const Eigen::Matrix2d back = normals.inverse() * sigmas.asDiagonal() * normals;
+  return back * unit * back.transpose();
+}
+
+// The lines must be the guess' ones, at the guess' place.
+bool isPlausible(const CornerTask& task, const EdgeModel& model) {
+  static const double max_turn_sine = std::sin(kMaxTurnDeg * std::numbers::pi / 180);
+  static const double min_crossing_sine = std::sin(kMinCrossingDeg * std::numbers::pi / 180);
+  if (!(task.distanceFromGuess(model) <= kMaxMoveShare * task.spacing)) return false;
+  const Eigen::Vector2d e1 = model.direction(0);
+  const Eigen::Vector2d e2 = model.direction(1);
+  return std::abs(crossProduct(e1, task.guess.step_u.normalized())) <= max_turn_sine &&
+         std::abs(crossProduct(e2, task.guess.step_v.normalized())) <= max_turn_sine &&
+         std::abs(crossProduct(e1, e2)) >= min_crossing_sine &&
+         std::abs(2 * model[EdgeModel::kAmplitude] * model.shadeAtCorner()) >= kMinContrast;
+}
+
+// An X-corner shows the contrast of its squares on all four arms, above the noise.
+// Fits that had to be softened are held to closer limits: what kept them from converging may be an object in
+// front of the board.
+bool isCrossing(const WindowFit& candidate, bool is_softened) {
+  const double kLeastArm = is_softened ? 0.6 : 0.5;
+  const double kMostArm = is_softened ? 1.5 : 1.7;
+  const double kMostResidual = is_softened ? 0.2 : 1.0;  // of the squared amplitude
+  int num_arms = 0;
+  for (const double arm : candidate.quality.arm_contrast) {
+    if (std::isnan(arm)) continue;
+    if (arm < kLeastArm || arm > kMostArm) return false;
+    ++num_arms;
+  }
+  const double amplitude = candidate.model[EdgeModel::kAmplitude];
+  return num_arms >= 3 && candidate.quality.residual_variance < kMostResidual * amplitude * amplitude;
+}
+
+class Refinement {
+ public:
+  Refinement(const CornerTask& task, EdgePixels& pixels, EdgeResiduals& residuals)
+      : task_(task), prior_(priorFor(task)), pixels_(pixels), residuals_(residuals) {}
+
+  // From the guess to within a pixel or so.
+  [[nodiscard]] std::optional<EdgeModel> search() {
+    EdgeModel model;
+    const Eigen::Vector2d start = task_.guess.pixel - task_.origin.cast<double>();
+    model[EdgeModel::kX] = start.x();
+    model[EdgeModel::kY] = start.y();
+    model[EdgeModel::kAngle1] = std::atan2(task_.guess.step_u.y(), task_.guess.step_u.x());
+    model[EdgeModel::kAngle2] = std::atan2(task_.guess.step_v.y(), task_.guess.step_v.x());
+    EdgePrior prior = prior_;
+    prior.precision[EdgeModel::kCurvature1] = prior.precision[EdgeModel::kCurvature2] = EdgePrior::kHeld;
+    prior.precision[EdgeModel::kTone] = EdgePrior::kHeld;
+    prior.common_blur = true;
+    const double area = std::abs(crossProduct(task_.guess.step_u, task_.guess.step_v));
+    double share = kSearchShare;
+    bool is_first = true;
+    while (true) {
+      const double samples = 4 * share * share * area;
+      const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(samples / kSearchSamples))));
+      EdgeWindow window = task_.window(model.corner());
+      window.reach_u = window.reach_v = share;
+      gatherLattice(task_.image, window, task_.origin, stride, pixels_);
+      if (pixels_.size() < kMinSearchPixels) return std::nullopt;
+      if (is_first) startLevels(pixels_, model);
+      // Starting blurred widens the basin.
+      const double start_blur = std::max(0.3 * share * task_.spacing, 0.7);
+      model[EdgeModel::kBlur1] = model[EdgeModel::kBlur2] =
+          is_first ? start_blur : std::clamp(model[EdgeModel::kBlur1], 0.7, start_blur);
+      const EdgeSolverOptions options{.min_blur_px = std::max(0.2, 0.5 * (stride - 1)),
+                                      .max_blur_px = std::max(1.0, 0.4 * task_.spacing),
+                                      .max_iterations = is_first ? 25 : 10,
+                                      .step_share = 0.5};
+      model = solveEdgeModel(pixels_, model, prior, options).model;
+      if (!isPlausible(task_, model)) return std::nullopt;
+      if (stride <= 2) return model;
+      const double next_px = std::max({4.0 * stride, 12.0, 5 * model[EdgeModel::kBlur1]});
+      share = std::min(0.6 * share, next_px / task_.spacing);
+      is_first = false;
+    }
+  }
+
+  // The window of half size `share` about a model's corner, without what the neighbours' blur reaches.
+  [[nodiscard]] EdgeWindow windowFor(const EdgeModel& model, double share) const {
+    EdgeWindow window = task_.window(model.corner());
+    // Steps along u end at edges that run along v, and blur like line 1.
+    window.reach_u = share - task_.marginShare(window.step_u.norm(), model[EdgeModel::kBlur2]);
+    window.reach_v = share - task_.marginShare(window.step_v.norm(), model[EdgeModel::kBlur1]);
+    return window;
+  }
+  // Whether the window reaches as far along both lines, in pixels and in blurs.
+  [[nodiscard]] bool hasRoom(const EdgeModel& model, double share, double least_px,
+                             double least_blurs) const {
+    return windowFor(model, share).shorterReach() >= std::max(least_px, least_blurs * model.largerBlur());
+  }
+  // An edge shorter than some blurs hardly tells its place from its other properties.
+  [[nodiscard]] bool isShort(const EdgeModel& model, double share) const {
+    return !hasRoom(model, share, kMinReachPx, kFewBlurs);
+  }
+
+  // A fit in a window of half size `share`, from a model that is nearly right. Nothing if the window is too
+  // small.
+  [[nodiscard]] std::optional<WindowFit> fit(const EdgeModel& start, double share) {
+    if (!hasRoom(start, share, kMinReachPx, 1)) return std::nullopt;
+    const EdgeWindow window = windowFor(start, share);
+    gatherBands(task_.image, window, task_.origin, start, kBandBlurs, pixels_);
+    if (pixels_.size() < kMinPixels) return std::nullopt;
+    EdgeSolverOptions options;
+    options.max_blur_px = std::max(1.0, 0.5 * task_.spacing);
+    EdgeSolution solution = solveEdgeModel(pixels_, start, prior_, options);
+    const bool is_softened = !solution.converged;
+    if (is_softened) {
+      // Edges sharper than the model can follow from pixel to pixel; a softer one finds the same corner.
+      constexpr double kSoftPx = 0.8;
+      options.min_blur_px = kSoftPx;
+      solution = solveEdgeModel(pixels_, solution.model, prior_, options);
+    }
+    if (!solution.converged || !isPlausible(task_, solution.model)) return std::nullopt;
+    evaluateResiduals(pixels_, solution.model, residuals_);
+    WindowFit candidate{.model = solution.model,
+                        .quality = assessEdgeFit(pixels_, solution.model, residuals_, window.reachPx()),
+                        .covariance = {},
+                        .window = share,
+                        .reach_px = window.shorterReach()};
+    candidate.covariance = cornerCovariance(solution.model, solution.sums, candidate.quality);
+    // The model did not follow these pixels, so neither does what it says of its own error.
+    constexpr double kSoftenedSigmas = 2;
+    if (is_softened) candidate.covariance *= kSoftenedSigmas * kSoftenedSigmas;
+    if (!candidate.covariance.allFinite() || !isCrossing(candidate, is_softened)) return std::nullopt;
+    return candidate;
+  }
+
+  // The largest window that is described as well as the smaller ones.
+  [[nodiscard]] std::optional<WindowFit> fitBestWindow(const EdgeModel& start) {
+    const double approach = std::min(kSafeShare, kApproachPx / task_.spacing);
+    std::optional<WindowFit> best = fit(start, approach);
+    if (best && isBlurOff(start, best->model)) best = fit(best->model, approach);
+    if ((!best || isSuspicious(*best)) && approach > kNarrowShare) {
+      const std::optional<WindowFit> narrow = fit(best ? best->model : start, kNarrowShare);
+      if (narrow && !(best && isAsGood(*best, *narrow))) best = narrow;
+    }
+    // Without a smaller window to judge it by, the full one counts only where there is no room for that.
+    if (!best && hasRoom(start, approach, 2 * kMinReachPx, kFewBlurs)) return std::nullopt;
+    const std::optional<WindowFit> full = fit(best ? best->model : start, kFullShare);
+    if (!best) return full;
+    if (full && isAsGood(*full, *best)) return full;
+    if (best->window < kSafeShare) {
+      const std::optional<WindowFit> safe = fit(best->model, kSafeShare);
+      if (safe && isAsGood(*safe, *best)) return safe;
+    }
+    return best;
+  }
+
+ private:
+  // The band of pixels was chosen for another blur than there is.
+  static bool isBlurOff(const EdgeModel& assumed, const EdgeModel& fitted) {
+    constexpr double kFactor = 1.3;
+    for (const auto p : {EdgeModel::kBlur1, EdgeModel::kBlur2}) {
+      if (fitted[p] > kFactor * assumed[p] || assumed[p] > kFactor * fitted[p] + 0.3) return true;
+    }
+    return false;
+  }
+
+  // Something in the window may not be of the corner: an arm shows less or more contrast than the others, or
+  // the residuals grow outwards.
+  static bool isSuspicious(const WindowFit& candidate) {
+    constexpr double kUnevenArm = 0.12;
+    constexpr double kGrowth = 2.5;
+    constexpr double kRounding = 0.5;  // squared grey levels
+    for (const double arm : candidate.quality.arm_contrast) {
+      if (std::abs(arm - 1) > kUnevenArm) return true;
+    }
+    return candidate.quality.outer_variance > kGrowth * candidate.quality.inner_variance + kRounding;
+  }
+
+  static bool isAsGood(const WindowFit& large, const WindowFit& small) {
+    // Variances from few cross-sections vary by themselves; taking whichever looks less would promise too
+    // much.
+    constexpr double kMoreSigma = 1.3;
+    constexpr double kMoreResidual = 1.4;
+    constexpr double kMoreScatter = 3.0;
+    constexpr double kRounding = 0.2;  // squared grey levels; noise below this is not compared
+    constexpr double kMaxSigmas = 4.0;
+    const auto scatter = [](const WindowFit& c) {
+      return 0.5 * (c.quality.line_variance[0] + c.quality.line_variance[1]);
+    };
+    const double moved = (large.model.corner() - small.model.corner()).norm();
+    return large.sigma() <= kMoreSigma * small.sigma() && moved <= kMaxSigmas * small.sigma() &&
+           large.quality.residual_variance <= kMoreResidual * small.quality.residual_variance + kRounding &&
+           scatter(large) <= kMoreScatter * scatter(small) + kRounding;
+  }
+
+  const CornerTask& task_;
+  EdgePrior prior_;
+  EdgePixels& pixels_;
+  EdgeResiduals& residuals_;
+};
+
+CornerFit asFit(const CornerTask& task, const WindowFit& candidate) {
+  const EdgeModel& model = candidate.model;
+  CornerFit fit;
+  fit.pixel = model.corner() + task.origin.cast<double>();
+  fit.covariance = candidate.covariance;
+  fit.sigma_px = candidate.sigma();
+  fit.blur_px = std::sqrt(0.5 * (model[EdgeModel::kBlur1] * model[EdgeModel::kBlur1] +
+                                 model[EdgeModel::kBlur2] * model[EdgeModel::kBlur2]));
+  // Which of the four squares the model's positive distances mean.
+  const double side1 = model.normal(0).dot(task.guess.step_v);
+  const double side2 = model.normal(1).dot(task.guess.step_u);
+  const double sign = side1 * side2 > 0 ? -1 : 1;
+  fit.contrast = sign * 2 * model[EdgeModel::kAmplitude] * model.shadeAtCorner();
+  fit.window = candidate.window;
+  return fit;
+}
+
+}  // namespace
+
+std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerGuess& guess) {
+  const std::optional<CornerTask> task = makeCornerTask(image, guess);
+  if (!task) return std::nullopt;
+  Refinement refinement(*task, pixels_, residuals_);
+  const std::optional<EdgeModel> start = refinement.search();
+  const std::optional<WindowFit> best = start ? refinement.fitBestWindow(*start) : std::nullopt;
+  // Where there is room for edges, what they refuse is no corner.
+  constexpr double kSmallSpacingPx = 30;
+  if (best && !refinement.isShort(best->model, best->window)) {
+    const CornerFit fit = asFit(*task, *best);
+    return task->hasColoursOf(fit) ? std::optional(fit) : std::nullopt;
+  }
+  if (!best && task->spacing > kSmallSpacingPx && !(start && refinement.isShort(*start, kFullShare)))
+    return std::nullopt;
+  const auto saddle =
+      fitSaddleCorner(*task, start ? (start->corner() + task->origin.cast<double>()).eval() : guess.pixel);
+  // The sigma of so short edges may promise too much where the blur is not Gaussian: the saddle is preferred.
+  constexpr double kPreferSaddle = 2.5;
+  if (best && !(saddle && saddle->sigma_px < kPreferSaddle * best->sigma())) return asFit(*task, *best);
+  return saddle;
+}
+
+std::optional<CornerFit> fitCorner(const GrayImage& image, const CornerGuess& guess) {
+  return CornerFitter().fit(image, guess);
+}
+
+}  // namespace alidade

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "alidade/core/image.h"
+#include "alidade/detect/corner/corner_fit.h"
+#include "alidade/detect/corner/edge_window.h"
+
+namespace alidade {
+
+/// A fit that leads further from the guess than this share of the spacing was not on that corner.
+inline constexpr double kMaxMoveShare = 0.35;
+/// The lines must cross at no less than this.
+inline constexpr double kMinCrossingDeg = 10;
+inline constexpr double kMinContrast = 4;  ///< grey levels
+
+/// What stays the same while one corner is refined.
+struct CornerTask {
+  const GrayImage& image;
+  const CornerGuess& guess;
+  Eigen::Vector2i origin;
+  double spacing = 0;        // the shorter step's length, px
+  double crossing_sine = 0;  // of the steps
+
+  [[nodiscard]] EdgeWindow window(const Eigen::Vector2d& corner) const {
+    return {.center = corner + origin.cast<double>(), .step_u = guess.step_u, .step_v = guess.step_v};
+  }
+  [[nodiscard]] double distanceFromGuess(const EdgeModel& model) const {
+    return (model.corner() + origin.cast<double>() - guess.pixel).norm();
+  }
+  // Of lines that run along the steps, as a share of the step: what a window loses to blurred neighbours.
+  [[nodiscard]] double marginShare(double step_px, double blur_px) const {
+    // What a window keeps off the neighbouring squares' edges.
+    constexpr double kMarginBlurs = 1.5;
+    constexpr double kMarginPx = 0.5;
+    return (kMarginBlurs * blur_px + kMarginPx) / (step_px * crossing_sine);
+  }
+  /// Contrast as in CornerFit from one place in each of the four squares; nothing where they do not
+  /// alternate.
+  [[nodiscard]] std::optional<double> contrastOfSquares(const Eigen::Vector2d& corner) const;
+  /// True unless one of the four squares shows the other colour than the fit says, as where something covers
+  /// it or the pattern is none. Squares outside the image say nothing.
+  [[nodiscard]] bool hasColoursOf(const CornerFit& fit) const;
+};
+
+/// Refers to both. @returns nothing where there is nothing to refine: numbers that are not finite, squares
+/// too small, steps along one line, or a place outside of the image
+[[nodiscard]] std::optional<CornerTask> makeCornerTask(const GrayImage& image, const CornerGuess& guess);
+
+}  // namespace alidade

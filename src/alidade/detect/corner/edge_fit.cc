@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/corner/edge_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+namespace alidade {
+namespace {
+
+using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
+using Vector = Eigen::Matrix<double, NormalEquations::kSize, 1>;
+
+// Adds the prior's terms; `sums` are those of the pixels alone.
+void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& sums) {
+  for (int i = 0; i < NormalEquations::kSize; ++i) {
+    const auto p = static_cast<std::size_t>(i);
+    const double off = prior.expected[p] - model[p];
+    sums.hessian(i, i) += prior.precision[p];
+    sums.gradient(i) += prior.precision[p] * off;
+    sums.cost += prior.precision[p] * off * off;
+  }
+  const double off = model[EdgeModel::kBlur2] - model[EdgeModel::kBlur1];
+  constexpr int k1 = EdgeModel::kBlur1;
+  constexpr int k2 = EdgeModel::kBlur2;
+  if (prior.common_blur) {  // one unknown in the place of the first, and nothing to solve for the second
+    sums.hessian.col(k1) += sums.hessian.col(k2);
+    sums.hessian.row(k1) += sums.hessian.row(k2);
+    sums.gradient(k1) += sums.gradient(k2);
+    sums.hessian.col(k2).setZero();
+    sums.hessian.row(k2).setZero();
+    sums.hessian(k2, k2) = 1;
+    sums.gradient(k2) = 0;
+    return;
+  }
+  sums.hessian(k1, k1) += prior.equal_blur;
+  sums.hessian(k2, k2) += prior.equal_blur;
+  sums.hessian(k1, k2) -= prior.equal_blur;
+  sums.hessian(k2, k1) -= prior.equal_blur;
+  sums.gradient(k1) += prior.equal_blur * off;
+  sums.gradient(k2) -= prior.equal_blur * off;
+  sums.cost += prior.equal_blur * off * off;
+}
+
+// Takes a blur that is at its bound and wants beyond out of the step.
+void holdAtBounds(const EdgeModel& model, const EdgeSolverOptions& options, NormalEquations& sums) {
+  for (const auto p : {EdgeModel::kBlur1, EdgeModel::kBlur2}) {
+    const int i = p;
+    const bool is_held = (model[p] <= options.min_blur_px && sums.gradient(i) < 0) ||
+                         (model[p] >= options.max_blur_px && sums.gradient(i) > 0);
+    if (!is_held) continue;
+    sums.hessian.col(i).setZero();
+    sums.hessian.row(i).setZero();
+    sums.hessian(i, i) = 1;
+    sums.gradient(i) = 0;
+  }
+}
+
+constexpr int kSectionsPerArm = 32;
+constexpr int kNumSections = 2 * kSectionsPerArm;
+constexpr int kNumShapes =
+    4;  // of a line's offset: place, angle, curvature, and opposite steps on the two arms
+
+struct Section {
+  double information = 0;  // sum of squared slopes
+  double score = 0;        // sum of slope times residual
+};
+
+// Regression of the residuals on the pattern.
+struct Arm {
+  double count = 0;
+  double pattern = 0;
+  double pattern2 = 0;
+  double residual = 0;
+  double product = 0;
+};
+
+struct LineSums {
+  std::array<Section, kNumSections> sections;
+  std::array<Arm, 2> arms;  // forwards, backwards
+};
+
+// Noise variance from the scatter of the sections about the best smooth line. Each section counts by its
+// information, which is what the fit does.
+double scatterVariance(const LineSums& line, double otherwise) {
+  double most = 0;
+  for (const Section& section : line.sections) most = std::max(most, section.information);
+  Eigen::Matrix<double, kNumShapes, kNumShapes> normal =
+      Eigen::Matrix<double, kNumShapes, kNumShapes>::Zero();
+  Eigen::Matrix<double, kNumShapes, 1> right = Eigen::Matrix<double, kNumShapes, 1>::Zero();
+  double square = 0;
+  int count = 0;
+  for (int i = 0; i < kNumSections; ++i) {
+    const Section& section = line.sections[static_cast<std::size_t>(i)];
+    if (!(section.information > 0.1 * most)) continue;
+    const double u = (i + 0.5) / kSectionsPerArm - 1;
+    const Eigen::Matrix<double, kNumShapes, 1> shape(1, u, u * u, u > 0 ? 1 : -1);
+    normal.noalias() += section.information * shape * shape.transpose();
+    right += section.score * shape;
+    square += section.score * section.score / section.information;
+    ++count;
+  }
+  const int freedom = count - kNumShapes;
+  constexpr int kMinFreedom = 4;
+  if (freedom < kMinFreedom) return otherwise;
+  normal.diagonal().array() *= 1 + 1e-9;
+  const double explained = right.dot(normal.ldlt().solve(right));
+  return std::max(0.0, square - explained) / freedom;
+}
+
+double armContrast(const Arm& arm, double amplitude) {
+  constexpr double kMinPixels = 6;
+  const double spread = arm.pattern2 - arm.pattern * arm.pattern / std::max(1.0, arm.count);
+  if (arm.count < kMinPixels || !(spread > 0.1 * arm.count)) return std::numeric_limits<double>::quiet_NaN();
+  return 1 + (arm.product - arm.pattern * arm.residual / arm.count) / (spread * amplitude);
+}
+
+}  // namespace
+
+EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, const EdgePrior& prior,
+                            const EdgeSolverOptions& options) {
+  // Images are stored in whole grey levels: no residuals are smaller than their rounding.
+  constexpr double kLeastVariance = 1.0 / 12;
+  constexpr double kMaxDamping = 1e7;
+  EdgeSolution solution{.model = start, .sums = {}, .converged = false};
+  sumNormalEquations(pixels, start, solution.sums);
+  addPrior(prior, start, solution.sums);
+  holdAtBounds(start, options, solution.sums);
+  NormalEquations trial_sums;
+  double damping = 1e-3;
+  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+    const NormalEquations& sums = solution.sums;
+    const Vector scale = sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
+    system.diagonal().array() += damping;
+    const Vector step = scale.cwiseProduct(system.llt().solve(scale.cwiseProduct(sums.gradient)));
+    if (!step.allFinite()) return solution;
+    // Length of the step in standard deviations, by what Gauss-Newton expects to gain.
+    const double variance = std::max(kLeastVariance, sums.cost / static_cast<double>(pixels.size()));
+    const double gain = step.dot(sums.gradient);
+    const bool is_last = damping < 0.1 && gain <= options.step_share * options.step_share * variance;
+    EdgeModel trial = solution.model;
+    for (int i = 0; i < NormalEquations::kSize; ++i) trial[static_cast<std::size_t>(i)] += step(i);
+    if (prior.common_blur) trial[EdgeModel::kBlur2] = trial[EdgeModel::kBlur1];
+    for (const auto blur : {EdgeModel::kBlur1, EdgeModel::kBlur2})
+      trial[blur] = std::clamp(trial[blur], options.min_blur_px, options.max_blur_px);
+    if (is_last) {  // too short to look at
+      solution.model = trial;
+      solution.converged = true;
+      return solution;
+    }
+    sumNormalEquations(pixels, trial, trial_sums);
+    addPrior(prior, trial, trial_sums);
+    holdAtBounds(trial, options, trial_sums);
+    if (trial_sums.cost < sums.cost) {
+      damping = std::max(1e-7, 0.1 * damping);
+      solution.model = trial;
+      std::swap(solution.sums, trial_sums);
+    } else {
+      if (gain <= options.step_share * options.step_share * variance) {
+        solution.converged = true;  // rounding decides which of the two is better
+        return solution;
+      }
+      damping *= 10;
+      if (damping > kMaxDamping) return solution;
+    }
+  }
+  return solution;
+}
+
+EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, const EdgeResiduals& residuals,
+                          const std::array<double, 2>& reach_px) {
+  // Some ten sections an arm tell a variance; longer ones take in residuals that go together over some
+  // pixels, as those of JPEG's blocks of 8 do.
+  constexpr double kSectionsWanted = 10;
+  constexpr double kMinSectionPx = 1;
+  constexpr double kMaxSectionPx = 8;
+  // Where both lines blur into each other a pixel belongs to neither's sections, and still nearer to no arm.
+  constexpr double kSectionBlurs = 2.5;
+  constexpr double kArmBlurs = 1.0;
+  std::array<LineSums, 2> lines{};
+  const Eigen::Vector2d corner = model.corner();
+  const std::array<Eigen::Vector2d, 2> directions = {model.direction(0), model.direction(1)};
+  const std::array<Eigen::Vector2d, 2> normals = {model.normal(0), model.normal(1)};
+  std::array<double, 2> per_px;
+  std::array<double, 2> per_blur;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double length = std::clamp(reach_px[i] / kSectionsWanted, kMinSectionPx, kMaxSectionPx);
+    per_px[i] = 1 / std::max(length, reach_px[i] / kSectionsPerArm);
+    per_blur[i] = 1 / model[EdgeModel::kBlur1 + i];
+  }
+  std::array<double, 2> squares{};  // inner, outer
+  std::array<double, 2> counts{};
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    const double dx = pixels.x()[p] - corner.x();
+    const double dy = pixels.y()[p] - corner.y();
+    const double residual = residuals.residual[p];
+    const double z0 = std::abs(dx * normals[0].x() + dy * normals[0].y()) * per_blur[0];
+    const double z1 = std::abs(dx * normals[1].x() + dy * normals[1].y()) * per_blur[1];
+    const std::size_t i = z0 < z1 ? 0 : 1;
+    const double u = dx * directions[i].x() + dy * directions[i].y();
+    const std::size_t half = 2 * std::abs(u) < reach_px[i] ? 0 : 1;
+    squares[half] += residual * residual;
+    counts[half] += 1;
+    const double clear = std::max(z0, z1);
+    if (clear < kArmBlurs) continue;
+    if (clear >= kSectionBlurs) {
+      const double slope = i == 0 ? residuals.slope1[p] : residuals.slope2[p];
+      const int section =
+          std::clamp(static_cast<int>(std::floor(u * per_px[i])) + kSectionsPerArm, 0, kNumSections - 1);
+      Section& in = lines[i].sections[static_cast<std::size_t>(section)];
+      in.information += slope * slope;
+      in.score += slope * residual;
+    }
+    const double pattern = residuals.pattern[p];
+    Arm& arm = lines[i].arms[u > 0 ? 0 : 1];
+    arm.count += 1;
+    arm.pattern += pattern;
+    arm.pattern2 += pattern * pattern;
+    arm.residual += residual;
+    arm.product += pattern * residual;
+  }
+  EdgeQuality quality;
+  const double freedom = static_cast<double>(pixels.size()) - static_cast<double>(EdgeModel::kNumParameters);
+  quality.residual_variance = (squares[0] + squares[1]) / std::max(1.0, freedom);
+  quality.inner_variance = squares[0] / std::max(1.0, counts[0]);
+  quality.outer_variance = squares[1] / std::max(1.0, counts[1]);
+  const double amplitude = model[EdgeModel::kAmplitude] * model.shadeAtCorner();
+  for (std::size_t i = 0; i < 2; ++i) {
+    quality.line_variance[i] = scatterVariance(lines[i], quality.residual_variance);
+    for (std::size_t side = 0; side < 2; ++side)
+      quality.arm_contrast[2 * i + side] = armContrast(lines[i].arms[side], amplitude);
+  }
+  return quality;
+}
+
+}  // namespace alidade
