@@ -9,7 +9,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/camera/lens_fit.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/same_lens.h"
 #include "alidade/core/error.h"
 #include "support/model_fixture.h"

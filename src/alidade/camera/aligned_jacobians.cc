@@ -8,30 +8,6 @@
 #include "alidade/geometry/so3.h"
 
 namespace alidade {
-namespace {
-
-// Two rows each: the change of the pixel by the parameters, and by the rotation and, in units of the
-// distance, by the position of the points.
-struct JacobianRows {
-  Eigen::MatrixXd by_params;
-  Eigen::MatrixXd by_pose;
-  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params = {};  // of one pixel
-
-  // Of the ray of `pixel`; false, and nothing written, if it has none.
-  bool set(const AnyCamera& camera, const Eigen::Vector2d& pixel, Eigen::Index row) {
-    const auto ray = camera.unproject(pixel);
-    if (!ray) return false;
-    J_params.resize(2, by_params.cols());
-    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
-    if (!camera.project(*ray, J_point.data(), J_params.data()).ok()) return false;
-    by_params.middleRows<2>(row) = J_params;
-    if (by_pose.cols() > 0) by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
-    if (by_pose.cols() > 3) by_pose.block<2, 3>(row, 3) = J_point;
-    return true;
-  }
-};
-
-}  // namespace
 
 AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels,
                                   std::span<const Eigen::Vector2d> others, std::optional<Freed> freed,
@@ -40,22 +16,30 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
   const auto num_rows = num_fitted + static_cast<Eigen::Index>(2 * others.size());
   const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
   const Eigen::Index num_freed = !freed ? 0 : *freed == Freed::kRotation ? 3 : 6;
-  JacobianRows jacobians{.by_params = Eigen::MatrixXd::Zero(num_rows, num_params),
-                         .by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed)};
+  // Two rows a pixel: its change by the parameters, and by the rotation and, in units of the distance, by the
+  // position of the points.
+  Eigen::MatrixXd by_params = Eigen::MatrixXd::Zero(num_rows, num_params);
+  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed);
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params(2, num_params);
   AlignedJacobians result;
-  Eigen::Index row = 0;
   for (const auto& list : {pixels, others}) {
     for (const Eigen::Vector2d& pixel : list) {
-      result.has_ray.push_back(jacobians.set(camera, pixel, row));
-      row += 2;
+      const auto row = static_cast<Eigen::Index>(2 * result.has_ray.size());
+      const auto ray = camera.unproject(pixel);
+      result.has_ray.push_back(ray && camera.project(*ray, J_point.data(), J_params.data()).ok());
+      if (!result.has_ray.back()) continue;
+      by_params.middleRows<2>(row) = J_params;
+      if (num_freed > 0) by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
+      if (num_freed > 3) by_pose.block<2, 3>(row, 3) = J_point;
     }
   }
   if (num_freed == 0) {
-    result.transposed = jacobians.by_params.transpose();
+    result.transposed = by_params.transpose();
     return result;
   }
-  Eigen::MatrixXd fitted_pose = jacobians.by_pose.topRows(num_fitted);
-  Eigen::MatrixXd fitted_params = jacobians.by_params.topRows(num_fitted);
+  Eigen::MatrixXd fitted_pose = by_pose.topRows(num_fitted);
+  Eigen::MatrixXd fitted_params = by_params.topRows(num_fitted);
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const double root = std::sqrt(weights[i]);
     fitted_pose.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
@@ -64,7 +48,7 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
   // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
   // only what they leave over counts.
   const Eigen::MatrixXd W = leastSquares(fitted_pose, fitted_params);
-  result.transposed = (jacobians.by_params - jacobians.by_pose * W).transpose();
+  result.transposed = (by_params - by_pose * W).transpose();
   return result;
 }
 

@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
-#include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
 #include "alidade/core/lanes.h"
 
@@ -32,7 +31,6 @@ struct DoubleSphere : LensFormula<DoubleSphere> {
                                                             ParamRange{.min = 0.0, .max = 1.0}};
   static constexpr std::array<double, 2> kStartLens = {0.0, 0.5};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) {
     if (!isInRange(k[0], k[1])) return 0.0;
@@ -40,7 +38,6 @@ struct DoubleSphere : LensFormula<DoubleSphere> {
     const double psi = std::acos(-w);
     return std::min(kMaxAngle, psi + std::asin(k[0] * std::sin(psi)));
   }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {
@@ -82,12 +79,6 @@ struct DoubleSphere : LensFormula<DoubleSphere> {
       J_m_lens[2] = ray[1] * df_dxi;
       J_m_lens[3] = ray[1] * df_dalpha;
     }
-  }
-
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    if (!isInRange(k[0], k[1])) return false;
-    quickUnlens(k, Start(), m, max_angle, ray);
-    return std::isfinite(ray[2]);
   }
 
   template <class T>

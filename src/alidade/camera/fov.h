@@ -36,10 +36,8 @@ struct Fov : LensFormula<Fov> {
   static constexpr std::array<ParamRange, 1> kLensRanges = {ParamRange{.min = 0.0, .max = 3.1}};
   static constexpr std::array<double, 1> kStartLens = {0.9};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) { return k[0] < kMinWide ? kPerspectiveMaxAngle : kMaxAngle; }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {

@@ -34,10 +34,6 @@ struct KannalaBrandt : LensFormula<KannalaBrandt> {
   static constexpr std::array<ParamRange, 4> kLensRanges = {};
   static constexpr std::array<double, 4> kStartLens = {0, 0, 0, 0};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
-
-  static double maxAngle(const double*) { return kMaxAngle; }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T*, const T* ray) {
@@ -131,10 +127,7 @@ struct KannalaBrandt : LensFormula<KannalaBrandt> {
   static bool angleOf(const double* k, double r, double limit, double& theta) {
     constexpr int kMaxIterations = 100;
     constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-    const auto radius = [k](double t) {
-      const double t2 = t * t;
-      return t * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
-    };
+    const auto radius = [k](double t) { return t * factor(k, t * t).a; };
     if (!(r <= radius(limit))) return false;
     double low = 0;
     double high = limit;

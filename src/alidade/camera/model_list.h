@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string_view>
 #include <utility>
 #include <variant>
 
@@ -42,6 +43,18 @@ struct ModelTag {
 template <class F, CameraModel... Models>
 void forEachModel(ModelList<Models...>, F&& f) {
   (f(ModelTag<Models>{}), ...);
+}
+
+/// Calls f(ModelTag<M>{}) for the model called `id`. @returns whether there is one
+template <class F>
+bool withModel(std::string_view id, F&& f) {
+  bool is_known = false;
+  forEachModel(AllModels{}, [&](auto tag) {
+    if (decltype(tag)::Model::kId != id) return;
+    is_known = true;
+    f(tag);
+  });
+  return is_known;
 }
 
 }  // namespace alidade

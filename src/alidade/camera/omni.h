@@ -9,7 +9,6 @@
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
-#include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
 #include "alidade/core/lanes.h"
 
@@ -38,7 +37,6 @@ struct Omni : LensFormula<Omni> {
       ParamRange{.min = 0.0, .max = std::numeric_limits<double>::infinity()}};
   static constexpr std::array<double, 5> kStartLens = {1, 0, 0, 0, 0};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) {
     const double xi = k[0];

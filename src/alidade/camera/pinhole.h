@@ -22,10 +22,6 @@ struct Pinhole : LensFormula<Pinhole> {
   static constexpr std::array<ParamRange, 0> kLensRanges = {};
   static constexpr std::array<double, 0> kStartLens = {};
   static constexpr double kMaxAngle = std::numbers::pi / 2;
-  static constexpr bool kIsOneToOneWithoutFold = true;
-
-  static double maxAngle(const double*) { return kMaxAngle; }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T*, const T* ray) {

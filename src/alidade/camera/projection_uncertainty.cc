@@ -17,13 +17,9 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-template <class List>
-struct MostParams;
-template <CameraModel... Models>
-struct MostParams<ModelList<Models...>> {
-  static constexpr int value = std::max({kNumParams<Models>...});
-};
-constexpr int kMostParams = MostParams<AllModels>::value;
+constexpr int kMostParams = []<class... Models>(ModelList<Models...>) {
+  return std::max({kNumParams<Models>...});
+}(AllModels{});
 
 // Pixels from one border of a side to the other.
 double pixelAt(int i, int count, int side) {

@@ -29,10 +29,8 @@ struct Ucm : LensFormula<Ucm> {
   static constexpr std::array<ParamRange, 1> kLensRanges = {ParamRange{.min = 0.0, .max = 1.0}};
   static constexpr std::array<double, 1> kStartLens = {0.5};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) { return Eucm::maxAngle(withBeta(k).data()); }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {
@@ -49,14 +47,10 @@ struct Ucm : LensFormula<Ucm> {
     }
   }
 
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    return Eucm::unlens(withBeta(k).data(), m, max_angle, ray);
-  }
-
   template <class T>
-  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m,
-                                                double max_angle, T* ray) {
-    Eucm::quickUnlens(withBeta(k).data(), start, m, max_angle, ray);
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start&, const T* m, double max_angle,
+                                                T* ray) {
+    Eucm::quickUnlens(withBeta(k).data(), {}, m, max_angle, ray);
   }
 
  private:
