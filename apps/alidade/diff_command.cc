@@ -9,8 +9,6 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "alidade/compare/agreement.h"
-#include "alidade/compare/crop_suspicion.h"
 #include "alidade/compare/difference_significance.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/compare/ray_alignment.h"

@@ -9,6 +9,7 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_variant.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 
@@ -115,30 +116,16 @@ std::optional<std::string> parameterComplaint(std::string_view model_id, std::si
 }
 
 std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size) {
-  std::vector<double> params = {focal_px, focal_px, 0.5 * (size.width - 1), 0.5 * (size.height - 1)};
-  withKnownModel(model_id, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    params.insert(params.end(), M::kStartLens.begin(), M::kStartLens.end());
-    const double axis[3] = {0, 0, 1};
-    double m[2];
-    double J[6];
-    expect(M::lensJacobian(M::kStartLens.data(), axis, m, J, nullptr), "a start has a value on its axis");
-    params[0] /= J[0];
-    params[1] /= J[4];
-  });
-  return params;
+  withKnownModel(model_id, [](auto) {});
+  const Eigen::Vector2d center(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+  const auto starts = lensStarts(model_id, Eigen::Vector2d::Constant(focal_px), center, {});
+  expect(!starts.empty(), "a focal length is positive");
+  return starts.front();
 }
 
 std::string_view statusId(ProjectStatus status) {
-  switch (status) {
-    case ProjectStatus::kOk:
-      return "ok";
-    case ProjectStatus::kBehind:
-      return "behind";
-    case ProjectStatus::kOutsideDomain:
-      break;
-  }
-  return "outside";
+  if (status == ProjectStatus::kOk) return "ok";
+  return status == ProjectStatus::kBehind ? "behind" : "outside";
 }
 
 AnyCamera AnyCamera::make(std::string_view model_id, std::span<const double> params) {

@@ -64,9 +64,13 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
 };
 
 /// The map of one ray, derived from the formula of a model, for double and for automatic differentiation; and
-/// what a lens is unless its model says otherwise: symmetric, with an inverse in closed form.
-template <class M>
+/// what a lens with `kNum` parameters is unless its model says otherwise: symmetric, with parameters of any
+/// size that start at zero, and with an inverse in closed form.
+template <class M, std::size_t kNum>
 struct LensFormula {
+  static constexpr int kNumLensParams = kNum;
+  static constexpr std::array<ParamRange, kNum> kLensRanges = {};
+  static constexpr std::array<double, kNum> kStartLens = {};
   static constexpr bool kIsOneToOneWithoutFold = true;
   static double maxAngle(const double*) { return M::kMaxAngle; }
   static bool isAxiallySymmetric(const double*) { return true; }

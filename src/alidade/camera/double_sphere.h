@@ -23,9 +23,8 @@ namespace alidade {
 /// above (a fold). The angle psi of (rho, h) rises with the field angle theta, theta = psi + asin(xi sin
 /// psi), so this is a cone of a known half-angle. The paper's condition on Z is a little stricter. Inverse:
 /// closed form. Source: Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section 3.
-struct DoubleSphere : LensFormula<DoubleSphere> {
+struct DoubleSphere : LensFormula<DoubleSphere, 2> {
   static constexpr std::string_view kId = "double_sphere";
-  static constexpr int kNumLensParams = 2;
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"xi", "alpha"};
   static constexpr std::array<ParamRange, 2> kLensRanges = {ParamRange{.min = -0.99, .max = 1.0},
                                                             ParamRange{.min = 0.0, .max = 1.0}};

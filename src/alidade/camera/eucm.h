@@ -23,9 +23,8 @@ namespace alidade {
 /// Domain: Z > -w d with w = alpha / (1 - alpha) up to alpha = 1/2 (a pole) and w = (1 - alpha) / alpha above
 /// (a fold), a cone whose half-angle is known in closed form. Inverse: closed form.
 /// Source: Khomutenko, Garcia and Martinet 2016, An enhanced unified camera model, RA-L 1(1), section II.
-struct Eucm : LensFormula<Eucm> {
+struct Eucm : LensFormula<Eucm, 2> {
   static constexpr std::string_view kId = "eucm";
-  static constexpr int kNumLensParams = 2;
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"alpha", "beta"};
   static constexpr std::array<ParamRange, 2> kLensRanges = {
       ParamRange{.min = 0.0, .max = 1.0},

@@ -27,12 +27,9 @@ namespace alidade {
 /// A generic camera model and calibration method for conventional, wide-angle, and fish-eye
 /// lenses, PAMI 28(8), the radially symmetric model, with the first coefficient absorbed in fx
 /// and fy.
-struct KannalaBrandt : LensFormula<KannalaBrandt> {
+struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
   static constexpr std::string_view kId = "kannala_brandt";
-  static constexpr int kNumLensParams = 4;
   static constexpr std::array<std::string_view, 4> kLensParamNames = {"k1", "k2", "k3", "k4"};
-  static constexpr std::array<ParamRange, 4> kLensRanges = {};
-  static constexpr std::array<double, 4> kStartLens = {0, 0, 0, 0};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
   template <class T>

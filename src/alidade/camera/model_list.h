@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
 #include <string_view>
-#include <utility>
 #include <variant>
 
 #include "alidade/camera/camera_model.h"
@@ -22,7 +20,9 @@ namespace alidade {
 
 template <CameraModel... Models>
 struct ModelList {
-  static constexpr std::size_t kSize = sizeof...(Models);
+  /// One of Of<Model> for each model.
+  template <template <class> class Of>
+  using Variant = std::variant<Of<Models>...>;
 };
 
 /// THE list of camera models. The variant, the names in files and on the command line, the cost functions and

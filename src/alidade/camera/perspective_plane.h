@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 
@@ -208,8 +209,8 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
 
 /// What the models share that distort the plane x = X/Z, y = Y/Z. M has radial(k, r2), the radial part of its
 /// distortion, warp(k, x, y), all of it, and lensDerivatives(k, x, y, dmx, dmy), by the parameters.
-template <class M>
-struct PlaneFormula : LensFormula<M> {
+template <class M, std::size_t kNum>
+struct PlaneFormula : LensFormula<M, kNum> {
   static constexpr double kMaxAngle = kPerspectiveMaxAngle;
 
   template <class T>

@@ -3,14 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
-#include <span>
 #include <utility>
 
-#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/so3.h"
 
 namespace alidade {
 namespace {
@@ -45,25 +46,63 @@ double largerStd(const Eigen::Matrix2d& covariance) {
 
 }  // namespace
 
+AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels,
+                                  std::span<const Eigen::Vector2d> others, std::optional<Freed> freed,
+                                  std::span<const double> weights) {
+  const auto num_fitted = static_cast<Eigen::Index>(2 * pixels.size());
+  const auto num_rows = num_fitted + static_cast<Eigen::Index>(2 * others.size());
+  const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
+  const Eigen::Index num_freed = !freed ? 0 : *freed == Freed::kRotation ? 3 : 6;
+  // Two rows a pixel: its change by the parameters, and by the rotation and, in units of the distance, by the
+  // position of the points.
+  Eigen::MatrixXd by_params = Eigen::MatrixXd::Zero(num_rows, num_params);
+  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed);
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params(2, num_params);
+  AlignedJacobians result;
+  for (const auto& list : {pixels, others}) {
+    for (const Eigen::Vector2d& pixel : list) {
+      const auto row = static_cast<Eigen::Index>(2 * result.has_ray.size());
+      const auto ray = camera.unproject(pixel);
+      result.has_ray.push_back(ray && camera.project(*ray, J_point.data(), J_params.data()).ok());
+      if (!result.has_ray.back()) continue;
+      by_params.middleRows<2>(row) = J_params;
+      if (num_freed > 0) by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
+      if (num_freed > 3) by_pose.block<2, 3>(row, 3) = J_point;
+    }
+  }
+  if (num_freed == 0) {
+    result.transposed = by_params.transpose();
+    return result;
+  }
+  Eigen::MatrixXd fitted_pose = by_pose.topRows(num_fitted);
+  Eigen::MatrixXd fitted_params = by_params.topRows(num_fitted);
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double root = std::sqrt(weights[i]);
+    fitted_pose.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
+    fitted_params.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
+  }
+  // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
+  // only what they leave over counts.
+  const Eigen::MatrixXd W = leastSquares(fitted_pose, fitted_params);
+  result.transposed = (by_params - by_pose * W).transpose();
+  return result;
+}
+
 ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize size, double distance_m,
                                              std::optional<Freed> freed, int columns) {
-  if (!(distance_m > 0)) {
-    throw usageError({.where = "projection uncertainty",
-                      .found = "a distance of " + exactText(distance_m) + " m",
-                      .expected = "a positive distance, or infinity"});
-  }
+  const auto refusal = [](const std::string& found, const std::string& expected) {
+    return usageError({.where = "projection uncertainty", .found = found, .expected = expected});
+  };
+  if (!(distance_m > 0))
+    throw refusal("a distance of " + exactText(distance_m) + " m", "a positive distance, or infinity");
   const Freed what = freed.value_or(std::isinf(distance_m) ? Freed::kRotation : Freed::kPose);
   if (what == Freed::kPose && std::isinf(distance_m)) {
-    throw usageError({.where = "projection uncertainty",
-                      .found = "alignment by a pose at an infinite distance",
-                      .expected = "a finite distance, or alignment by a rotation: the position of the camera "
-                                  "does not affect points at infinity"});
+    throw refusal("alignment by a pose at an infinite distance",
+                  "a finite distance, or alignment by a rotation: the position of the camera does not affect "
+                  "points at infinity");
   }
-  if (columns < 2) {
-    throw usageError({.where = "projection uncertainty",
-                      .found = std::to_string(columns) + " columns",
-                      .expected = "2 or more"});
-  }
+  if (columns < 2) throw refusal(std::to_string(columns) + " columns", "2 or more");
   columns_ = std::min(columns, size.width);
   rows_ = rowsFor(columns_, size);
   for (int row = 0; row < rows_; ++row) {

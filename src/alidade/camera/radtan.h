@@ -21,12 +21,9 @@ namespace alidade {
 /// potential, so its Jacobian is symmetric and a positive determinant on a disc makes it one-to-one there.
 /// Inverse: safeguarded Newton iteration inside that disc.
 /// Source: Brown 1966, Decentering distortion of lenses, Photogrammetric Engineering 32(3).
-struct Radtan : PlaneFormula<Radtan> {
+struct Radtan : PlaneFormula<Radtan, 5> {
   static constexpr std::string_view kId = "radtan";
-  static constexpr int kNumLensParams = 5;
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"k1", "k2", "p1", "p2", "k3"};
-  static constexpr std::array<ParamRange, 5> kLensRanges = {};
-  static constexpr std::array<double, 5> kStartLens = {0, 0, 0, 0, 0};
 
   static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
 

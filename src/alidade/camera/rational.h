@@ -29,13 +29,10 @@ namespace alidade {
 /// iteration inside that disc. Source: Claus and Fitzgibbon 2005, A rational function lens
 /// distortion model for general cameras, CVPR, for the idea; the formula is that of OpenCV's
 /// CALIB_RATIONAL_MODEL.
-struct Rational : PlaneFormula<Rational> {
+struct Rational : PlaneFormula<Rational, 8> {
   static constexpr std::string_view kId = "rational";
-  static constexpr int kNumLensParams = 8;
   static constexpr std::array<std::string_view, 8> kLensParamNames = {"k1", "k2", "p1", "p2",
                                                                       "k3", "k4", "k5", "k6"};
-  static constexpr std::array<ParamRange, 8> kLensRanges = {};
-  static constexpr std::array<double, 8> kStartLens = {0, 0, 0, 0, 0, 0, 0, 0};
 
   /// The pole, in closed form as far as the roots of a cubic allow: where numerator and denominator nearly
   /// cancel, it is too narrow to be found by sampling.

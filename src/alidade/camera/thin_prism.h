@@ -23,13 +23,10 @@ namespace alidade {
 /// curve without crossings is one-to-one. Inverse: safeguarded Newton iteration inside that disc. Source:
 /// Weng, Cohen and Herniou 1992, Camera calibration with distortion models and accuracy evaluation, PAMI
 /// 14(10), section II; the formula is that of OpenCV's CALIB_THIN_PRISM_MODEL.
-struct ThinPrism : PlaneFormula<ThinPrism> {
+struct ThinPrism : PlaneFormula<ThinPrism, 12> {
   static constexpr std::string_view kId = "thin_prism";
-  static constexpr int kNumLensParams = 12;
   static constexpr std::array<std::string_view, 12> kLensParamNames = {"k1", "k2", "p1", "p2", "k3", "k4",
                                                                        "k5", "k6", "s1", "s2", "s3", "s4"};
-  static constexpr std::array<ParamRange, 12> kLensRanges = {};
-  static constexpr std::array<double, 12> kStartLens = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
   static constexpr bool kIsOneToOneWithoutFold = false;
 
   static double maxAngle(const double* k) { return Rational::maxAngle(k); }

@@ -22,9 +22,8 @@ namespace alidade {
 /// and computed as such. Source: Geyer and Daniilidis 2000, A unifying theory for central panoramic
 /// systems, ECCV; this form: Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section
 /// 2.2.
-struct Ucm : LensFormula<Ucm> {
+struct Ucm : LensFormula<Ucm, 1> {
   static constexpr std::string_view kId = "ucm";
-  static constexpr int kNumLensParams = 1;
   static constexpr std::array<std::string_view, 1> kLensParamNames = {"alpha"};
   static constexpr std::array<ParamRange, 1> kLensRanges = {ParamRange{.min = 0.0, .max = 1.0}};
   static constexpr std::array<double, 1> kStartLens = {0.5};

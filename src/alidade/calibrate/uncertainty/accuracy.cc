@@ -15,8 +15,8 @@
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/calibrate/uncertainty/far_difference.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
-#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/camera/model_fit.h"
+#include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
 namespace {

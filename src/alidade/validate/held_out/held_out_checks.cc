@@ -10,7 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "alidade/compare/agreement.h"
 #include "alidade/core/statistics.h"
 #include "alidade/validate/held_out/misfit.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "alidade/calibrate/calibration.h"
-#include "alidade/compare/difference_factor.h"
+#include "alidade/compare/projection_difference.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/held_out/held_scores.h"
