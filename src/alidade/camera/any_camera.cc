@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_variant.h"
 #include "alidade/camera/lens_shapes.h"
@@ -58,6 +60,14 @@ std::vector<Eigen::Vector2d> imageBorder(ImageSize size) {
     border.emplace_back(size.width - 0.5, y - 0.5);
   }
   return border;
+}
+
+// Determinant of the lens' row-major Jacobian by the unit sphere's tangent plane at `ray` (unit length), per
+// steradian.
+double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
+  const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J);
+  // Rows a, b of the 2x3 matrix, restricted to the plane normal to the ray: det = (a x b) . ray.
+  return J_m_ray.row(0).cross(J_m_ray.row(1)).dot(ray);
 }
 
 template <CameraModel M>

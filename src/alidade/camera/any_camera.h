@@ -70,7 +70,8 @@ struct CertifiedCone {
                                                             double value);
 
 /// Parameters of the model's initial guess, with the principal point at the image centre and the given focal
-/// length in pixels per radian on the axis. In some models, fx and fy differ from this focal length.
+/// length (positive) in pixels per radian on the axis. In some models, fx and fy differ from this focal
+/// length.
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
 /// A camera of any model in the list, with value semantics. It is immutable, so copies share memory.

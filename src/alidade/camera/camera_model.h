@@ -58,8 +58,6 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::isAxiallySymmetric(in) } -> std::same_as<bool>;
   { M::hasValue(in, in) } -> std::same_as<bool>;
   { M::formula(in, in, out, out, out) } -> std::same_as<void>;
-  { M::lens(in, in, out) } -> std::same_as<bool>;
-  { M::lensJacobian(in, in, out, out, out) } -> std::same_as<bool>;
   { M::unlens(in, in, angle, out) } -> std::same_as<bool>;
 };
 

@@ -109,15 +109,6 @@ ModelFit judge(const AnyCamera& source, AnyCamera camera, ImageSize size, const 
   return fit;
 }
 
-bool areZero(std::string_view model_id, const std::vector<double>& params,
-             std::span<const std::string_view> absent) {
-  const auto names = parameterNames(model_id);
-  for (std::size_t i = 0; i < params.size(); ++i) {
-    if (params[i] != 0 && std::find(absent.begin(), absent.end(), names[i]) != absent.end()) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id,
@@ -134,7 +125,11 @@ ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view mode
          .next_step = "run alidade validate for details"});
   }
   const auto params = sameLensParameters(source, model_id);
-  if (params && areZero(model_id, *params, absent)) {
+  const bool is_allowed = params && std::none_of(absent.begin(), absent.end(), [&](std::string_view name) {
+                            const auto i = parameterIndex(parameterNames(model_id), name);
+                            return i && (*params)[*i] != 0;
+                          });
+  if (is_allowed) {
     ModelFit fit = judge(source, AnyCamera::make(model_id, *params), size, samples);
     fit.is_exact = !(fit.max_error_px > kExactPx);
     if (fit.is_exact) return fit;

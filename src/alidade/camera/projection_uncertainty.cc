@@ -33,11 +33,6 @@ int rowsFor(int columns, ImageSize size) {
   return std::clamp(static_cast<int>(std::lround((size.height - 1) / cell)) + 1, 2, size.height);
 }
 
-void checkSize(const Eigen::MatrixXd& parameter_covariance, Eigen::Index num_params) {
-  expect(parameter_covariance.rows() == num_params && parameter_covariance.cols() == num_params,
-         "the covariance has a row and a column for each of the camera's parameters");
-}
-
 double largerStd(const Eigen::Matrix2d& covariance) {
   const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
   const double half = 0.5 * (covariance(0, 0) - covariance(1, 1));
@@ -115,7 +110,7 @@ ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize 
   center_has_ray_ = aligned.has_ray.back();
   aligned.has_ray.pop_back();
   has_ray_ = std::move(aligned.has_ray);
-  jacobians_ = aligned.transposed;
+  jacobians_ = std::move(aligned.transposed);
 }
 
 Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> ProjectionUncertainty::jacobian(
@@ -126,12 +121,13 @@ Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> Proj
 
 // In blocks of columns, whose products are much cheaper than one after the other.
 template <class F>
-void ProjectionUncertainty::forEachCovariance(Eigen::Index first, Eigen::Index end,
-                                              const Eigen::MatrixXd& parameter_covariance, F&& f) const {
-  checkSize(parameter_covariance, jacobians_.rows());
+void ProjectionUncertainty::forEachCovariance(const Eigen::MatrixXd& parameter_covariance, F&& f) const {
+  expect(parameter_covariance.rows() == jacobians_.rows() && parameter_covariance.cols() == jacobians_.rows(),
+         "the covariance has a row and a column for each of the camera's parameters");
+  const Eigen::Index end = jacobians_.cols() / 2;
   constexpr int kBlock = 32;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostParams, 2 * kBlock> product;
-  for (; first < end; first += kBlock) {
+  for (Eigen::Index first = 0; first < end; first += kBlock) {
     const Eigen::Index count = std::min<Eigen::Index>(kBlock, end - first);
     const auto A = jacobians_.view().middleCols(2 * first, 2 * count);
     product.noalias() = parameter_covariance * A;
@@ -145,19 +141,10 @@ void ProjectionUncertainty::forEachCovariance(Eigen::Index first, Eigen::Index e
   }
 }
 
-UnalignedMatrix2d ProjectionUncertainty::covariance(int i,
-                                                    const Eigen::MatrixXd& parameter_covariance) const {
-  UnalignedMatrix2d result = UnalignedMatrix2d::Constant(kNan);
-  if (!hasRay(i)) return result;
-  forEachCovariance(i, i + 1, parameter_covariance, [&](std::size_t, const auto& found) { result = found; });
-  return result;
-}
-
 UncertaintyGrid ProjectionUncertainty::grid(const Eigen::MatrixXd& parameter_covariance) const {
   UncertaintyGrid result{.columns = columns_, .rows = rows_, .pixels = pixels_, .std_px = {}};
   result.center_px = kNan;
-  // The last one is the image's centre.
-  forEachCovariance(0, jacobians_.cols() / 2, parameter_covariance, [&](std::size_t i, const auto& found) {
+  forEachCovariance(parameter_covariance, [&](std::size_t i, const auto& found) {
     if (i < pixels_.size()) {
       result.std_px.push_back(has_ray_[i] ? largerStd(found) : kNan);
     } else if (center_has_ray_) {
@@ -174,14 +161,12 @@ UncertaintyGrid ProjectionUncertainty::grid(const Eigen::MatrixXd& parameter_cov
 ProjectionUncertainty::Worst ProjectionUncertainty::worst(const Eigen::MatrixXd& parameter_covariance) const {
   Worst result{.std_px = kNan};
   bool has_nan = false;
-  forEachCovariance(0, static_cast<Eigen::Index>(pixels_.size()), parameter_covariance,
-                    [&](std::size_t i, const auto& found) {
-                      if (!has_ray_[i]) return;
-                      const double std = largerStd(found);
-                      if (std::isnan(std)) has_nan = true;
-                      if (result.index < 0 || std > result.std_px)
-                        result = {.std_px = std, .index = static_cast<int>(i)};
-                    });
+  forEachCovariance(parameter_covariance, [&](std::size_t i, const auto& found) {
+    if (i == pixels_.size() || !has_ray_[i]) return;
+    const double std = largerStd(found);
+    if (std::isnan(std)) has_nan = true;
+    if (result.index < 0 || std > result.std_px) result = {.std_px = std, .index = static_cast<int>(i)};
+  });
   return has_nan ? Worst{.std_px = kNan} : result;
 }
 

@@ -20,7 +20,7 @@ namespace alidade {
 /// a ray.
 struct AlignedJacobians {
   /// A(q)^T, N x 2 (pixels + others): two columns per pixel, px per unit; zero where a pixel has no ray.
-  Eigen::MatrixXd transposed;
+  DenseMatrix transposed;
   std::vector<bool> has_ray;  ///< one per pixel, then one for each of the others
 };
 
@@ -85,10 +85,7 @@ class ProjectionUncertainty {
   [[nodiscard]] Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
       int i) const;
 
-  /// Covariance of grid pixel i, px^2; NaN if it has no ray.
   /// @param parameter_covariance  N x N in storage order
-  [[nodiscard]] UnalignedMatrix2d covariance(int i, const Eigen::MatrixXd& parameter_covariance) const;
-
   [[nodiscard]] UncertaintyGrid grid(const Eigen::MatrixXd& parameter_covariance) const;
 
   struct Worst {
@@ -99,10 +96,9 @@ class ProjectionUncertainty {
   [[nodiscard]] Worst worst(const Eigen::MatrixXd& parameter_covariance) const;
 
  private:
-  // Calls f(i, covariance) for pixels of the grid; the one after the last is the image's centre.
+  // Calls f(i, covariance) for the pixels of the grid; the one after the last is the image's centre.
   template <class F>
-  void forEachCovariance(Eigen::Index first, Eigen::Index end, const Eigen::MatrixXd& parameter_covariance,
-                         F&& f) const;
+  void forEachCovariance(const Eigen::MatrixXd& parameter_covariance, F&& f) const;
 
   int columns_ = 0;
   int rows_ = 0;

@@ -35,8 +35,9 @@ Eigen::MatrixXd factorOf(const ComparedCamera& camera, std::span<const Eigen::Ve
   if (!camera.covariance) return Eigen::MatrixXd(2 * static_cast<Eigen::Index>(pixels.size()), 0);
   expect(camera.covariance->rows() == n && camera.covariance->cols() == n,
          "the covariance has a row and a column for each of the camera's parameters");
-  Eigen::MatrixXd rows = alignedJacobians(*camera.camera, pixels, {}, freed, weights).transposed.transpose() *
-                         rootOf(*camera.covariance);
+  Eigen::MatrixXd rows =
+      alignedJacobians(*camera.camera, pixels, {}, freed, weights).transposed.view().transpose() *
+      rootOf(*camera.covariance);
   for (Eigen::Index i = 0; i < rows.rows(); i += 2)
     rows.middleRows<2>(i) = (unit * rows.middleRows<2>(i)).eval();
   return rows;

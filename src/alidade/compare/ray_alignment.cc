@@ -17,10 +17,6 @@ constexpr int kMaxSteps = 200;
 constexpr int kMaxHalvings = 40;
 constexpr int kMaxRounds = 10;
 
-SE3 turnedFrame(const ImageMatch& match) {
-  return {SO3::fromQuaternion(Eigen::Quaterniond(match.frameTurn())), Eigen::Vector3d::Zero()};
-}
-
 // Four rows a pair, over the pairs in use: errors and their derivatives by the tangent of b_from_a.
 class LeastSquares {
  public:
@@ -122,15 +118,12 @@ std::optional<SE3> descend(LeastSquares& problem, SE3& b_from_a) {
   return wanted;
 }
 
-std::vector<bool> seenFrom(const CameraPair& cameras, std::span<const PixelPair> pairs, const SE3& b_from_a) {
-  std::vector<bool> is_seen;
-  for (const PixelPair& pair : pairs) is_seen.push_back(differencesAt(cameras, pair, b_from_a).has_value());
-  return is_seen;
-}
-
-std::vector<bool> both(std::vector<bool> a, const std::vector<bool>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i) a[i] = a[i] && b[i];
-  return a;
+// Those of the pairs with `is_wanted` that both cameras see.
+std::vector<bool> seenFrom(const CameraPair& cameras, std::span<const PixelPair> pairs, const SE3& b_from_a,
+                           std::vector<bool> is_wanted) {
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    is_wanted[i] = is_wanted[i] && differencesAt(cameras, pairs[i], b_from_a).has_value();
+  return is_wanted;
 }
 
 }  // namespace
@@ -153,16 +146,16 @@ SE3 kabschRotation(std::span<const PixelPair> pairs) {
 RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pairs,
                        std::optional<Freed> freed) {
   RayAlignment result;
-  result.b_from_a = turnedFrame(cameras.match);
-  result.is_used = seenFrom(cameras, pairs, result.b_from_a);
+  std::vector<bool> is_allowed(pairs.size(), true);
+  result.b_from_a.rotation = SO3::fromQuaternion(Eigen::Quaterniond(cameras.match.frameTurn()));
+  result.is_used = seenFrom(cameras, pairs, result.b_from_a, is_allowed);
   result.is_converged = true;
   if (!freed) return result;
 
   result.b_from_a = kabschRotation(pairs);
-  result.is_used = seenFrom(cameras, pairs, result.b_from_a);
+  result.is_used = seenFrom(cameras, pairs, result.b_from_a, is_allowed);
   // At the rim of a lens' domain some pairs are seen from the start and not from the end, or the other way
   // round. Those that stand in the way go, and do not come back.
-  std::vector<bool> is_allowed(pairs.size(), true);
   for (int round = 0; round < kMaxRounds; ++round) {
     LeastSquares problem(cameras, pairs, result.is_used, *freed);
     constexpr double kErrorsAPair = 4;
@@ -172,8 +165,8 @@ RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pai
     }
     const auto wanted = descend(problem, result.b_from_a);
     result.is_converged = !wanted;
-    if (wanted) is_allowed = both(is_allowed, seenFrom(cameras, pairs, *wanted));
-    const std::vector<bool> is_usable = both(is_allowed, seenFrom(cameras, pairs, result.b_from_a));
+    if (wanted) is_allowed = seenFrom(cameras, pairs, *wanted, is_allowed);
+    const std::vector<bool> is_usable = seenFrom(cameras, pairs, result.b_from_a, is_allowed);
     if (is_usable == result.is_used) break;
     result.is_used = is_usable;
   }

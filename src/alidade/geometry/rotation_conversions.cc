@@ -41,6 +41,15 @@ void checkRotationMatrix(const Eigen::Matrix3d& R, double tolerance) {
 
 }  // namespace
 
+void detail::requireDirection(const std::array<double, 4>& xyzw) {
+  const auto [x, y, z, w] = xyzw;
+  if (std::isnormal(x * x + y * y + z * z + w * w)) return;
+  throw inputError(
+      {"quaternion",
+       "x, y, z, w = " + exactText(x) + ", " + exactText(y) + ", " + exactText(z) + ", " + exactText(w),
+       "finite numbers, not all zero", "normalise it to length 1"});
+}
+
 SO3 rotationFromMatrix(const Eigen::Matrix3d& R, double tolerance) {
   checkRotationMatrix(R, tolerance);
   const Svd3 svd = svdOf(R);

@@ -132,7 +132,7 @@ class Alignment {
 
   [[nodiscard]] bool hasRay(std::size_t i) const { return aligned_.has_ray[index_[i]]; }
   [[nodiscard]] double error(std::size_t i, const Eigen::MatrixXd& covariance) const {
-    const auto A = aligned_.transposed.middleCols(2 * static_cast<Eigen::Index>(index_[i]), 2);
+    const auto A = aligned_.transposed.view().middleCols(2 * static_cast<Eigen::Index>(index_[i]), 2);
     return radius95(Eigen::Matrix2d(A.transpose() * covariance * A));
   }
 
