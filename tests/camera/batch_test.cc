@@ -10,8 +10,8 @@
 #include <limits>
 #include <vector>
 
-#include "alidade/camera/batch_kernel.h"
 #include "alidade/core/random.h"
+#include "alidade/core/vector_code.h"
 #include "support/model_fixture.h"
 
 namespace alidade {
@@ -67,17 +67,17 @@ Points pointsAround(const Camera<M>& camera, std::uint64_t seed) {
 // Both variants of the loops in turn, or the only one that the processor has.
 class Variants {
  public:
-  Variants() : has_(batch::usesAvx2()) {}
-  ~Variants() { batch::usesAvx2() = has_; }
+  Variants() : has_(usesAvx2()) {}
+  ~Variants() { usesAvx2() = has_; }
   Variants(const Variants&) = delete;
   Variants& operator=(const Variants&) = delete;
 
   template <class F>
   void forEach(F&& f) const {
-    batch::usesAvx2() = false;
+    usesAvx2() = false;
     f();
     if (!has_) return;
-    batch::usesAvx2() = true;
+    usesAvx2() = true;
     f();
   }
 

@@ -7,7 +7,6 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/camera_variant.h"
-#include "alidade/camera/image_folds.h"
 #include "support/brute_force_domain.h"
 #include "support/model_fixture.h"
 

@@ -182,7 +182,8 @@ TEST(ProjectionUncertainty, SummaryAgreesWithTheGrid) {
   for (std::size_t i = 0; i < grid.std_px.size(); ++i) {
     if (!uncertainty.hasRay(static_cast<int>(i))) continue;
     ++num_compared;
-    const Eigen::Matrix2d pixel = uncertainty.covariance(static_cast<int>(i), covariance);
+    const auto J = uncertainty.jacobian(static_cast<int>(i));
+    const Eigen::Matrix2d pixel = J * covariance * J.transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(pixel);
     EXPECT_NEAR(grid.std_px[i], std::sqrt(solver.eigenvalues()(1)), 1e-9 * grid.std_px[i]);
     if (grid.std_px[i] > worst) at_worst = i;

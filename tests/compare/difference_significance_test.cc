@@ -7,7 +7,6 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/camera_edit.h"
-#include "alidade/compare/agreement.h"
 #include "alidade/core/random.h"
 #include "support/simulated_set.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/geometry/best_rotation.h"
+#include "alidade/geometry/rotation_conversions.h"
 
 #include <gtest/gtest.h>
 

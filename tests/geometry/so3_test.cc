@@ -26,15 +26,7 @@ TEST(Hat, IsTheCrossProduct) {
     const Eigen::Vector3d a = randomVector(random, -1.0, 1.0);
     const Eigen::Vector3d b = randomVector(random, -1.0, 1.0);
     ASSERT_TRUE(isNear(hat(a) * b, a.cross(b), kTolerance));
-    ASSERT_TRUE(isNear(vee(hat(a)), a, 0.0));
   }
-}
-
-TEST(Vee, TakesTheSkewPart) {
-  const Eigen::Vector3d a(1.0, -2.0, 3.0);
-  Eigen::Matrix3d symmetric;
-  symmetric << 1.0, 2.0, 3.0, 2.0, 4.0, 5.0, 3.0, 5.0, 6.0;
-  EXPECT_TRUE(isNear(vee(hat(a) + symmetric), a, 0.0));
 }
 
 TEST(So3Quaternion, IsNormalised) {

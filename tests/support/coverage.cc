@@ -189,7 +189,8 @@ Judged judgeSet(const TroubledSet& set, Trouble trouble) {
   const auto error = differences(set.drawn.camera, result.camera(), uncertainty);
   for (const Place place : kAllPlaces) {
     const int i = indexOf(uncertainty, place);
-    const Eigen::Matrix2d covariance = uncertainty.covariance(i, result.uncertainty.statedCovariance());
+    const auto J = uncertainty.jacobian(i);
+    const Eigen::Matrix2d covariance = J * result.uncertainty.statedCovariance().view() * J.transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
     const Eigen::Vector2d& e = error[static_cast<std::size_t>(i)];
     judged.projections[static_cast<std::size_t>(place)] = {.error_px = solver.eigenvectors().col(1).dot(e),

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "alidade/camera/batch_kernel.h"
+#include "alidade/core/vector_code.h"
 
 namespace alidade {
 
 /// Calls f for both variants of the loops over lanes, whichever the processor has.
 template <class F>
 void withAndWithoutAvx2(const F& f) {
-  const bool has_avx2 = batch::usesAvx2();
+  const bool has_avx2 = usesAvx2();
   f();
-  batch::usesAvx2() = false;
+  usesAvx2() = false;
   f();
-  batch::usesAvx2() = has_avx2;
+  usesAvx2() = has_avx2;
 }
 
 }  // namespace alidade

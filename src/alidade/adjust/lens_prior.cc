@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "alidade/camera/lens_fit.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
 

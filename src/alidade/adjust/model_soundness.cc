@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "alidade/adjust/covariance.h"
-#include "alidade/camera/image_folds.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade {

@@ -7,10 +7,10 @@
 #include <cstddef>
 
 #include "alidade/adjust/elimination.h"
-#include "alidade/adjust/vector_call.h"
 #include "alidade/adjust/view_equations.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
+#include "alidade/core/lanes.h"
 
 namespace alidade {
 namespace {
@@ -57,7 +57,7 @@ class ModelKernel final : public ViewKernel {
       for (const CornerGroup& group : corners) {
         const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
         const Lanes of_group = detail::GroupError(at, group, loss).rho;
-        rho += lane::select(at.is_seen, of_group, Lanes{} + batch::kNaN);
+        rho += lane::select(at.is_seen, of_group, Lanes{} + lane::kNaN);
       }
       sum = detail::sumOfLanes(rho);
     });
@@ -72,7 +72,7 @@ class ModelKernel final : public ViewKernel {
       std::size_t i = 0;
       for (const CornerGroup& group : corners) {
         const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
-        const Lanes nothing = lane::select(at.is_seen, Lanes{}, Lanes{} + batch::kNaN);
+        const Lanes nothing = lane::select(at.is_seen, Lanes{}, Lanes{} + lane::kNaN);
         double u[kNumLanes];
         double v[kNumLanes];
         lane::store(at.px[0] - lane::load(group.u.data()) + nothing, u);

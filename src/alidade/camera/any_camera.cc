@@ -7,27 +7,20 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_variant.h"
-#include "alidade/camera/image_folds.h"
-#include "alidade/camera/parameter_complaint.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
 
-// Calls f(ModelTag<M>{}) for the model called `id`.
 template <class F>
-void withModel(std::string_view id, F&& f) {
-  bool is_known = false;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId != id) return;
-    is_known = true;
-    f(tag);
-  });
-  if (is_known) return;
+void withKnownModel(std::string_view id, F&& f) {
+  if (withModel(id, f)) return;
   throw usageError({.where = "camera model",
                     .found = "'" + std::string(id) + "'",
                     .expected = "one of " + join(modelIds(), ", "),
@@ -46,6 +39,35 @@ Error unknownParameter(std::string_view model_id, std::string_view name) {
   return usageError({.where = parametersOf(model_id),
                      .found = "unknown name '" + std::string(name) + "'",
                      .expected = list(alidade::parameterNames(model_id))});
+}
+
+std::string rangeText(const ParamRange& range) {
+  if (std::isfinite(range.max))
+    return "a number from " + exactText(range.min) + " to " + exactText(range.max);
+  if (std::isfinite(range.min)) return "a number of at least " + exactText(range.min);
+  return "a finite number";
+}
+
+// Points along the outer edges of an image's outer pixels, a pixel apart.
+std::vector<Eigen::Vector2d> imageBorder(ImageSize size) {
+  std::vector<Eigen::Vector2d> border;
+  for (int x = 0; x <= size.width; ++x) {
+    border.emplace_back(x - 0.5, -0.5);
+    border.emplace_back(x - 0.5, size.height - 0.5);
+  }
+  for (int y = 1; y < size.height; ++y) {
+    border.emplace_back(-0.5, y - 0.5);
+    border.emplace_back(size.width - 0.5, y - 0.5);
+  }
+  return border;
+}
+
+// Determinant of the lens' row-major Jacobian by the unit sphere's tangent plane at `ray` (unit length), per
+// steradian.
+double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
+  const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J);
+  // Rows a, b of the 2x3 matrix, restricted to the plane normal to the ray: det = (a x b) . ray.
+  return J_m_ray.row(0).cross(J_m_ray.row(1)).dot(ray);
 }
 
 template <CameraModel M>
@@ -80,7 +102,7 @@ const std::vector<std::string>& modelIds() {
 
 std::span<const std::string_view> parameterNames(std::string_view model_id) {
   std::span<const std::string_view> names;
-  withModel(model_id, [&](auto tag) { names = kParamNames<typename decltype(tag)::Model>; });
+  withKnownModel(model_id, [&](auto tag) { names = kParamNames<typename decltype(tag)::Model>; });
   return names;
 }
 
@@ -90,36 +112,36 @@ std::optional<std::size_t> parameterIndex(std::span<const std::string_view> name
   return static_cast<std::size_t>(at - names.begin());
 }
 
-std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size) {
-  std::vector<double> params = {focal_px, focal_px, 0.5 * (size.width - 1), 0.5 * (size.height - 1)};
-  withModel(model_id, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    params.insert(params.end(), M::kStartLens.begin(), M::kStartLens.end());
-    const double axis[3] = {0, 0, 1};
-    double m[2];
-    double J[6];
-    expect(M::lensJacobian(M::kStartLens.data(), axis, m, J, nullptr), "a start has a value on its axis");
-    params[0] /= J[0];
-    params[1] /= J[4];
+std::optional<std::string> parameterComplaint(std::string_view model_id, std::size_t i, double value) {
+  if (i < 2) {
+    if (std::isfinite(value) && value > 0) return std::nullopt;
+    return "a positive focal length in pixels";
+  }
+  ParamRange range;
+  withKnownModel(model_id, [&](auto tag) {
+    if (i >= kNumAffine) range = decltype(tag)::Model::kLensRanges[i - kNumAffine];
   });
-  return params;
+  if (std::isfinite(value) && value >= range.min && value <= range.max) return std::nullopt;
+  return rangeText(range);
+}
+
+std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size) {
+  withKnownModel(model_id, [](auto) {});
+  const Eigen::Vector2d center(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+  const auto starts = lensStarts(model_id, Eigen::Vector2d::Constant(focal_px), center, {});
+  expect(!starts.empty(), "a focal length is positive");
+  return starts.front();
 }
 
 std::string_view statusId(ProjectStatus status) {
-  switch (status) {
-    case ProjectStatus::kOk:
-      return "ok";
-    case ProjectStatus::kBehind:
-      return "behind";
-    case ProjectStatus::kOutsideDomain:
-      break;
-  }
-  return "outside";
+  if (status == ProjectStatus::kOk) return "ok";
+  return status == ProjectStatus::kBehind ? "behind" : "outside";
 }
 
 AnyCamera AnyCamera::make(std::string_view model_id, std::span<const double> params) {
   std::optional<AnyCamera> camera;
-  withModel(model_id, [&](auto tag) { camera.emplace(makeCamera<typename decltype(tag)::Model>(params)); });
+  withKnownModel(model_id,
+                 [&](auto tag) { camera.emplace(makeCamera<typename decltype(tag)::Model>(params)); });
   return *camera;
 }
 
@@ -163,16 +185,8 @@ const CertifiedCone& AnyCamera::cone() const {
   return visit([](const auto& c) -> const CertifiedCone& { return c.cone(); });
 }
 
-Projection AnyCamera::project(const Eigen::Vector3d& p_cam) const {
-  return visit([&](const auto& c) { return c.project(p_cam); });
-}
-
 Projection AnyCamera::project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const {
   return visit([&](const auto& c) { return c.project(p_cam, J_px_cam, J_px_params); });
-}
-
-std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel) const {
-  return visit([&](const auto& c) { return c.unproject(pixel); });
 }
 
 std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel, double* J_ray_pixel) const {
@@ -206,13 +220,12 @@ DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
   camera.visit([&](const auto& c) {
     using M = typename std::decay_t<decltype(c)>::Model;
     const double* lens = c.params().data() + 4;
-    double axis_det = 0;
     const auto det = [&](const Eigen::Vector3d& ray) {
       double m[2];
       double J[6];
       return M::lensJacobian(lens, ray.data(), m, J, nullptr) ? std::abs(sphereDeterminant(J, ray)) : 0.0;
     };
-    axis_det = det(Eigen::Vector3d::UnitZ());
+    const double axis_det = det(Eigen::Vector3d::UnitZ());
     result.min_relative_det = 1.0;
     const auto look = [&](double u, double v) {
       const auto ray = c.unproject({u, v});
@@ -237,6 +250,15 @@ DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
 bool foldsInsideImage(const DomainCertificate& domain) {
   return !domain.full_image && domain.cone.is_limited_by_fold &&
          domain.cone.max_angle_rad < std::numbers::pi / 2;
+}
+
+bool foldsInsideImage(const AnyCamera& camera, ImageSize size) {
+  DomainCertificate domain;  // of an image that is not seen whole
+  domain.cone = camera.cone();
+  if (!foldsInsideImage(domain)) return false;
+  const std::vector<Eigen::Vector2d> border = imageBorder(size);
+  return std::any_of(border.begin(), border.end(),
+                     [&](const Eigen::Vector2d& pixel) { return !camera.unproject(pixel); });
 }
 
 }  // namespace alidade

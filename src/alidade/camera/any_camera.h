@@ -63,8 +63,15 @@ struct CertifiedCone {
 [[nodiscard]] std::optional<std::size_t> parameterIndex(std::span<const std::string_view> names,
                                                         std::string_view name);
 
+/// What parameter `i` (in storage order) of a model has to be, in words for a message: finite, positive for
+/// fx and fy, in its range for the lens. Nothing where `value` is.
+/// @pre the model has such a parameter
+[[nodiscard]] std::optional<std::string> parameterComplaint(std::string_view model_id, std::size_t i,
+                                                            double value);
+
 /// Parameters of the model's initial guess, with the principal point at the image centre and the given focal
-/// length in pixels per radian on the axis. In some models, fx and fy differ from this focal length.
+/// length (positive) in pixels per radian on the axis. In some models, fx and fy differ from this focal
+/// length.
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
 /// A camera of any model in the list, with value semantics. It is immutable, so copies share memory.
@@ -96,15 +103,14 @@ class AnyCamera {
 
   /// The pixel of a point in the camera frame, in any unit of length, or why it has none. The camera does not
   /// know its image size: the pixel may lie outside the image.
-  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const;
-  /// The same with the row-major Jacobians J_px_cam (2x3) and J_px_params (2xN); null skips a Jacobian. They
-  /// are written only if the status is kOk.
-  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const;
+  /// The row-major Jacobians J_px_cam (2x3) and J_px_params (2xN), null: not wanted, are written only if the
+  /// status is kOk.
+  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
+                                   double* J_px_params = nullptr) const;
   /// The unit ray in the camera frame that projects to `pixel`; std::nullopt if no ray of the domain does.
-  [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
-  /// The same with the row-major Jacobian J_ray_pixel (3x2), which is written only if there is a ray.
+  /// The row-major Jacobian J_ray_pixel (3x2), null: not wanted, is written only if there is a ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
-                                                         double* J_ray_pixel) const;
+                                                         double* J_ray_pixel = nullptr) const;
 
   /// Projects many points by projectBatch(), which is faster still if the points are stored by coordinate.
   void project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const;
@@ -136,5 +142,7 @@ struct DomainCertificate {
 /// degrees illuminates the whole image. Pixels more than 90 degrees from the axis are assumed to be the dark
 /// corners of a fisheye image.
 [[nodiscard]] bool foldsInsideImage(const DomainCertificate& domain);
+/// The same of certifyDomain(), which costs more.
+[[nodiscard]] bool foldsInsideImage(const AnyCamera& camera, ImageSize size);
 
 }  // namespace alidade

@@ -47,14 +47,10 @@ class Camera {
   [[nodiscard]] const typename M::Start& start() const { return start_; }
 
   /// Pixel of a point in the camera frame (any unit of length), or why there is none.
-  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam) const {
-    return project(p_cam, nullptr, nullptr);
-  }
-
-  /// The same with row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams); null = not wanted.
-  /// They are written only if the status is kOk.
-  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam,
-                                   double* J_px_params) const {
+  /// Row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams), null = not wanted, are written only
+  /// if the status is kOk.
+  [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
+                                   double* J_px_params = nullptr) const {
     Projection result;
     result.status = classify(p_cam);
     if (!result.ok()) return result;
@@ -72,20 +68,15 @@ class Camera {
   }
 
   /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does.
-  [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const {
+  /// The row-major Jacobian J_ray_pixel (3x2), null = not wanted, is written only if there is a ray.
+  [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
+                                                         double* J_ray_pixel = nullptr) const {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
     // The cone's image is bounded by that of its rim. False for NaN too.
     if (!(std::hypot(m[0], m[1]) <= rim_radius_)) return std::nullopt;
-    Eigen::Vector3d ray;
-    if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray.data())) return std::nullopt;
-    if (classify(ray) == ProjectStatus::kOk) return ray;
-    return onRim(ray, pixel);
-  }
-
-  /// The same with the row-major Jacobian J_ray_pixel (3x2); it is not written if there is no ray.
-  [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
-                                                         double* J_ray_pixel) const {
-    const auto ray = unproject(pixel);
+    std::optional<Eigen::Vector3d> ray(std::in_place);
+    if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray->data())) return std::nullopt;
+    if (classify(*ray) != ProjectStatus::kOk) ray = onRim(*ray, pixel);
     if (ray && J_ray_pixel != nullptr) rayByPixel<M>(params_.data(), ray->data(), J_ray_pixel);
     return ray;
   }

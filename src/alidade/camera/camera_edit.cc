@@ -19,10 +19,15 @@ constexpr Eigen::Index kFy = 1;
 constexpr Eigen::Index kCx = 2;
 constexpr Eigen::Index kCy = 3;
 
-// Lens parameters that are the x and y component of a vector in the normalised plane. The tangential terms
-// are r2 t + 2 (x . t) x with t = (p2, p1), the prism's r2 (s1, s3) + r2^2 (s2, s4).
-constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kVectorParams = {
-    {{"p2", "p1"}, {"s1", "s3"}, {"s2", "s4"}}};
+// Parameters that a quarter turn of the image swaps: the new x is `sign` times the old y. Those of the lens
+// are the components of a vector in the normalised plane. The tangential terms are r2 t + 2 (x . t) x with
+// t = (p2, p1), the prism's r2 (s1, s3) + r2^2 (s2, s4).
+struct SwappedPair {
+  std::string_view x, y;
+  double sign;
+};
+constexpr std::array<SwappedPair, 5> kSwapped = {
+    {{"fx", "fy", 1}, {"cx", "cy", -1}, {"p2", "p1", -1}, {"s1", "s3", -1}, {"s2", "s4", -1}}};
 
 // new parameters = J * old parameters + offset
 struct ParameterMap {
@@ -56,16 +61,16 @@ EditedCamera scale(const AnyCamera& camera, double sx, double sy, ImageSize new_
   return apply(map, camera, new_size);
 }
 
-// Whether nothing but the vectors above gives the lens a direction. A model of which this is not so needs its
+// Whether nothing but the pairs above gives the lens a direction. A model of which this is not so needs its
 // parameters added to them.
-bool isTurnedByVectors(const AnyCamera& camera) {
+bool isTurnedByPairs(const AnyCamera& camera) {
   return camera.visit([](const auto& c) {
     using M = typename std::decay_t<decltype(c)>::Model;
     auto params = c.params();
     const auto& names = kParamNames<M>;
     for (std::size_t i = 4; i < params.size(); ++i) {
-      for (const auto& [x, y] : kVectorParams) {
-        if (names[i] == x || names[i] == y) params[i] = 0;
+      for (const SwappedPair& pair : kSwapped) {
+        if (names[i] == pair.x || names[i] == pair.y) params[i] = 0;
       }
     }
     return M::isAxiallySymmetric(params.data() + 4);
@@ -75,20 +80,16 @@ bool isTurnedByVectors(const AnyCamera& camera) {
 EditedCamera quarterTurn(const AnyCamera& camera, ImageSize size) {
   // In the plane (mx, my) becomes (-my, mx), and u = height - 1 - v, v = u.
   ParameterMap map(camera);
-  const auto swap = [&map](std::size_t first, std::size_t second, double sign_i) {
-    const auto i = static_cast<Eigen::Index>(first);
-    const auto j = static_cast<Eigen::Index>(second);
-    map.J(i, i) = map.J(j, j) = 0;
-    map.J(i, j) = sign_i;
-    map.J(j, i) = 1;
-  };
-  swap(kFx, kFy, 1);
-  swap(kCx, kCy, -1);
   map.offset(kCx) = size.height - 1;
-  for (const auto& [x_name, y_name] : kVectorParams) {
+  for (const auto& [x_name, y_name, sign] : kSwapped) {
     const auto x = parameterIndex(camera.parameterNames(), x_name);
     const auto y = parameterIndex(camera.parameterNames(), y_name);
-    if (x && y) swap(*x, *y, -1);
+    if (!x || !y) continue;
+    const auto i = static_cast<Eigen::Index>(*x);
+    const auto j = static_cast<Eigen::Index>(*y);
+    map.J(i, i) = map.J(j, j) = 0;
+    map.J(i, j) = sign;
+    map.J(j, i) = 1;
   }
   EditedCamera edited = apply(map, camera, {.width = size.height, .height = size.width});
   edited.new_from_old << 0, -1, 0,  //
@@ -143,7 +144,7 @@ EditedCamera binCamera(const AnyCamera& camera, ImageSize size, int factor) {
 }
 
 EditedCamera rotateCamera(const AnyCamera& camera, ImageSize size, int quarter_turns) {
-  expect(isTurnedByVectors(camera), "every lens parameter with a direction is known to camera_edit");
+  expect(isTurnedByPairs(camera), "every lens parameter with a direction is known to camera_edit");
   EditedCamera all = apply(ParameterMap(camera), camera, size);
   const int num_turns = (quarter_turns % 4 + 4) % 4;
   for (int i = 0; i < num_turns; ++i) {

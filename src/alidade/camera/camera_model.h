@@ -7,8 +7,6 @@
 #include <limits>
 #include <string_view>
 
-#include "alidade/camera/inverse_start.h"
-
 namespace alidade {
 
 /// The values that a lens parameter may take, both ends included.
@@ -46,36 +44,34 @@ struct ParamRange {
 ///                    the cone where there is none, and also where more iterations would be needed
 ///   Start, makeStart(k, max_angle)  precomputed values for quickUnlens()
 ///
-/// LensFormula makes lens() and lensJacobian() from hasValue() and formula().
+/// LensFormula makes lens() and lensJacobian() from hasValue() and formula(), and holds what most models
+/// share.
 template <class M>
 concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kId } -> std::convertible_to<std::string_view>;
-  { M::kNumLensParams } -> std::convertible_to<int>;
   { M::kMaxAngle } -> std::convertible_to<double>;
   { M::kIsOneToOneWithoutFold } -> std::convertible_to<bool>;
-  requires std::same_as < decltype(M::kLensParamNames), const std::array < std::string_view,
-      static_cast<std::size_t>(M::kNumLensParams)
-  >> ;
-  requires std::same_as < decltype(M::kLensRanges), const std::array < ParamRange,
-      static_cast<std::size_t>(M::kNumLensParams)
-  >> ;
-  requires std::same_as < decltype(M::kStartLens), const std::array < double,
-      static_cast<std::size_t>(M::kNumLensParams)
-  >> ;
+  requires M::kLensParamNames.size() == M::kNumLensParams;
+  requires M::kLensRanges.size() == M::kNumLensParams;
+  requires M::kStartLens.size() == M::kNumLensParams;
   { M::maxAngle(in) } -> std::same_as<double>;
   { M::isAxiallySymmetric(in) } -> std::same_as<bool>;
   { M::hasValue(in, in) } -> std::same_as<bool>;
   { M::formula(in, in, out, out, out) } -> std::same_as<void>;
-  { M::lens(in, in, out) } -> std::same_as<bool>;
-  { M::lensJacobian(in, in, out, out, out) } -> std::same_as<bool>;
   { M::unlens(in, in, angle, out) } -> std::same_as<bool>;
 };
 
-/// The map of one ray, derived from the formula of a model, for double and for automatic differentiation.
-template <class M>
+/// The map of one ray, derived from the formula of a model, for double and for automatic differentiation; and
+/// what a lens with `kNum` parameters is unless its model says otherwise: symmetric, with parameters of any
+/// size that start at zero, and with an inverse in closed form.
+template <class M, std::size_t kNum>
 struct LensFormula {
-  using Start = detail::NoStart;
-  static Start makeStart(const double*, double) { return {}; }
+  static constexpr int kNumLensParams = kNum;
+  static constexpr std::array<ParamRange, kNum> kLensRanges = {};
+  static constexpr std::array<double, kNum> kStartLens = {};
+  static constexpr bool kIsOneToOneWithoutFold = true;
+  static double maxAngle(const double*) { return M::kMaxAngle; }
+  static bool isAxiallySymmetric(const double*) { return true; }
 
   /// m of a ray (any length); false where the formula has no value.
   template <class T>
@@ -92,6 +88,14 @@ struct LensFormula {
     M::formula(k, ray, m, J_m_ray, J_m_lens);
     return true;
   }
+
+  /// An inverse in closed form needs no safeguards.
+  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
+    M::quickUnlens(k, Start(), m, max_angle, ray);
+    return M::hasValue(k, ray);
+  }
+  struct Start {};
+  static Start makeStart(const double*, double) { return {}; }
 };
 
 /// Parameters of the affine step, which every model stores first.

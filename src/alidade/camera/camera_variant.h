@@ -14,15 +14,8 @@
 namespace alidade {
 
 namespace detail {
-template <class List>
-struct VariantOfList;
-template <CameraModel... Models>
-struct VariantOfList<ModelList<Models...>> {
-  using type = std::variant<Camera<Models>...>;
-};
-
 struct CameraVariant {
-  VariantOfList<AllModels>::type camera;
+  AllModels::Variant<Camera> camera;
 };
 }  // namespace detail
 

@@ -55,9 +55,8 @@ class Firmness {
     block.ray[2][0] = 1.0;
     lens_(block, 1);
     if (std::isnan(block.m[0][0])) return;
-    std::array<double, 6> J{};
-    for (std::size_t e = 0; e < 6; ++e) J[e] = block.J_m_ray[e][0];
-    axis_scale_ = std::sqrt(std::abs(sphereDeterminant(J.data(), Eigen::Vector3d::UnitZ())));
+    const auto& J = block.J_m_ray;
+    axis_scale_ = std::sqrt(std::abs(J[0][0] * J[4][0] - J[1][0] * J[3][0]));
   }
 
   // `azimuth` as a unit vector.
@@ -233,12 +232,6 @@ double largestSimpleRim(const LensFunction& lens, double max_angle) {
 }
 
 }  // namespace
-
-double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
-  const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J);
-  // Rows a, b of the 2x3 matrix, restricted to the plane normal to the ray: det = (a x b) . ray.
-  return J_m_ray.row(0).cross(J_m_ray.row(1)).dot(ray);
-}
 
 CertifiedCone certifyCone(const LensFunction& lens, const ConeLimits& limits) {
   const double limit = std::min(limits.model_rad, limits.closed_form_rad);

@@ -61,8 +61,4 @@ struct ConeLimits {
 /// (a pole), or the determinant is so small that the inverse has lost its digits (almost a fold).
 [[nodiscard]] CertifiedCone certifyCone(const LensFunction& lens, const ConeLimits& limits);
 
-/// Determinant of the lens' Jacobian by the unit sphere's tangent plane at `ray` (unit length), per
-/// steradian.
-[[nodiscard]] double sphereDeterminant(const double* J_m_ray, const Eigen::Vector3d& ray);
-
 }  // namespace alidade

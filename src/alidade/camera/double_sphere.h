@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
-#include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
 #include "alidade/core/lanes.h"
 
@@ -24,15 +23,13 @@ namespace alidade {
 /// above (a fold). The angle psi of (rho, h) rises with the field angle theta, theta = psi + asin(xi sin
 /// psi), so this is a cone of a known half-angle. The paper's condition on Z is a little stricter. Inverse:
 /// closed form. Source: Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section 3.
-struct DoubleSphere : LensFormula<DoubleSphere> {
+struct DoubleSphere : LensFormula<DoubleSphere, 2> {
   static constexpr std::string_view kId = "double_sphere";
-  static constexpr int kNumLensParams = 2;
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"xi", "alpha"};
   static constexpr std::array<ParamRange, 2> kLensRanges = {ParamRange{.min = -0.99, .max = 1.0},
                                                             ParamRange{.min = 0.0, .max = 1.0}};
   static constexpr std::array<double, 2> kStartLens = {0.0, 0.5};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) {
     if (!isInRange(k[0], k[1])) return 0.0;
@@ -40,7 +37,6 @@ struct DoubleSphere : LensFormula<DoubleSphere> {
     const double psi = std::acos(-w);
     return std::min(kMaxAngle, psi + std::asin(k[0] * std::sin(psi)));
   }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {
@@ -82,12 +78,6 @@ struct DoubleSphere : LensFormula<DoubleSphere> {
       J_m_lens[2] = ray[1] * df_dxi;
       J_m_lens[3] = ray[1] * df_dalpha;
     }
-  }
-
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    if (!isInRange(k[0], k[1])) return false;
-    quickUnlens(k, Start(), m, max_angle, ray);
-    return std::isfinite(ray[2]);
   }
 
   template <class T>

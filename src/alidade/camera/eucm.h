@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
-#include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
 #include "alidade/core/lanes.h"
 
@@ -24,23 +23,20 @@ namespace alidade {
 /// Domain: Z > -w d with w = alpha / (1 - alpha) up to alpha = 1/2 (a pole) and w = (1 - alpha) / alpha above
 /// (a fold), a cone whose half-angle is known in closed form. Inverse: closed form.
 /// Source: Khomutenko, Garcia and Martinet 2016, An enhanced unified camera model, RA-L 1(1), section II.
-struct Eucm : LensFormula<Eucm> {
+struct Eucm : LensFormula<Eucm, 2> {
   static constexpr std::string_view kId = "eucm";
-  static constexpr int kNumLensParams = 2;
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"alpha", "beta"};
   static constexpr std::array<ParamRange, 2> kLensRanges = {
       ParamRange{.min = 0.0, .max = 1.0},
       ParamRange{.min = 1e-3, .max = std::numeric_limits<double>::infinity()}};
   static constexpr std::array<double, 2> kStartLens = {0.5, 1.0};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) {
     if (!isInRange(k[0], k[1])) return 0.0;
     const double w = detail::sphereLimit(k[0]);
     return std::min(kMaxAngle, std::atan2(std::sqrt((1 - w) * (1 + w)), -w * std::sqrt(k[1])));
   }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {
@@ -75,12 +71,6 @@ struct Eucm : LensFormula<Eucm> {
       J_m_lens[2] = ray[1] * df_dalpha;
       J_m_lens[3] = ray[1] * df_dbeta;
     }
-  }
-
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    if (!isInRange(k[0], k[1])) return false;
-    quickUnlens(k, Start(), m, max_angle, ray);
-    return std::isfinite(ray[2]);
   }
 
   template <class T>

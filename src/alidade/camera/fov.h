@@ -29,17 +29,14 @@ namespace alidade {
 /// would lose too many digits. Inverse: closed form. Source: Devernay and Faugeras 2001,
 /// Straight lines have to be straight, Machine Vision and Applications 13(1), the FOV
 /// model.
-struct Fov : LensFormula<Fov> {
+struct Fov : LensFormula<Fov, 1> {
   static constexpr std::string_view kId = "fov";
-  static constexpr int kNumLensParams = 1;
   static constexpr std::array<std::string_view, 1> kLensParamNames = {"w"};
   static constexpr std::array<ParamRange, 1> kLensRanges = {ParamRange{.min = 0.0, .max = 3.1}};
   static constexpr std::array<double, 1> kStartLens = {0.9};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) { return k[0] < kMinWide ? kPerspectiveMaxAngle : kMaxAngle; }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {

@@ -76,7 +76,4 @@ class InverseStart {
   double inverse_w_max_ = 0;
 };
 
-/// For models whose inverse needs no search.
-struct NoStart {};
-
 }  // namespace alidade::detail

@@ -27,17 +27,10 @@ namespace alidade {
 /// A generic camera model and calibration method for conventional, wide-angle, and fish-eye
 /// lenses, PAMI 28(8), the radially symmetric model, with the first coefficient absorbed in fx
 /// and fy.
-struct KannalaBrandt : LensFormula<KannalaBrandt> {
+struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
   static constexpr std::string_view kId = "kannala_brandt";
-  static constexpr int kNumLensParams = 4;
   static constexpr std::array<std::string_view, 4> kLensParamNames = {"k1", "k2", "k3", "k4"};
-  static constexpr std::array<ParamRange, 4> kLensRanges = {};
-  static constexpr std::array<double, 4> kStartLens = {0, 0, 0, 0};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
-
-  static double maxAngle(const double*) { return kMaxAngle; }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T*, const T* ray) {
@@ -131,10 +124,7 @@ struct KannalaBrandt : LensFormula<KannalaBrandt> {
   static bool angleOf(const double* k, double r, double limit, double& theta) {
     constexpr int kMaxIterations = 100;
     constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-    const auto radius = [k](double t) {
-      const double t2 = t * t;
-      return t * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
-    };
+    const auto radius = [k](double t) { return t * factor(k, t * t).a; };
     if (!(r <= radius(limit))) return false;
     double low = 0;
     double high = limit;

@@ -3,51 +3,143 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
-#include "alidade/camera/lens_fit.h"
+#include <Eigen/QR>
+
 #include "alidade/camera/model_list.h"
+#include "alidade/camera/projection.h"
+#include "alidade/core/error.h"
 
 namespace alidade {
 namespace {
+
+// What the fit needs of a model, without its type.
+struct Formula {
+  bool (*project)(const double* params, const double* ray, double* px, double* J_px_ray,
+                  double* J_px_params) = nullptr;
+  std::vector<ParamRange> ranges;  // of all parameters
+  std::vector<double> start_lens;
+};
+
+Formula formulaOf(std::string_view model_id) {
+  constexpr ParamRange kPositive = {.min = std::numeric_limits<double>::min()};
+  Formula formula{.ranges = {kPositive, kPositive, {}, {}}, .start_lens = {}};
+  const bool is_known = withModel(model_id, [&](auto tag) {
+    using M = typename decltype(tag)::Model;
+    formula.project = &projectFormulaJacobian<M>;
+    formula.start_lens.assign(M::kStartLens.begin(), M::kStartLens.end());
+    formula.ranges.insert(formula.ranges.end(), M::kLensRanges.begin(), M::kLensRanges.end());
+  });
+  expect(is_known, "the id of a model");
+  return formula;
+}
+
+double clamped(double value, const ParamRange& range) {
+  return std::clamp(value, range.min, range.max);
+}
+
+double widthOf(const ParamRange& range) {
+  return std::isfinite(range.max) ? range.max - range.min : 4.0;
+}
+
+bool isFinite(const double* px) {
+  return std::isfinite(px[0]) && std::isfinite(px[1]);
+}
+
+// The camera of a lens with these pixels a radian on the axis, which is seen at `axis_px`; nothing where the
+// lens has no such camera.
+std::optional<std::vector<double>> startWith(const Formula& formula, std::span<const double> lens,
+                                             const Eigen::Vector2d& focal_px,
+                                             const Eigen::Vector2d& axis_px) {
+  std::vector<double> params = {1, 1, 0, 0};
+  for (std::size_t i = 0; i < lens.size(); ++i)
+    params.push_back(clamped(lens[i], formula.ranges[kNumAffine + i]));
+  const double axis[3] = {0, 0, 1};
+  double px[2];
+  double J[6];
+  if (!formula.project(params.data(), axis, px, J, nullptr)) return std::nullopt;
+  const double focal[2] = {focal_px.x() / J[0], focal_px.y() / J[4]};
+  if (!isFinite(focal) || !(focal[0] > 0 && focal[1] > 0)) return std::nullopt;
+  std::copy_n(focal, 2, params.begin());
+  std::copy_n(axis_px.data(), 2, params.begin() + 2);
+  return params;
+}
+
+double costOf(const Formula& formula, const std::vector<RaySample>& samples,
+              const std::vector<double>& params) {
+  constexpr double kLostPx = 1e4;  // stands for "no value": worse than any residual of a useful fit
+  double sum = 0;
+  for (const RaySample& sample : samples) {
+    double px[2];
+    const bool has_value =
+        formula.project(params.data(), sample.ray.data(), px, nullptr, nullptr) && isFinite(px);
+    sum += has_value ? (Eigen::Vector2d(px[0], px[1]) - sample.pixel).squaredNorm() : kLostPx * kLostPx;
+  }
+  return sum;
+}
+
+// The least squares problem about one point: |R d + z|^2 plus a constant is the cost of a step d.
+struct Linearisation {
+  Eigen::MatrixXd R;
+  Eigen::VectorXd z;
+};
+
+Linearisation linearise(const Formula& formula, const std::vector<RaySample>& samples,
+                        const std::vector<double>& params) {
+  const auto n = static_cast<Eigen::Index>(params.size());
+  const auto num_rows = 2 * static_cast<Eigen::Index>(samples.size());
+  // At least n + 1 rows, so that the triangle below is whole.
+  Eigen::MatrixXd J_and_r = Eigen::MatrixXd::Zero(std::max(num_rows, n + 1), n + 1);
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J(2, n);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    double px[2];
+    if (!formula.project(params.data(), samples[i].ray.data(), px, nullptr, J.data())) continue;
+    if (!isFinite(px) || !J.allFinite()) continue;
+    const auto row = 2 * static_cast<Eigen::Index>(i);
+    J_and_r.middleRows(row, 2).leftCols(n) = J;
+    J_and_r.col(n).segment(row, 2) = Eigen::Vector2d(px[0], px[1]) - samples[i].pixel;
+  }
+  // An orthogonal factorisation, because high powers of the radius leave normal equations no digits.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(J_and_r);
+  const Eigen::MatrixXd triangle = qr.matrixQR().topRows(n + 1).triangularView<Eigen::Upper>();
+  return {.R = triangle.topLeftCorner(n, n), .z = triangle.col(n).head(n)};
+}
+
+// Minimises |R d + z|^2 + lambda |D d|^2 over those d of which `is_free` says so; the others stay zero.
+Eigen::VectorXd dampedStep(const Linearisation& at, const Eigen::VectorXd& scale, double lambda,
+                           const std::vector<bool>& is_free) {
+  const Eigen::Index n = at.R.cols();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * n, n);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(2 * n);
+  A.topRows(n) = at.R;
+  b.head(n) = -at.z;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    A(n + i, i) = std::sqrt(lambda) * scale(i);
+    if (is_free[static_cast<std::size_t>(i)]) continue;
+    A.col(i).setZero();
+    A(n + i, i) = 1;
+  }
+  return A.colPivHouseholderQr().solve(b);
+}
 
 // Where a lens is a quotient of polynomials in r^2 (k1 k2 k3 over k4 k5 k6), both multiplied by 1 + c r^2 up
 // to its sixth power: nearly the same lens, from which the solver takes another way.
 std::vector<std::vector<double>> quotientLenses(std::string_view model_id, const std::vector<double>& plain) {
   const auto names = parameterNames(model_id);
-  const auto k1 = parameterIndex(names, "k1");
-  const auto k2 = parameterIndex(names, "k2");
-  const auto k3 = parameterIndex(names, "k3");
-  const auto k4 = parameterIndex(names, "k4");
-  if (!k1 || !k2 || !k3 || !k4 || !parameterIndex(names, "k6")) return {};
+  if (!parameterIndex(names, "k3") || !parameterIndex(names, "k6")) return {};
   std::vector<std::vector<double>> lenses;
   for (const double c : {0.5, 2.0, -0.3}) {
     std::vector<double> params = plain;
-    params[*k1] += c;
-    params[*k2] += c * plain[*k1];
-    params[*k3] += c * plain[*k2];
-    params[*k4] += c;
+    const auto of = [&](std::string_view name) { return *parameterIndex(names, name); };
+    params[of("k1")] += c;
+    params[of("k2")] += c * plain[of("k1")];
+    params[of("k3")] += c * plain[of("k2")];
+    params[of("k4")] += c;
     lenses.push_back(std::move(params));
   }
   return lenses;
-}
-
-// Other values worth trying for the lens' first parameter if it is a shape of its own beside others: those
-// have a range, while coefficients of polynomials do not. A shape that is alone has one best value.
-std::vector<double> otherCharacters(std::string_view model_id, double best) {
-  std::vector<double> others;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if constexpr (M::kNumLensParams > 1) {
-      const ParamRange range = M::kLensRanges[0];
-      if (M::kId != model_id || !std::isfinite(range.min)) return;
-      const double width = std::isfinite(range.max) ? range.max - range.min : 4.0;
-      for (const double share : {-0.3, -0.2, -0.1, -0.04, 0.04, 0.1, 0.2, 0.3}) {
-        const double value = best + share * width;
-        if (value >= range.min && value <= range.max) others.push_back(value);
-      }
-    }
-  });
-  return others;
 }
 
 }  // namespace
@@ -86,35 +178,120 @@ std::vector<double> parametersByName(std::string_view from_id, std::span<const d
   return named;
 }
 
+std::vector<std::vector<double>> lensStarts(std::string_view model_id, const Eigen::Vector2d& focal_px,
+                                            const Eigen::Vector2d& axis_px, std::span<const double> named) {
+  const Formula formula = formulaOf(model_id);
+  std::vector<std::vector<double>> lenses = {formula.start_lens};
+  if (named.size() == formula.start_lens.size()) lenses.emplace_back(named.begin(), named.end());
+  for (std::size_t i = 0; i < formula.start_lens.size(); ++i) {
+    const ParamRange& range = formula.ranges[kNumAffine + i];
+    if (!std::isfinite(range.min)) continue;
+    for (const double share : {0.0, 0.25, 0.5, 0.75}) {
+      lenses.push_back(formula.start_lens);
+      lenses.back()[i] = range.min + share * widthOf(range);
+    }
+  }
+  std::vector<std::vector<double>> starts;
+  for (const std::vector<double>& lens : lenses) {
+    if (auto start = startWith(formula, lens, focal_px, axis_px)) starts.push_back(std::move(*start));
+  }
+  return starts;
+}
+
+LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples, std::vector<double> start,
+                std::span<const std::string_view> absent) {
+  constexpr int kMaxIterations = 200;
+  constexpr double kMaxLambda = 1e12;
+  constexpr double kStillPx = 1e-11;   // RMS by which a step moves the pixels when it has arrived
+  constexpr double kSmallGain = 1e-9;  // of the cost,
+  constexpr int kMaxSmallGains = 6;    // this often in a row
+  Formula formula = formulaOf(model_id);
+  for (const std::string_view name : absent) {
+    if (const auto i = parameterIndex(parameterNames(model_id), name))
+      formula.ranges[*i] = {.min = 0, .max = 0};
+  }
+  const std::size_t n = start.size();
+  for (std::size_t i = 0; i < n; ++i) start[i] = clamped(start[i], formula.ranges[i]);
+  LensFit fit{.params = std::move(start)};
+  fit.cost = costOf(formula, samples, fit.params);
+  Eigen::VectorXd scale = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  double lambda = 1e-4;
+  int num_small_gains = 0;
+  while (fit.num_iterations < kMaxIterations && num_small_gains < kMaxSmallGains) {
+    ++fit.num_iterations;
+    const Linearisation at = linearise(formula, samples, fit.params);
+    // The largest columns so far, which keeps the steps of parameters without effect bounded.
+    scale = scale.cwiseMax(at.R.colwise().norm().transpose());
+    const Eigen::VectorXd gradient = at.R.transpose() * at.z;
+    std::vector<bool> is_free(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double down = -gradient(static_cast<Eigen::Index>(i));
+      const ParamRange& range = formula.ranges[i];
+      is_free[i] = scale(static_cast<Eigen::Index>(i)) > 0 && !(fit.params[i] <= range.min && down < 0) &&
+                   !(fit.params[i] >= range.max && down > 0);
+    }
+    bool has_moved = false;
+    while (!has_moved && lambda <= kMaxLambda) {
+      const Eigen::VectorXd step = dampedStep(at, scale, lambda, is_free);
+      if (!step.allFinite()) break;
+      if ((at.R * step).norm() <= kStillPx * std::sqrt(static_cast<double>(samples.size()))) break;
+      std::vector<double> params = fit.params;
+      for (std::size_t i = 0; i < n; ++i)
+        params[i] = clamped(params[i] + step(static_cast<Eigen::Index>(i)), formula.ranges[i]);
+      const double cost = costOf(formula, samples, params);
+      if (cost < fit.cost) {
+        num_small_gains = fit.cost - cost < kSmallGain * fit.cost ? num_small_gains + 1 : 0;
+        fit.params = std::move(params);
+        fit.cost = cost;
+        lambda = std::max(lambda * 0.1, 1e-15);
+        has_moved = true;
+      } else {
+        lambda *= 5;
+      }
+    }
+    if (!has_moved) break;
+  }
+  return fit;
+}
+
+LensFit bestLens(std::string_view model_id, const AnyCamera& like, const std::vector<RaySample>& samples,
+                 std::span<const std::string_view> absent) {
+  const std::vector<double> named = parametersByName(like.modelId(), like.parameters(), model_id);
+  const Eigen::Vector2d axis_px(like.parameters()[2], like.parameters()[3]);
+  std::optional<LensFit> best;
+  for (std::vector<double>& start :
+       lensStarts(model_id, axisFocal(like), axis_px, std::span(named).subspan(kNumAffine))) {
+    LensFit fit = fitLens(model_id, samples, std::move(start), absent);
+    if (!best || fit.cost < best->cost) best = std::move(fit);
+  }
+  expect(best.has_value(), "every model can be started");
+  return *best;
+}
+
 std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& like,
                                   std::span<const Eigen::Vector2d> pixels) {
   std::vector<RaySample> samples;
   for (const Eigen::Vector2d& pixel : pixels) {
     if (const auto ray = like.unproject(pixel)) samples.push_back({pixel, *ray});
   }
+  const std::vector<double> best = bestLens(model_id, like, samples).params;
+  std::vector<LensShape> shapes = {{.params = best}};
   const std::vector<double> named = parametersByName(like.modelId(), like.parameters(), model_id);
-  const Eigen::Vector2d axis_px(like.parameters()[2], like.parameters()[3]);
-  const std::vector<std::vector<double>> starts =
-      lensStarts(model_id, axisFocal(like), axis_px, {named.begin() + 4, named.end()});
-
-  std::vector<LensShape> shapes;
-  std::optional<LensFit> best;
-  for (const std::vector<double>& start : starts) {
-    LensFit fit = fitLens(model_id, samples, start);
-    if (!best || fit.cost < best->cost) best = std::move(fit);
-  }
-  if (best) shapes.push_back({.params = best->params});
   for (std::vector<double>& params : quotientLenses(model_id, named))
     shapes.push_back({.params = std::move(params)});
-  if (!best) return shapes;
-  const std::size_t first = kAffineParamNames.size();
-  for (const double value :
-       otherCharacters(model_id, best->params.size() > first ? best->params[first] : 0.0)) {
-    std::vector<double> lens(best->params.begin() + static_cast<std::ptrdiff_t>(first), best->params.end());
-    lens.front() = value;
-    // The second start is the one with the lens that is named.
-    const auto scaled = lensStarts(model_id, axisFocal(like), axis_px, lens);
-    if (scaled.size() > 1) shapes.push_back({.params = scaled[1], .character = static_cast<int>(first)});
+
+  // Other values of the lens' first parameter if it is a shape of its own beside others: those have a range,
+  // while coefficients of polynomials do not. A shape that is alone has one best value.
+  const Formula formula = formulaOf(model_id);
+  if (formula.start_lens.size() < 2 || !std::isfinite(formula.ranges[kNumAffine].min)) return shapes;
+  const ParamRange& range = formula.ranges[kNumAffine];
+  const Eigen::Vector2d axis_px(like.parameters()[2], like.parameters()[3]);
+  for (const double share : {-0.3, -0.2, -0.1, -0.04, 0.04, 0.1, 0.2, 0.3}) {
+    std::vector<double> lens(best.begin() + kNumAffine, best.end());
+    lens[0] += share * widthOf(range);
+    if (!(lens[0] >= range.min && lens[0] <= range.max)) continue;
+    if (auto start = startWith(formula, lens, axisFocal(like), axis_px))
+      shapes.push_back({.params = std::move(*start), .character = static_cast<int>(kNumAffine)});
   }
   return shapes;
 }

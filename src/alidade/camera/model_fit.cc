@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "alidade/camera/lens_fit.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/same_lens.h"
 #include "alidade/core/error.h"
 
@@ -109,50 +109,6 @@ ModelFit judge(const AnyCamera& source, AnyCamera camera, ImageSize size, const 
   return fit;
 }
 
-// Pixels a radian on the optical axis, and the axis' own pixel.
-std::pair<Eigen::Vector2d, Eigen::Vector2d> axisOf(const AnyCamera& camera) {
-  double J[6];
-  const Projection axis = camera.project(Eigen::Vector3d::UnitZ(), J, nullptr);
-  expect(axis.ok(), "a camera sees its optical axis");
-  return {{J[0], J[4]}, axis.pixel};
-}
-
-// The source's lens parameters under the names of the target's, zero where it has none: a start where the
-// models are related, and harmless where they are not.
-std::vector<double> lensByName(const AnyCamera& source, std::string_view model_id) {
-  const auto source_names = source.parameterNames();
-  std::vector<double> lens;
-  for (const std::string_view name : parameterNames(model_id).subspan(4)) {
-    const auto at = std::find(source_names.begin(), source_names.end(), name);
-    lens.push_back(at == source_names.end()
-                       ? 0.0
-                       : source.parameters()[static_cast<std::size_t>(at - source_names.begin())]);
-  }
-  return lens;
-}
-
-std::vector<double> bestParameters(const AnyCamera& source, ImageSize size, std::string_view model_id,
-                                   std::span<const std::string_view> absent) {
-  const std::vector<RaySample> samples = sampleRays(source, size, kFitCells).inside;
-  const auto [focal_px, axis_px] = axisOf(source);
-  std::optional<LensFit> best;
-  for (std::vector<double>& start : lensStarts(model_id, focal_px, axis_px, lensByName(source, model_id))) {
-    LensFit fit = fitLens(model_id, samples, std::move(start), absent);
-    if (!best || fit.cost < best->cost) best = std::move(fit);
-  }
-  expect(best.has_value(), "every model can be started");
-  return best->params;
-}
-
-bool areZero(std::string_view model_id, const std::vector<double>& params,
-             std::span<const std::string_view> absent) {
-  const auto names = parameterNames(model_id);
-  for (std::size_t i = 0; i < params.size(); ++i) {
-    if (params[i] != 0 && std::find(absent.begin(), absent.end(), names[i]) != absent.end()) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id,
@@ -169,13 +125,17 @@ ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view mode
          .next_step = "run alidade validate for details"});
   }
   const auto params = sameLensParameters(source, model_id);
-  if (params && areZero(model_id, *params, absent)) {
+  const bool is_allowed = params && std::none_of(absent.begin(), absent.end(), [&](std::string_view name) {
+                            const auto i = parameterIndex(parameterNames(model_id), name);
+                            return i && (*params)[*i] != 0;
+                          });
+  if (is_allowed) {
     ModelFit fit = judge(source, AnyCamera::make(model_id, *params), size, samples);
     fit.is_exact = !(fit.max_error_px > kExactPx);
     if (fit.is_exact) return fit;
   }
-  return judge(source, AnyCamera::make(model_id, bestParameters(source, size, model_id, absent)), size,
-               samples);
+  const LensFit best = bestLens(model_id, source, sampleRays(source, size, kFitCells).inside, absent);
+  return judge(source, AnyCamera::make(model_id, best.params), size, samples);
 }
 
 }  // namespace alidade

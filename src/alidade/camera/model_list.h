@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <utility>
+#include <string_view>
 #include <variant>
 
 #include "alidade/camera/camera_model.h"
@@ -21,7 +20,9 @@ namespace alidade {
 
 template <CameraModel... Models>
 struct ModelList {
-  static constexpr std::size_t kSize = sizeof...(Models);
+  /// One of Of<Model> for each model.
+  template <template <class> class Of>
+  using Variant = std::variant<Of<Models>...>;
 };
 
 /// THE list of camera models. The variant, the names in files and on the command line, the cost functions and
@@ -42,6 +43,18 @@ struct ModelTag {
 template <class F, CameraModel... Models>
 void forEachModel(ModelList<Models...>, F&& f) {
   (f(ModelTag<Models>{}), ...);
+}
+
+/// Calls f(ModelTag<M>{}) for the model called `id`. @returns whether there is one
+template <class F>
+bool withModel(std::string_view id, F&& f) {
+  bool is_known = false;
+  forEachModel(AllModels{}, [&](auto tag) {
+    if (decltype(tag)::Model::kId != id) return;
+    is_known = true;
+    f(tag);
+  });
+  return is_known;
 }
 
 }  // namespace alidade

@@ -9,7 +9,6 @@
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
-#include "alidade/camera/unified_sphere.h"
 #include "alidade/camera/wide_angle.h"
 #include "alidade/core/lanes.h"
 
@@ -30,15 +29,13 @@ namespace alidade {
 /// distortion is the gradient of a potential (see `radtan`); then closed form. Source: Mei and
 /// Rives 2007, Single view point omnidirectional camera calibration from planar grids, ICRA,
 /// section II.
-struct Omni : LensFormula<Omni> {
+struct Omni : LensFormula<Omni, 5> {
   static constexpr std::string_view kId = "omni";
-  static constexpr int kNumLensParams = 5;
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"xi", "k1", "k2", "p1", "p2"};
   static constexpr std::array<ParamRange, 5> kLensRanges = {
       ParamRange{.min = 0.0, .max = std::numeric_limits<double>::infinity()}};
   static constexpr std::array<double, 5> kStartLens = {1, 0, 0, 0, 0};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) {
     const double xi = k[0];

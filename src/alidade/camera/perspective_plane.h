@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 
+#include "alidade/camera/camera_model.h"
 #include "alidade/camera/inverse_start.h"
 #include "alidade/core/lanes.h"
 
@@ -203,32 +205,63 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
   }
 }
 
-/// unwarpRay() by it.
-template <class T, class Warp>
-ALIDADE_ALWAYS_INLINE void quickUnwarpRay(const Warp& warp, const InverseStart& start, const T* m, T* ray) {
-  T x;
-  T y;
-  quickInvertWarp(warp, start, m[0], m[1], x, y);
-  const T iz = 1.0 / lane::squareRoot(T(x * x + y * y + 1.0));
-  ray[0] = x * iz;
-  ray[1] = y * iz;
-  ray[2] = iz;
-}
-
-/// The ray whose perspective image the warp takes to m, in the cone of half-angle max_angle.
-template <class Warp>
-bool unwarpRay(const Warp& warp, const double* m, double max_angle, double* ray) {
-  // The last nanoradian lets a ray on the rim of the domain come back despite rounding.
-  const double rho_max = std::tan(max_angle + 1e-9);
-  double x = 0;
-  double y = 0;
-  if (!invertWarp(warp, m[0], m[1], rho_max, x, y)) return false;
-  const double norm = std::hypot(x, y, 1.0);
-  ray[0] = x / norm;
-  ray[1] = y / norm;
-  ray[2] = 1.0 / norm;
-  return true;
-}
-
 }  // namespace detail
+
+/// What the models share that distort the plane x = X/Z, y = Y/Z. M has radial(k, r2), the radial part of its
+/// distortion, warp(k, x, y), all of it, and lensDerivatives(k, x, y, dmx, dmy), by the parameters.
+template <class M, std::size_t kNum>
+struct PlaneFormula : LensFormula<M, kNum> {
+  static constexpr double kMaxAngle = kPerspectiveMaxAngle;
+
+  template <class T>
+  static bool hasValue(const T*, const T* ray) {
+    return ray[2] > 0.0;
+  }
+
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
+    const T iz = 1.0 / ray[2];
+    const T x = ray[0] * iz;
+    const T y = ray[1] * iz;
+    const detail::WarpSample<T> s = M::warp(k, x, y);
+    m[0] = s.mx;
+    m[1] = s.my;
+    if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
+    if (J_m_lens != nullptr) M::lensDerivatives(k, x, y, J_m_lens, J_m_lens + M::kNumLensParams);
+  }
+
+  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
+    // The last nanoradian lets a ray on the rim of the domain come back despite rounding.
+    const double rho_max = std::tan(max_angle + 1e-9);
+    const auto warp = [k](double x, double y) { return M::warp(k, x, y); };
+    double x = 0;
+    double y = 0;
+    if (!detail::invertWarp(warp, m[0], m[1], rho_max, x, y)) return false;
+    const double norm = std::hypot(x, y, 1.0);
+    ray[0] = x / norm;
+    ray[1] = y / norm;
+    ray[2] = 1.0 / norm;
+    return true;
+  }
+
+  using Start = detail::InverseStart;
+  static Start makeStart(const double* k, double max_angle) {
+    return {[k](double r2) { return M::radial(k, r2); },
+            std::min(std::tan(max_angle), detail::kMaxStartRadius)};
+  }
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m, double,
+                                                T* ray) {
+    T x;
+    T y;
+    detail::quickInvertWarp([k](const T& px, const T& py)
+                                ALIDADE_INLINE_LAMBDA { return M::warp(k, px, py); },
+                            start, m[0], m[1], x, y);
+    const T iz = 1.0 / lane::squareRoot(T(x * x + y * y + 1.0));
+    ray[0] = x * iz;
+    ray[1] = y * iz;
+    ray[2] = iz;
+  }
+};
+
 }  // namespace alidade

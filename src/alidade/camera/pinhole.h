@@ -15,17 +15,10 @@ namespace alidade {
 ///
 /// Parameters: fx, fy (pixels, > 0), cx, cy (pixels). Domain: Z > 0. Inverse: closed form.
 /// Source: Hartley and Zisserman, Multiple View Geometry, 2nd ed., section 6.1.
-struct Pinhole : LensFormula<Pinhole> {
+struct Pinhole : LensFormula<Pinhole, 0> {
   static constexpr std::string_view kId = "pinhole";
-  static constexpr int kNumLensParams = 0;
   static constexpr std::array<std::string_view, 0> kLensParamNames = {};
-  static constexpr std::array<ParamRange, 0> kLensRanges = {};
-  static constexpr std::array<double, 0> kStartLens = {};
   static constexpr double kMaxAngle = std::numbers::pi / 2;
-  static constexpr bool kIsOneToOneWithoutFold = true;
-
-  static double maxAngle(const double*) { return kMaxAngle; }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T*, const T* ray) {

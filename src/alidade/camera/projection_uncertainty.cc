@@ -3,27 +3,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
-#include <span>
 #include <utility>
 
-#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/so3.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-template <class List>
-struct MostParams;
-template <CameraModel... Models>
-struct MostParams<ModelList<Models...>> {
-  static constexpr int value = std::max({kNumParams<Models>...});
-};
-constexpr int kMostParams = MostParams<AllModels>::value;
+constexpr int kMostParams = []<class... Models>(ModelList<Models...>) {
+  return std::max({kNumParams<Models>...});
+}(AllModels{});
 
 // Pixels from one border of a side to the other.
 double pixelAt(int i, int count, int side) {
@@ -36,11 +33,6 @@ int rowsFor(int columns, ImageSize size) {
   return std::clamp(static_cast<int>(std::lround((size.height - 1) / cell)) + 1, 2, size.height);
 }
 
-void checkSize(const Eigen::MatrixXd& parameter_covariance, Eigen::Index num_params) {
-  expect(parameter_covariance.rows() == num_params && parameter_covariance.cols() == num_params,
-         "the covariance has a row and a column for each of the camera's parameters");
-}
-
 double largerStd(const Eigen::Matrix2d& covariance) {
   const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
   const double half = 0.5 * (covariance(0, 0) - covariance(1, 1));
@@ -49,25 +41,63 @@ double largerStd(const Eigen::Matrix2d& covariance) {
 
 }  // namespace
 
+AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels,
+                                  std::span<const Eigen::Vector2d> others, std::optional<Freed> freed,
+                                  std::span<const double> weights) {
+  const auto num_fitted = static_cast<Eigen::Index>(2 * pixels.size());
+  const auto num_rows = num_fitted + static_cast<Eigen::Index>(2 * others.size());
+  const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
+  const Eigen::Index num_freed = !freed ? 0 : *freed == Freed::kRotation ? 3 : 6;
+  // Two rows a pixel: its change by the parameters, and by the rotation and, in units of the distance, by the
+  // position of the points.
+  Eigen::MatrixXd by_params = Eigen::MatrixXd::Zero(num_rows, num_params);
+  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed);
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params(2, num_params);
+  AlignedJacobians result;
+  for (const auto& list : {pixels, others}) {
+    for (const Eigen::Vector2d& pixel : list) {
+      const auto row = static_cast<Eigen::Index>(2 * result.has_ray.size());
+      const auto ray = camera.unproject(pixel);
+      result.has_ray.push_back(ray && camera.project(*ray, J_point.data(), J_params.data()).ok());
+      if (!result.has_ray.back()) continue;
+      by_params.middleRows<2>(row) = J_params;
+      if (num_freed > 0) by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
+      if (num_freed > 3) by_pose.block<2, 3>(row, 3) = J_point;
+    }
+  }
+  if (num_freed == 0) {
+    result.transposed = by_params.transpose();
+    return result;
+  }
+  Eigen::MatrixXd fitted_pose = by_pose.topRows(num_fitted);
+  Eigen::MatrixXd fitted_params = by_params.topRows(num_fitted);
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double root = std::sqrt(weights[i]);
+    fitted_pose.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
+    fitted_params.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
+  }
+  // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
+  // only what they leave over counts.
+  const Eigen::MatrixXd W = leastSquares(fitted_pose, fitted_params);
+  result.transposed = (by_params - by_pose * W).transpose();
+  return result;
+}
+
 ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize size, double distance_m,
                                              std::optional<Freed> freed, int columns) {
-  if (!(distance_m > 0)) {
-    throw usageError({.where = "projection uncertainty",
-                      .found = "a distance of " + exactText(distance_m) + " m",
-                      .expected = "a positive distance, or infinity"});
-  }
+  const auto refusal = [](const std::string& found, const std::string& expected) {
+    return usageError({.where = "projection uncertainty", .found = found, .expected = expected});
+  };
+  if (!(distance_m > 0))
+    throw refusal("a distance of " + exactText(distance_m) + " m", "a positive distance, or infinity");
   const Freed what = freed.value_or(std::isinf(distance_m) ? Freed::kRotation : Freed::kPose);
   if (what == Freed::kPose && std::isinf(distance_m)) {
-    throw usageError({.where = "projection uncertainty",
-                      .found = "alignment by a pose at an infinite distance",
-                      .expected = "a finite distance, or alignment by a rotation: the position of the camera "
-                                  "does not affect points at infinity"});
+    throw refusal("alignment by a pose at an infinite distance",
+                  "a finite distance, or alignment by a rotation: the position of the camera does not affect "
+                  "points at infinity");
   }
-  if (columns < 2) {
-    throw usageError({.where = "projection uncertainty",
-                      .found = std::to_string(columns) + " columns",
-                      .expected = "2 or more"});
-  }
+  if (columns < 2) throw refusal(std::to_string(columns) + " columns", "2 or more");
   columns_ = std::min(columns, size.width);
   rows_ = rowsFor(columns_, size);
   for (int row = 0; row < rows_; ++row) {
@@ -80,7 +110,7 @@ ProjectionUncertainty::ProjectionUncertainty(const AnyCamera& camera, ImageSize 
   center_has_ray_ = aligned.has_ray.back();
   aligned.has_ray.pop_back();
   has_ray_ = std::move(aligned.has_ray);
-  jacobians_ = aligned.transposed;
+  jacobians_ = std::move(aligned.transposed);
 }
 
 Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> ProjectionUncertainty::jacobian(
@@ -91,12 +121,13 @@ Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> Proj
 
 // In blocks of columns, whose products are much cheaper than one after the other.
 template <class F>
-void ProjectionUncertainty::forEachCovariance(Eigen::Index first, Eigen::Index end,
-                                              const Eigen::MatrixXd& parameter_covariance, F&& f) const {
-  checkSize(parameter_covariance, jacobians_.rows());
+void ProjectionUncertainty::forEachCovariance(const Eigen::MatrixXd& parameter_covariance, F&& f) const {
+  expect(parameter_covariance.rows() == jacobians_.rows() && parameter_covariance.cols() == jacobians_.rows(),
+         "the covariance has a row and a column for each of the camera's parameters");
+  const Eigen::Index end = jacobians_.cols() / 2;
   constexpr int kBlock = 32;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostParams, 2 * kBlock> product;
-  for (; first < end; first += kBlock) {
+  for (Eigen::Index first = 0; first < end; first += kBlock) {
     const Eigen::Index count = std::min<Eigen::Index>(kBlock, end - first);
     const auto A = jacobians_.view().middleCols(2 * first, 2 * count);
     product.noalias() = parameter_covariance * A;
@@ -110,19 +141,10 @@ void ProjectionUncertainty::forEachCovariance(Eigen::Index first, Eigen::Index e
   }
 }
 
-UnalignedMatrix2d ProjectionUncertainty::covariance(int i,
-                                                    const Eigen::MatrixXd& parameter_covariance) const {
-  UnalignedMatrix2d result = UnalignedMatrix2d::Constant(kNan);
-  if (!hasRay(i)) return result;
-  forEachCovariance(i, i + 1, parameter_covariance, [&](std::size_t, const auto& found) { result = found; });
-  return result;
-}
-
 UncertaintyGrid ProjectionUncertainty::grid(const Eigen::MatrixXd& parameter_covariance) const {
   UncertaintyGrid result{.columns = columns_, .rows = rows_, .pixels = pixels_, .std_px = {}};
   result.center_px = kNan;
-  // The last one is the image's centre.
-  forEachCovariance(0, jacobians_.cols() / 2, parameter_covariance, [&](std::size_t i, const auto& found) {
+  forEachCovariance(parameter_covariance, [&](std::size_t i, const auto& found) {
     if (i < pixels_.size()) {
       result.std_px.push_back(has_ray_[i] ? largerStd(found) : kNan);
     } else if (center_has_ray_) {
@@ -139,14 +161,12 @@ UncertaintyGrid ProjectionUncertainty::grid(const Eigen::MatrixXd& parameter_cov
 ProjectionUncertainty::Worst ProjectionUncertainty::worst(const Eigen::MatrixXd& parameter_covariance) const {
   Worst result{.std_px = kNan};
   bool has_nan = false;
-  forEachCovariance(0, static_cast<Eigen::Index>(pixels_.size()), parameter_covariance,
-                    [&](std::size_t i, const auto& found) {
-                      if (!has_ray_[i]) return;
-                      const double std = largerStd(found);
-                      if (std::isnan(std)) has_nan = true;
-                      if (result.index < 0 || std > result.std_px)
-                        result = {.std_px = std, .index = static_cast<int>(i)};
-                    });
+  forEachCovariance(parameter_covariance, [&](std::size_t i, const auto& found) {
+    if (i == pixels_.size() || !has_ray_[i]) return;
+    const double std = largerStd(found);
+    if (std::isnan(std)) has_nan = true;
+    if (result.index < 0 || std > result.std_px) result = {.std_px = std, .index = static_cast<int>(i)};
+  });
   return has_nan ? Worst{.std_px = kNan} : result;
 }
 

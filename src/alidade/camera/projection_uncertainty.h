@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,6 +13,26 @@
 #include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
+
+/// How the pixels of fixed scene points change with a camera's parameters, to first order, after alignment by
+/// the rotation (or pose) that best undoes the change over all `pixels`: A(q) = J_params(q) - J_freed(q) W,
+/// with J_freed W the least-squares fit, in pixels, of J_freed to J_params over those of the pixels that have
+/// a ray.
+struct AlignedJacobians {
+  /// A(q)^T, N x 2 (pixels + others): two columns per pixel, px per unit; zero where a pixel has no ray.
+  DenseMatrix transposed;
+  std::vector<bool> has_ray;  ///< one per pixel, then one for each of the others
+};
+
+/// @param pixels  where the points are seen; the fit is over these
+/// @param others  further pixels that do not take part in the fit
+/// @param weights of the squared pixel changes in the fit, positive; empty: all equal
+/// @param freed   nothing: no alignment, A = J_params
+[[nodiscard]] AlignedJacobians alignedJacobians(const AnyCamera& camera,
+                                                std::span<const Eigen::Vector2d> pixels,
+                                                std::span<const Eigen::Vector2d> others,
+                                                std::optional<Freed> freed,
+                                                std::span<const double> weights = {});
 
 /// Standard deviation of the pixel of a fixed scene point, over the whole image.
 struct UncertaintyGrid {
@@ -64,10 +85,7 @@ class ProjectionUncertainty {
   [[nodiscard]] Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
       int i) const;
 
-  /// Covariance of grid pixel i, px^2; NaN if it has no ray.
   /// @param parameter_covariance  N x N in storage order
-  [[nodiscard]] UnalignedMatrix2d covariance(int i, const Eigen::MatrixXd& parameter_covariance) const;
-
   [[nodiscard]] UncertaintyGrid grid(const Eigen::MatrixXd& parameter_covariance) const;
 
   struct Worst {
@@ -78,10 +96,9 @@ class ProjectionUncertainty {
   [[nodiscard]] Worst worst(const Eigen::MatrixXd& parameter_covariance) const;
 
  private:
-  // Calls f(i, covariance) for pixels of the grid; the one after the last is the image's centre.
+  // Calls f(i, covariance) for the pixels of the grid; the one after the last is the image's centre.
   template <class F>
-  void forEachCovariance(Eigen::Index first, Eigen::Index end, const Eigen::MatrixXd& parameter_covariance,
-                         F&& f) const;
+  void forEachCovariance(const Eigen::MatrixXd& parameter_covariance, F&& f) const;
 
   int columns_ = 0;
   int rows_ = 0;

@@ -29,15 +29,10 @@ namespace alidade {
 /// iteration inside that disc. Source: Claus and Fitzgibbon 2005, A rational function lens
 /// distortion model for general cameras, CVPR, for the idea; the formula is that of OpenCV's
 /// CALIB_RATIONAL_MODEL.
-struct Rational : LensFormula<Rational> {
+struct Rational : PlaneFormula<Rational, 8> {
   static constexpr std::string_view kId = "rational";
-  static constexpr int kNumLensParams = 8;
   static constexpr std::array<std::string_view, 8> kLensParamNames = {"k1", "k2", "p1", "p2",
                                                                       "k3", "k4", "k5", "k6"};
-  static constexpr std::array<ParamRange, 8> kLensRanges = {};
-  static constexpr std::array<double, 8> kStartLens = {0, 0, 0, 0, 0, 0, 0, 0};
-  static constexpr double kMaxAngle = kPerspectiveMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   /// The pole, in closed form as far as the roots of a cubic allow: where numerator and denominator nearly
   /// cancel, it is too narrow to be found by sampling.
@@ -54,34 +49,6 @@ struct Rational : LensFormula<Rational> {
     const T y = ray[1] / ray[2];
     const T r2 = x * x + y * y;
     return 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])) > 0.0;
-  }
-
-  template <class K, class T>
-  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
-    const T iz = 1.0 / ray[2];
-    const T x = ray[0] * iz;
-    const T y = ray[1] * iz;
-    const detail::WarpSample<T> s = warp(k, x, y);
-    m[0] = s.mx;
-    m[1] = s.my;
-    if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
-    if (J_m_lens != nullptr) lensDerivatives(k, x, y, J_m_lens, J_m_lens + 8);
-  }
-
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    const auto f = [k](double x, double y) { return warp(k, x, y); };
-    return detail::unwarpRay(f, m, max_angle, ray);
-  }
-
-  using Start = detail::InverseStart;
-  static Start makeStart(const double* k, double max_angle) {
-    return {[k](double r2) { return radial(k, r2); }, std::min(std::tan(max_angle), detail::kMaxStartRadius)};
-  }
-  template <class T>
-  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m, double,
-                                                T* ray) {
-    detail::quickUnwarpRay([k](const T& x, const T& y) ALIDADE_INLINE_LAMBDA { return warp(k, x, y); }, start,
-                           m, ray);
   }
 
   template <class K, class T>

@@ -5,8 +5,8 @@
 #include <array>
 #include <functional>
 #include <map>
-#include <span>
 #include <string>
+#include <utility>
 
 namespace alidade {
 namespace {
@@ -20,80 +20,59 @@ struct NamedLens {
     const auto found = params.find(name);
     return found == params.end() ? 0.0 : found->second;
   }
-  [[nodiscard]] bool areZero(std::span<const std::string_view> names) const {
-    return std::all_of(names.begin(), names.end(), [this](std::string_view name) { return at(name) == 0; });
-  }
-  // The same with another id, some parameters left out.
-  [[nodiscard]] NamedLens renamed(std::string_view new_id,
-                                  std::initializer_list<std::string_view> without = {}) const {
+  // The same parameters in another model, except those that are `changed`.
+  [[nodiscard]] NamedLens with(std::string_view new_id,
+                               std::initializer_list<std::pair<std::string_view, double>> changed) const {
     NamedLens lens{.id = std::string(new_id), .params = params};
-    for (const std::string_view name : without) lens.params.erase(std::string(name));
-    return lens;
-  }
-  // The same with another id and value.
-  [[nodiscard]] NamedLens with(std::string_view new_id, std::string_view name, double value) const {
-    NamedLens lens = renamed(new_id);
-    lens.params[std::string(name)] = value;
+    for (const auto& [name, value] : changed) lens.params[std::string(name)] = value;
     return lens;
   }
   [[nodiscard]] NamedLens scaled(double factor) const {
-    NamedLens lens = *this;
-    lens.params["fx"] *= factor;
-    lens.params["fy"] *= factor;
-    return lens;
+    return with(id, {{"fx", factor * at("fx")}, {"fy", factor * at("fy")}});
+  }
+  // True if all parameters that the model does not have are zero.
+  [[nodiscard]] bool fits(std::string_view model_id) const {
+    const auto names = parameterNames(model_id);
+    return std::all_of(params.begin(), params.end(), [&](const auto& param) {
+      return param.second == 0 || parameterIndex(names, param.first);
+    });
   }
 };
 
-using Names = std::span<const std::string_view>;
-
-constexpr std::array<std::string_view, 4> kPerspective = {"pinhole", "radtan", "rational", "thin_prism"};
-// What each of them adds to the one before.
-constexpr std::array<std::string_view, 5> kRadtanTerms = {"k1", "k2", "p1", "p2", "k3"};
-constexpr std::array<std::string_view, 3> kRationalTerms = {"k4", "k5", "k6"};
-constexpr std::array<std::string_view, 4> kPrismTerms = {"s1", "s2", "s3", "s4"};
-constexpr std::array<Names, 3> kAddedTerms = {kRadtanTerms, kRationalTerms, kPrismTerms};
-constexpr std::array<std::string_view, 4> kOmniTerms = {"k1", "k2", "p1", "p2"};
+// Models that are the same lens, both ways, as long as the parameters that the other does not have are zero.
+constexpr std::array<std::array<std::string_view, 2>, 7> kSameByName = {{{"pinhole", "radtan"},
+                                                                         {"radtan", "rational"},
+                                                                         {"rational", "thin_prism"},
+                                                                         {"pinhole", "ucm"},
+                                                                         {"pinhole", "fov"},
+                                                                         {"radtan", "omni"},
+                                                                         {"ucm", "double_sphere"}}};
 
 // The lens in all models to which one step leads.
 std::vector<NamedLens> neighbours(const NamedLens& lens) {
   std::vector<NamedLens> found;
-  const auto at = std::find(kPerspective.begin(), kPerspective.end(), lens.id);
-  if (at != kPerspective.end()) {
-    const auto i = static_cast<std::size_t>(at - kPerspective.begin());
-    if (i + 1 < kPerspective.size()) found.push_back(lens.renamed(kPerspective[i + 1]));
-    if (i > 0 && lens.areZero(kAddedTerms[i - 1])) found.push_back(lens.renamed(kPerspective[i - 1]));
+  for (const auto& [a, b] : kSameByName) {
+    const std::string_view other = lens.id == a ? b : lens.id == b ? a : "";
+    if (!other.empty() && lens.fits(other)) found.push_back(lens.with(other, {}));
   }
-  if (lens.id == "pinhole") {
-    found.push_back(lens.with("ucm", "alpha", 0));
-    found.push_back(lens.with("fov", "w", 0));
+  const double xi = lens.at("xi");
+  const double alpha = lens.at("alpha");
+  if (lens.id == "omni" && lens.with("omni", {{"xi", 0}}).fits("ucm"))
+    found.push_back(lens.with("ucm", {{"xi", 0}, {"alpha", xi / (1 + xi)}}).scaled(1 / (1 + xi)));
+  if (lens.id == "ucm" && alpha < 1) {
+    const double xi_of_alpha = alpha / (1 - alpha);
+    found.push_back(lens.with("omni", {{"alpha", 0}, {"xi", xi_of_alpha}}).scaled(1 + xi_of_alpha));
   }
-  if (lens.id == "radtan" && lens.at("k3") == 0) found.push_back(lens.with("omni", "xi", 0));
-  if (lens.id == "omni" && lens.at("xi") == 0) found.push_back(lens.renamed("radtan", {"xi"}));
-  if (lens.id == "omni" && lens.areZero(kOmniTerms)) {
-    const double xi = lens.at("xi");
-    found.push_back(lens.with("ucm", "alpha", xi / (1 + xi)).scaled(1 / (1 + xi)));
-  }
-  if (lens.id == "ucm") {
-    const double alpha = lens.at("alpha");
-    if (alpha < 1) {
-      const double xi = alpha / (1 - alpha);
-      found.push_back(lens.renamed("omni", {"alpha"}).with("omni", "xi", xi).scaled(1 + xi));
-    }
-    found.push_back(lens.with("eucm", "beta", 1));
-    found.push_back(lens.with("double_sphere", "xi", 0));
-  }
-  if (lens.id == "eucm" && lens.at("beta") == 1) found.push_back(lens.renamed("ucm", {"beta"}));
-  if (lens.id == "double_sphere" && lens.at("xi") == 0) found.push_back(lens.renamed("ucm", {"xi"}));
-  if ((lens.id == "ucm" || lens.id == "eucm") && lens.at("alpha") == 0)
-    found.push_back(lens.renamed("pinhole", {"alpha", "beta"}));
-  if (lens.id == "fov" && lens.at("w") == 0) found.push_back(lens.renamed("pinhole", {"w"}));
+  if (lens.id == "ucm") found.push_back(lens.with("eucm", {{"beta", 1}}));
+  if (lens.id == "eucm" && lens.at("beta") == 1) found.push_back(lens.with("ucm", {{"beta", 0}}));
+  if (lens.id == "eucm" && alpha == 0) found.push_back(lens.with("pinhole", {{"beta", 0}}));
   return found;
 }
 
 }  // namespace
 
 std::optional<std::vector<double>> sameLensParameters(const AnyCamera& camera, std::string_view model_id) {
-  const Names target_names = parameterNames(model_id);
+  const auto target_names = parameterNames(model_id);
   NamedLens source{.id = std::string(camera.modelId()), .params = {}};
   for (std::size_t i = 0; i < camera.parameters().size(); ++i)
     source.params[std::string(camera.parameterNames()[i])] = camera.parameters()[i];

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
@@ -25,14 +23,10 @@ namespace alidade {
 /// curve without crossings is one-to-one. Inverse: safeguarded Newton iteration inside that disc. Source:
 /// Weng, Cohen and Herniou 1992, Camera calibration with distortion models and accuracy evaluation, PAMI
 /// 14(10), section II; the formula is that of OpenCV's CALIB_THIN_PRISM_MODEL.
-struct ThinPrism : LensFormula<ThinPrism> {
+struct ThinPrism : PlaneFormula<ThinPrism, 12> {
   static constexpr std::string_view kId = "thin_prism";
-  static constexpr int kNumLensParams = 12;
   static constexpr std::array<std::string_view, 12> kLensParamNames = {"k1", "k2", "p1", "p2", "k3", "k4",
                                                                        "k5", "k6", "s1", "s2", "s3", "s4"};
-  static constexpr std::array<ParamRange, 12> kLensRanges = {};
-  static constexpr std::array<double, 12> kStartLens = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-  static constexpr double kMaxAngle = kPerspectiveMaxAngle;
   static constexpr bool kIsOneToOneWithoutFold = false;
 
   static double maxAngle(const double* k) { return Rational::maxAngle(k); }
@@ -46,47 +40,10 @@ struct ThinPrism : LensFormula<ThinPrism> {
   }
 
   template <class K, class T>
-  ALIDADE_ALWAYS_INLINE static void formula(const K* k, const T* ray, T* m, T* J_m_ray, T* J_m_lens) {
-    const T iz = 1.0 / ray[2];
-    const T x = ray[0] * iz;
-    const T y = ray[1] * iz;
-    const detail::WarpSample<T> s = warp(k, x, y);
-    m[0] = s.mx;
-    m[1] = s.my;
-    if (J_m_ray != nullptr) detail::warpJacobian(s, x, y, iz, J_m_ray);
-    if (J_m_lens != nullptr) {
-      Rational::lensDerivatives(k, x, y, J_m_lens, J_m_lens + 12);
-      const T r2 = x * x + y * y;
-      const T zero = 0.0 * r2;
-      J_m_lens[8] = r2;
-      J_m_lens[9] = r2 * r2;
-      J_m_lens[10] = zero;
-      J_m_lens[11] = zero;
-      J_m_lens[20] = zero;
-      J_m_lens[21] = zero;
-      J_m_lens[22] = r2;
-      J_m_lens[23] = r2 * r2;
-    }
+  ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> radial(const K* k, const T& r2) {
+    return Rational::radial(k, r2);
   }
 
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    const auto f = [k](double x, double y) { return warp(k, x, y); };
-    return detail::unwarpRay(f, m, max_angle, ray);
-  }
-
-  using Start = detail::InverseStart;
-  static Start makeStart(const double* k, double max_angle) {
-    return {[k](double r2) { return Rational::radial(k, r2); },
-            std::min(std::tan(max_angle), detail::kMaxStartRadius)};
-  }
-  template <class T>
-  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m, double,
-                                                T* ray) {
-    detail::quickUnwarpRay([k](const T& x, const T& y) ALIDADE_INLINE_LAMBDA { return warp(k, x, y); }, start,
-                           m, ray);
-  }
-
- private:
   template <class K, class T>
   ALIDADE_ALWAYS_INLINE static detail::WarpSample<T> warp(const K* k, const T& x, const T& y) {
     detail::WarpSample<T> s = Rational::warp(k, x, y);
@@ -100,6 +57,15 @@ struct ThinPrism : LensFormula<ThinPrism> {
     s.dmy_dx = s.dmy_dx + slope_y * x;
     s.dmy_dy = s.dmy_dy + slope_y * y;
     return s;
+  }
+
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static void lensDerivatives(const K* k, const T& x, const T& y, T* dmx, T* dmy) {
+    Rational::lensDerivatives(k, x, y, dmx, dmy);
+    const T r2 = x * x + y * y;
+    dmx[8] = dmy[10] = r2;
+    dmx[9] = dmy[11] = r2 * r2;
+    dmx[10] = dmx[11] = dmy[8] = dmy[9] = 0.0 * r2;
   }
 };
 

@@ -22,17 +22,14 @@ namespace alidade {
 /// and computed as such. Source: Geyer and Daniilidis 2000, A unifying theory for central panoramic
 /// systems, ECCV; this form: Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section
 /// 2.2.
-struct Ucm : LensFormula<Ucm> {
+struct Ucm : LensFormula<Ucm, 1> {
   static constexpr std::string_view kId = "ucm";
-  static constexpr int kNumLensParams = 1;
   static constexpr std::array<std::string_view, 1> kLensParamNames = {"alpha"};
   static constexpr std::array<ParamRange, 1> kLensRanges = {ParamRange{.min = 0.0, .max = 1.0}};
   static constexpr std::array<double, 1> kStartLens = {0.5};
   static constexpr double kMaxAngle = kWideMaxAngle;
-  static constexpr bool kIsOneToOneWithoutFold = true;
 
   static double maxAngle(const double* k) { return Eucm::maxAngle(withBeta(k).data()); }
-  static bool isAxiallySymmetric(const double*) { return true; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {
@@ -49,14 +46,10 @@ struct Ucm : LensFormula<Ucm> {
     }
   }
 
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    return Eucm::unlens(withBeta(k).data(), m, max_angle, ray);
-  }
-
   template <class T>
-  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m,
-                                                double max_angle, T* ray) {
-    Eucm::quickUnlens(withBeta(k).data(), start, m, max_angle, ray);
+  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start&, const T* m, double max_angle,
+                                                T* ray) {
+    Eucm::quickUnlens(withBeta(k).data(), {}, m, max_angle, ray);
   }
 
  private:

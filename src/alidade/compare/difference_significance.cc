@@ -6,7 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "alidade/compare/difference_factor.h"
+#include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/error.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
@@ -16,6 +17,31 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // Differences below this are rounding, whatever the covariance says.
 constexpr double kRoundingPx = 1e-9;
+
+// S with S S^T = covariance, which may be singular: parameters that are held have no variance.
+Eigen::MatrixXd rootOf(const Eigen::MatrixXd& covariance) {
+  // Scaled first: the units of the parameters span ten orders of magnitude.
+  const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::VectorXd inverse = scale.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
+  const SymmetricEigen solver(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  return scale.asDiagonal() * solver.eigenvectors() *
+         Eigen::MatrixXd(solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal());
+}
+
+Eigen::MatrixXd factorOf(const ComparedCamera& camera, std::span<const Eigen::Vector2d> pixels,
+                         const Eigen::Matrix2d& unit, std::optional<Freed> freed,
+                         std::span<const double> weights) {
+  const auto n = static_cast<Eigen::Index>(camera.camera->parameters().size());
+  if (!camera.covariance) return Eigen::MatrixXd(2 * static_cast<Eigen::Index>(pixels.size()), 0);
+  expect(camera.covariance->rows() == n && camera.covariance->cols() == n,
+         "the covariance has a row and a column for each of the camera's parameters");
+  Eigen::MatrixXd rows =
+      alignedJacobians(*camera.camera, pixels, {}, freed, weights).transposed.view().transpose() *
+      rootOf(*camera.covariance);
+  for (Eigen::Index i = 0; i < rows.rows(); i += 2)
+    rows.middleRows<2>(i) = (unit * rows.middleRows<2>(i)).eval();
+  return rows;
+}
 
 // The difference in standard deviations, in each direction into which the parameters' uncertainty moves it.
 struct Wald {
@@ -43,6 +69,18 @@ Wald waldOf(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd differenceFactor(const ComparedCamera& a, const ComparedCamera& b, const ImageMatch& match,
+                                 std::span<const Eigen::Vector2d> pixels, std::optional<Freed> freed,
+                                 std::span<const double> weights) {
+  std::vector<Eigen::Vector2d> in_b;
+  for (const Eigen::Vector2d& pixel : pixels) in_b.push_back(match.inB(pixel));
+  const Eigen::MatrixXd by_a = factorOf(a, pixels, match.unit_from_a, freed, weights);
+  const Eigen::MatrixXd by_b = factorOf(b, in_b, match.unit_from_b, freed, weights);
+  Eigen::MatrixXd factor(by_a.rows(), by_a.cols() + by_b.cols());
+  factor << by_a, by_b;
+  return factor;
+}
 
 bool DifferenceSignificance::isSignificant() const {
   return sigmas > kNormalOneInThousand;
@@ -91,6 +129,22 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
   if (wald.sum_of_squares > limit)
     result.sure_p95_px = (1 - std::sqrt(limit / wald.sum_of_squares)) * difference.p95_px;
   return result;
+}
+
+bool isComparable(const ProjectionDifference& difference) {
+  // Domains of different models end at slightly different places where the image circle does.
+  constexpr double kMaxShareOfOne = 0.05;
+  const double num_seen = difference.num_compared + difference.num_seen_by_one;
+  return difference.is_converged && difference.num_compared > 0 &&
+         difference.num_seen_by_one <= kMaxShareOfOne * num_seen;
+}
+
+Agreement agreementOf(const ProjectionDifference& difference,
+                      const std::optional<DifferenceSignificance>& significance, double tolerance_px) {
+  if (!isComparable(difference)) return Agreement::kNotComparable;
+  if (difference.p95_px <= tolerance_px) return Agreement::kWithin;
+  const bool is_sure = !significance || significance->isSignificant();
+  return is_sure ? Agreement::kBeyond : Agreement::kUncertain;
 }
 
 }  // namespace alidade

@@ -2,11 +2,25 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "alidade/compare/projection_difference.h"
 
 namespace alidade {
+
+/// F, 2 rows per pixel, px of the finer image along a's axes: to first order F F^T is the covariance of the
+/// differences caused by the uncertainty of the two cameras, with the alignment refitted for every change of
+/// the parameters. A camera without covariance is assumed to be exact; without any covariance, F has no
+/// columns.
+/// @param pixels   of image a, all with a ray in either camera
+/// @param weights  of the pixels in the alignment; empty: all equal
+[[nodiscard]] Eigen::MatrixXd differenceFactor(const ComparedCamera& a, const ComparedCamera& b,
+                                               const ImageMatch& match,
+                                               std::span<const Eigen::Vector2d> pixels,
+                                               std::optional<Freed> freed, std::span<const double> weights);
 
 /// Whether a difference is larger than the uncertainty of the two cameras explains.
 struct DifferenceSignificance {
@@ -34,5 +48,23 @@ struct DifferenceSignificance {
                                                                    const ComparedCamera& a,
                                                                    const ComparedCamera& b,
                                                                    std::optional<Freed> freed);
+
+/// The result of comparing a difference with a tolerance.
+enum class Agreement {
+  kWithin,         ///< 95 % of the image agrees within the tolerance
+  kBeyond,         ///< it does not, and uncertainty does not explain the difference
+  kUncertain,      ///< it does not, but the uncertainty explains the difference
+  kNotComparable,  ///< too much of the image is seen by only one of the cameras
+};
+
+/// Compares the 95th percentile of the difference with the tolerance, because a tolerance applies to the
+/// image and not to its worst pixel. A larger difference is kBeyond only if it is significant. If the
+/// significance is unknown, the cameras are assumed to be exact.
+[[nodiscard]] Agreement agreementOf(const ProjectionDifference& difference,
+                                    const std::optional<DifferenceSignificance>& significance,
+                                    double tolerance_px);
+
+/// Whether enough of the image could be compared to judge it as a whole.
+[[nodiscard]] bool isComparable(const ProjectionDifference& difference);
 
 }  // namespace alidade

@@ -8,7 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "alidade/compare/difference_factor.h"
+#include "alidade/camera/lens_shapes.h"
+#include "alidade/compare/difference_significance.h"
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
@@ -19,30 +20,28 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+Error refusal(const std::string& found, const std::string& expected, const std::string& next_step = "") {
+  return usageError({"projection difference", found, expected, next_step});
+}
+
 void check(const DifferenceOptions& options) {
   if (options.freed == Freed::kPose && !(options.distance_m > 0 && std::isfinite(options.distance_m))) {
-    throw usageError({.where = "projection difference",
-                      .found = "a distance of " + exactText(options.distance_m) + " m",
-                      .expected = "a positive distance; at infinity only the rotation can be aligned"});
+    throw refusal("a distance of " + exactText(options.distance_m) + " m",
+                  "a positive distance; at infinity only the rotation can be aligned");
   }
   constexpr int kMaxPixels = 1'000'000;
   const bool is_grid = options.columns >= 0 && options.rows >= 0 && options.columns <= kMaxPixels &&
                        options.rows <= kMaxPixels / std::max(1, options.columns);
-  if (!is_grid) {
-    throw usageError({.where = "projection difference",
-                      .found = "a grid of " + std::to_string(options.columns) + "x" +
-                               std::to_string(options.rows) + " pixels",
-                      .expected = "columns and rows of 1 or more, and at most a million in total"});
-  }
+  const std::string grid =
+      "a grid of " + std::to_string(options.columns) + "x" + std::to_string(options.rows) + " pixels";
+  if (!is_grid) throw refusal(grid, "columns and rows of 1 or more, and at most a million in total");
   const int num_pixels = options.columns * options.rows;
   if (options.freed && num_pixels > 0 && num_pixels < fewestPairs(*options.freed)) {
-    const std::string what = *options.freed == Freed::kRotation ? "rotation" : "pose";
-    throw usageError({.where = "projection difference",
-                      .found = "a grid of " + std::to_string(options.columns) + "x" +
-                               std::to_string(options.rows) + " pixels",
-                      .expected = "at least " + std::to_string(fewestPairs(*options.freed)) +
-                                  " pixels to estimate the best " + what,
-                      .next_step = "use a finer grid, or compare without alignment"});
+    throw refusal(grid,
+                  "at least " + std::to_string(fewestPairs(*options.freed)) +
+                      " pixels to estimate the best " +
+                      (*options.freed == Freed::kRotation ? "rotation" : "pose"),
+                  "use a finer grid, or compare without alignment");
   }
 }
 
@@ -73,11 +72,9 @@ std::vector<int> turnsToTry(const ComparedCamera& a, const ComparedCamera& b,
   }
   if (!options.quarter_turns) return turns.front() == 0 ? std::vector<int>{0} : turns;
   if (std::find(turns.begin(), turns.end(), *options.quarter_turns) == turns.end()) {
-    throw usageError(
-        {.where = "projection difference",
-         .found = "a rotation by " + std::to_string(90 * *options.quarter_turns) + " degrees for images of " +
-                  sizeText(a.size) + " and " + sizeText(b.size) + " px",
-         .expected = std::to_string(90 * turns.front()) + " or " + std::to_string(90 * turns.back())});
+    throw refusal("a rotation by " + std::to_string(90 * *options.quarter_turns) + " degrees for images of " +
+                      sizeText(a.size) + " and " + sizeText(b.size) + " px",
+                  std::to_string(90 * turns.front()) + " or " + std::to_string(90 * turns.back()));
   }
   return {*options.quarter_turns};
 }
@@ -118,19 +115,17 @@ void setFigures(ProjectionDifference& result) {
 }
 
 // How much each pixel counts for what is taken out.
-std::vector<double> weightsOf(const ComparedCamera& a, const ComparedCamera& b, const ImageMatch& match,
-                              std::span<const PixelPair> pairs, std::optional<Freed> freed) {
+void setWeights(const ComparedCamera& a, const ComparedCamera& b, const ImageMatch& match,
+                std::optional<Freed> freed, std::vector<PixelPair>& pairs) {
   constexpr double kFloorPx = 0.1;
-  std::vector<double> weights(pairs.size(), 1.0);
-  if (!a.covariance && !b.covariance) return weights;
+  if (!a.covariance && !b.covariance) return;
   std::vector<Eigen::Vector2d> pixels;
   for (const PixelPair& pair : pairs) pixels.push_back(pair.pixel_a);
   const Eigen::MatrixXd factor = differenceFactor(a, b, match, pixels, freed, {});
-  for (std::size_t i = 0; i < weights.size(); ++i) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double variance = 0.5 * factor.middleRows<2>(2 * static_cast<Eigen::Index>(i)).squaredNorm();
-    weights[i] = kFloorPx * kFloorPx / (kFloorPx * kFloorPx + variance);
+    pairs[i].weight = kFloorPx * kFloorPx / (kFloorPx * kFloorPx + variance);
   }
-  return weights;
 }
 
 // What lies farther from where it should be than the image is long is not in sight of both cameras.
@@ -141,24 +136,15 @@ bool isInSight(const std::optional<TwoDifferences>& found, ImageSize image) {
 
 // Pixels that one of the cameras puts far outside its image would turn all the others.
 RayAlignment alignWithinSight(const CameraPair& cameras, std::vector<PixelPair>& pairs,
-                              std::vector<double>& weights, std::vector<std::size_t>& pixel_of_pair,
                               std::optional<Freed> freed) {
   while (true) {
-    RayAlignment alignment = alignRays(cameras, pairs, weights, freed);
+    RayAlignment alignment = alignRays(cameras, pairs, freed);
     if (!freed || !alignment.is_converged) return alignment;
-    std::size_t num_kept = 0;
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const auto found = differencesAt(cameras, pairs[i], alignment.b_from_a);
-      if (found && !isInSight(found, cameras.match.unit_size)) continue;
-      pairs[num_kept] = pairs[i];
-      weights[num_kept] = weights[i];
-      pixel_of_pair[num_kept] = pixel_of_pair[i];
-      ++num_kept;
-    }
-    if (num_kept == pairs.size()) return alignment;
-    pairs.resize(num_kept);
-    weights.resize(num_kept);
-    pixel_of_pair.resize(num_kept);
+    const std::size_t num_far = std::erase_if(pairs, [&](const PixelPair& pair) {
+      const auto found = differencesAt(cameras, pair, alignment.b_from_a);
+      return found && !isInSight(found, cameras.match.unit_size);
+    });
+    if (num_far == 0) return alignment;
   }
 }
 
@@ -176,28 +162,27 @@ ProjectionDifference compare(const ComparedCamera& a, const ComparedCamera& b,
   }
   const CameraPair cameras{.a = a.camera, .b = b.camera, .match = result.match};
   std::vector<PixelPair> pairs;
-  std::vector<std::size_t> pixel_of_pair;
   for (std::size_t i = 0; i < result.pixels.size(); ++i) {
     const Eigen::Vector2d pixel_b = result.match.inB(result.pixels[i]);
     const auto ray_a = a.camera->unproject(result.pixels[i]);
     const auto ray_b = b.camera->unproject(pixel_b);
     if (!ray_a && !ray_b) ++result.num_seen_by_neither;
     if (!ray_a || !ray_b) continue;
-    pairs.push_back({.pixel_a = result.pixels[i], .pixel_b = pixel_b, .ray_a = *ray_a, .ray_b = *ray_b});
-    pixel_of_pair.push_back(i);
+    pairs.push_back(
+        {.pixel_a = result.pixels[i], .pixel_b = pixel_b, .ray_a = *ray_a, .ray_b = *ray_b, .index = i});
   }
   result.difference_px.assign(result.pixels.size(), Eigen::Vector2d::Constant(kNan));
   result.weights.assign(result.pixels.size(), 0.0);
   if (!pairs.empty()) {
-    std::vector<double> weights = weightsOf(a, b, result.match, pairs, options.freed);
-    const RayAlignment alignment = alignWithinSight(cameras, pairs, weights, pixel_of_pair, options.freed);
+    setWeights(a, b, result.match, options.freed, pairs);
+    const RayAlignment alignment = alignWithinSight(cameras, pairs, options.freed);
     result.b_from_a = alignment.b_from_a;
     result.is_converged = alignment.is_converged;
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      result.weights[pixel_of_pair[i]] = weights[i];
-      const auto found = differencesAt(cameras, pairs[i], alignment.b_from_a);
-      if (!isInSight(found, result.match.unit_size)) continue;
-      result.difference_px[pixel_of_pair[i]] = 0.5 * (found->a_to_b - found->b_to_a);
+    for (const PixelPair& pair : pairs) {
+      result.weights[pair.index] = pair.weight;
+      const auto found = differencesAt(cameras, pair, alignment.b_from_a);
+      if (isInSight(found, result.match.unit_size))
+        result.difference_px[pair.index] = 0.5 * (found->a_to_b - found->b_to_a);
     }
     result.b_from_a.translation *= options.distance_m;
   }
@@ -205,6 +190,16 @@ ProjectionDifference compare(const ComparedCamera& a, const ComparedCamera& b,
   result.num_seen_by_one =
       static_cast<int>(result.pixels.size()) - result.num_compared - result.num_seen_by_neither;
   return result;
+}
+
+// Pixels a radian about the optical axis. What models call fx may be another thing.
+double focalLength(const AnyCamera& camera) {
+  const Eigen::Vector2d by_axis = axisFocal(camera);
+  return std::sqrt(std::abs(by_axis.x() * by_axis.y()));
+}
+
+double ratio(double one, double other) {
+  return std::max(one / other, other / one);
 }
 
 }  // namespace
@@ -223,6 +218,35 @@ ProjectionDifference projectionDifference(const ComparedCamera& a, const Compare
     if (is_better) best = std::move(found);
   }
   return *best;
+}
+
+std::optional<CropSuspicion> suspectCrop(const ComparedCamera& a, const ComparedCamera& b,
+                                         const ImageMatch& match) {
+  constexpr double kOtherSize = 1.1;
+  constexpr double kSameFocal = 1.02;
+  const int longer_a = std::max(a.size.width, a.size.height);
+  const int longer_b = std::max(b.size.width, b.size.height);
+  CropSuspicion found{.is_a_larger = longer_a > longer_b,
+                      .focal_a_px = focalLength(*a.camera),
+                      .focal_b_px = focalLength(*b.camera),
+                      .part = {},
+                      .corner = {}};
+  // Written so that a focal length of zero raises no suspicion.
+  if (!(ratio(longer_a, longer_b) > kOtherSize && ratio(found.focal_a_px, found.focal_b_px) <= kSameFocal))
+    return std::nullopt;
+  const ComparedCamera& larger = found.is_a_larger ? a : b;
+  const ComparedCamera& smaller = found.is_a_larger ? b : a;
+  found.part = smaller.size;
+  if (match.quarter_turns % 2 != 0) std::swap(found.part.width, found.part.height);
+  if (match.quarter_turns != 0) return found;
+  const auto in_larger = larger.camera->parameters();
+  const auto in_smaller = smaller.camera->parameters();
+  const double x = std::round(in_larger[2] - in_smaller[2]);
+  const double y = std::round(in_larger[3] - in_smaller[3]);
+  if (x >= 0 && y >= 0 && x <= larger.size.width - found.part.width &&
+      y <= larger.size.height - found.part.height)
+    found.corner = Eigen::Vector2i(static_cast<int>(x), static_cast<int>(y));
+  return found;
 }
 
 }  // namespace alidade

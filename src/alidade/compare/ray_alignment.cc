@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "alidade/geometry/best_rotation.h"
 #include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/rotation_conversions.h"
 
 namespace alidade {
 namespace {
@@ -17,22 +17,18 @@ constexpr int kMaxSteps = 200;
 constexpr int kMaxHalvings = 40;
 constexpr int kMaxRounds = 10;
 
-SE3 turnedFrame(const ImageMatch& match) {
-  return {SO3::fromQuaternion(Eigen::Quaterniond(match.frameTurn())), Eigen::Vector3d::Zero()};
-}
-
 // Four rows a pair, over the pairs in use: errors and their derivatives by the tangent of b_from_a.
 class LeastSquares {
  public:
-  LeastSquares(const CameraPair& cameras, std::span<const PixelPair> pairs, std::span<const double> weights,
-               const std::vector<bool>& is_used, Freed freed)
+  LeastSquares(const CameraPair& cameras, std::span<const PixelPair> pairs, const std::vector<bool>& is_used,
+               Freed freed)
       : cameras_(cameras), num_freed_(freed == Freed::kRotation ? 3 : 6) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (is_used[i]) pairs_.push_back({&pairs[i], std::sqrt(weights[i])});
+      if (is_used[i]) pairs_.emplace_back(&pairs[i], std::sqrt(pairs[i].weight));
     }
     const auto num_rows = static_cast<Eigen::Index>(4 * pairs_.size());
     errors_.resize(num_rows);
-    J_.resize(num_rows, num_freed_);
+    J_.resize(num_rows, 6);
   }
 
   // Weighted sum of squares, px^2; nothing where a pair is not seen any more.
@@ -64,10 +60,10 @@ class LeastSquares {
           -Eigen::Matrix3d::Identity(), in_a);
       row += 4;
     }
-    const Eigen::VectorXd step = leastSquares(J_, Eigen::VectorXd(-errors_));
-    Step result{.xi = SE3::Vec6::Zero(), .drop = (J_ * step).squaredNorm()};
-    result.xi.tail<3>() = step.head<3>();
-    if (num_freed_ == 6) result.xi.head<3>() = step.tail<3>();
+    const Eigen::MatrixXd J = J_.rightCols(num_freed_);
+    const Eigen::VectorXd step = leastSquares(J, Eigen::VectorXd(-errors_));
+    Step result{.drop = (J * step).squaredNorm()};
+    result.xi.tail(num_freed_) = step;
     return result;
   }
 
@@ -82,15 +78,14 @@ class LeastSquares {
     const Projection projection = camera.project(point, J_point.data(), nullptr);
     errors_.segment<2>(row) = unit * (projection.pixel - pixel);
     const Eigen::Matrix<double, 2, 3> J = unit * J_point * outer;
-    J_.block<2, 3>(row, 0) = -J * hat(lever);
-    if (num_freed_ == 6) J_.block<2, 3>(row, 3) = J;
+    J_.block<2, 6>(row, 0) << J, -J * hat(lever);
   }
 
   const CameraPair& cameras_;
   std::vector<std::pair<const PixelPair*, double>> pairs_;  // with the root of its weight
   Eigen::Index num_freed_;
   Eigen::VectorXd errors_;
-  Eigen::MatrixXd J_;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> J_;  // by the translation, then by the rotation
 };
 
 // Nothing once at rest; otherwise where the step would have led that no fraction of lowers the sum.
@@ -123,15 +118,12 @@ std::optional<SE3> descend(LeastSquares& problem, SE3& b_from_a) {
   return wanted;
 }
 
-std::vector<bool> seenFrom(const CameraPair& cameras, std::span<const PixelPair> pairs, const SE3& b_from_a) {
-  std::vector<bool> is_seen;
-  for (const PixelPair& pair : pairs) is_seen.push_back(differencesAt(cameras, pair, b_from_a).has_value());
-  return is_seen;
-}
-
-std::vector<bool> both(std::vector<bool> a, const std::vector<bool>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i) a[i] = a[i] && b[i];
-  return a;
+// Those of the pairs with `is_wanted` that both cameras see.
+std::vector<bool> seenFrom(const CameraPair& cameras, std::span<const PixelPair> pairs, const SE3& b_from_a,
+                           std::vector<bool> is_wanted) {
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    is_wanted[i] = is_wanted[i] && differencesAt(cameras, pairs[i], b_from_a).has_value();
+  return is_wanted;
 }
 
 }  // namespace
@@ -145,28 +137,27 @@ std::optional<TwoDifferences> differencesAt(const CameraPair& cameras, const Pix
                         .b_to_a = cameras.match.unit_from_a * (in_a.pixel - pair.pixel_a)};
 }
 
-SE3 kabschRotation(std::span<const PixelPair> pairs, std::span<const double> weights) {
+SE3 kabschRotation(std::span<const PixelPair> pairs) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    sum += weights[i] * pairs[i].ray_b * pairs[i].ray_a.transpose();
+  for (const PixelPair& pair : pairs) sum += pair.weight * pair.ray_b * pair.ray_a.transpose();
   return {bestRotation(sum), Eigen::Vector3d::Zero()};
 }
 
 RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pairs,
-                       std::span<const double> weights, std::optional<Freed> freed) {
+                       std::optional<Freed> freed) {
   RayAlignment result;
-  result.b_from_a = turnedFrame(cameras.match);
-  result.is_used = seenFrom(cameras, pairs, result.b_from_a);
+  std::vector<bool> is_allowed(pairs.size(), true);
+  result.b_from_a.rotation = SO3::fromQuaternion(Eigen::Quaterniond(cameras.match.frameTurn()));
+  result.is_used = seenFrom(cameras, pairs, result.b_from_a, is_allowed);
   result.is_converged = true;
   if (!freed) return result;
 
-  result.b_from_a = kabschRotation(pairs, weights);
-  result.is_used = seenFrom(cameras, pairs, result.b_from_a);
+  result.b_from_a = kabschRotation(pairs);
+  result.is_used = seenFrom(cameras, pairs, result.b_from_a, is_allowed);
   // At the rim of a lens' domain some pairs are seen from the start and not from the end, or the other way
   // round. Those that stand in the way go, and do not come back.
-  std::vector<bool> is_allowed(pairs.size(), true);
   for (int round = 0; round < kMaxRounds; ++round) {
-    LeastSquares problem(cameras, pairs, weights, result.is_used, *freed);
+    LeastSquares problem(cameras, pairs, result.is_used, *freed);
     constexpr double kErrorsAPair = 4;
     if (problem.numErrors() < kErrorsAPair * fewestPairs(*freed)) {
       result.is_converged = false;
@@ -174,8 +165,8 @@ RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pai
     }
     const auto wanted = descend(problem, result.b_from_a);
     result.is_converged = !wanted;
-    if (wanted) is_allowed = both(is_allowed, seenFrom(cameras, pairs, *wanted));
-    const std::vector<bool> is_usable = both(is_allowed, seenFrom(cameras, pairs, result.b_from_a));
+    if (wanted) is_allowed = seenFrom(cameras, pairs, *wanted, is_allowed);
+    const std::vector<bool> is_usable = seenFrom(cameras, pairs, result.b_from_a, is_allowed);
     if (is_usable == result.is_used) break;
     result.is_used = is_usable;
   }

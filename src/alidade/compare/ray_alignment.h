@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -20,6 +21,8 @@ struct PixelPair {
   Eigen::Vector2d pixel_b;
   Eigen::Vector3d ray_a;  ///< unit length, frame a
   Eigen::Vector3d ray_b;  ///< unit length, frame b
+  double weight = 1;      ///< of its squares, positive
+  std::size_t index = 0;  ///< of pixel_a among the pixels to compare
 };
 
 /// Two cameras, and the conversion of their pixels to a common unit.
@@ -42,7 +45,7 @@ struct TwoDifferences {
 /// The rotation that aligns the rays of a with those of b with the smallest weighted sum of squared
 /// distances; the frames may be arbitrary. Kabsch 1976, A solution for the best rotation to relate two sets
 /// of vectors, Acta Crystallographica A32.
-[[nodiscard]] SE3 kabschRotation(std::span<const PixelPair> pairs, std::span<const double> weights);
+[[nodiscard]] SE3 kabschRotation(std::span<const PixelPair> pairs);
 
 /// With fewer, alignRays() finds nothing: a pair gives two numbers, and unless there are twice as many
 /// numbers as unknowns, almost any two cameras could be aligned.
@@ -62,9 +65,8 @@ struct RayAlignment {
 /// Gauss-Newton steps from kabschRotation(), each halved until it reduces the sum, until
 /// convergence.
 ///
-/// @param weights  of the squares, positive, one per pair
-/// @param freed    nothing: the frames are the same, apart from the rotation of the image
+/// @param freed  nothing: the frames are the same, apart from the rotation of the image
 [[nodiscard]] RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pairs,
-                                     std::span<const double> weights, std::optional<Freed> freed);
+                                     std::optional<Freed> freed);
 
 }  // namespace alidade

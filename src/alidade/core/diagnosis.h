@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -46,17 +48,8 @@ struct Diagnosis {
 
 /// Stable name for JSON.
 [[nodiscard]] constexpr std::string_view severityName(Severity severity) {
-  switch (severity) {
-    case Severity::kPass:
-      return "pass";
-    case Severity::kNote:
-      return "note";
-    case Severity::kWarning:
-      return "warning";
-    case Severity::kFailure:
-      return "failure";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> kNames = {"pass", "note", "warning", "failure"};
+  return kNames[static_cast<std::size_t>(severity)];
 }
 
 /// The verdict that follows from the most severe diagnosis.

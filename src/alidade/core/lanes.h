@@ -29,6 +29,8 @@ using LaneMask = decltype(Lanes{} < Lanes{});
 /// function that they end up in.
 namespace lane {
 
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
 /// a where the condition is true, b elsewhere; both are computed.
 template <class T>
 ALIDADE_ALWAYS_INLINE T select(bool condition, const T& a, const T& b) {

@@ -7,14 +7,9 @@ namespace alidade {
 
 SizeGroups groupBySize(std::span<const ImageSize> sizes) {
   SizeGroups groups;
-  std::ptrdiff_t best = 0;
-  for (const ImageSize& size : sizes) {
-    const auto count = std::count(sizes.begin(), sizes.end(), size);
-    if (count > best) {
-      best = count;
-      groups.size = size;
-    }
-  }
+  const auto count = [&](const ImageSize& size) { return std::count(sizes.begin(), sizes.end(), size); };
+  const auto largest = std::ranges::max_element(sizes, {}, count);  // the first among equals
+  if (largest != sizes.end()) groups.size = *largest;
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     (sizes[i] == groups.size ? groups.in_group : groups.others).push_back(i);
   }

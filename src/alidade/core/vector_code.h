@@ -31,4 +31,26 @@ namespace alidade {
 #endif
 }
 
+/// Whether callVectorised() uses AVX2; a test may turn it off.
+inline bool& usesAvx2() {
+  static bool uses = hasAvx2();
+  return uses;
+}
+
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
+template <class F>
+ALIDADE_TARGET_AVX2 void callWithAvx2(const F& f) {
+  f();
+}
+#endif
+
+/// Calls a lambda that is inlined (ALIDADE_INLINE_LAMBDA), in a function for whatever the processor has.
+template <class F>
+void callVectorised(const F& f) {
+#if defined(ALIDADE_HAS_AVX2_VARIANT)
+  if (usesAvx2()) return callWithAvx2(f);
+#endif
+  f();
+}
+
 }  // namespace alidade

@@ -15,15 +15,8 @@ enum class Verdict {
 
 /// Stable name for files and JSON.
 [[nodiscard]] constexpr std::string_view verdictName(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kTrustworthy:
-      return "trustworthy";
-    case Verdict::kReservations:
-      return "usable_with_reservations";
-    case Verdict::kNo:
-      return "rejected";
-  }
-  return "unknown";
+  if (verdict == Verdict::kTrustworthy) return "trustworthy";
+  return verdict == Verdict::kReservations ? "usable_with_reservations" : "rejected";
 }
 
 /// The verdict with this name; std::nullopt if the name is unknown.

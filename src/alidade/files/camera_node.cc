@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/text.h"
 
 namespace alidade::detail {

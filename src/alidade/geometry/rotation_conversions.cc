@@ -3,7 +3,6 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "alidade/core/error.h"
@@ -12,9 +11,6 @@
 
 namespace alidade {
 namespace {
-
-constexpr double kGimbalLockCosine = 1e-8;
-constexpr double kIdentityTolerance = 4 * std::numeric_limits<double>::epsilon();
 
 Error rotationMatrixError(const std::string& found, const std::string& next_step) {
   return inputError({"rotation matrix", found, "orthonormal columns and determinant +1", next_step});
@@ -44,6 +40,15 @@ void checkRotationMatrix(const Eigen::Matrix3d& R, double tolerance) {
 }
 
 }  // namespace
+
+void detail::requireDirection(const std::array<double, 4>& xyzw) {
+  const auto [x, y, z, w] = xyzw;
+  if (std::isnormal(x * x + y * y + z * z + w * w)) return;
+  throw inputError(
+      {"quaternion",
+       "x, y, z, w = " + exactText(x) + ", " + exactText(y) + ", " + exactText(z) + ", " + exactText(w),
+       "finite numbers, not all zero", "normalise it to length 1"});
+}
 
 SO3 rotationFromMatrix(const Eigen::Matrix3d& R, double tolerance) {
   checkRotationMatrix(R, tolerance);
@@ -79,34 +84,11 @@ SO3 rotationFromEuler(const EulerZyx& angles) {
          SO3::exp(angles.roll_rad * Vec3::UnitX());
 }
 
-EulerDecomposition eulerFromRotation(const SO3& rotation) {
-  const Eigen::Matrix3d R = rotation.matrix();
-  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
-  EulerDecomposition result;
-  EulerZyx& angles = result.angles;
-  angles.pitch_rad = std::atan2(-R(2, 0), cos_pitch);
-  result.gimbal_lock = cos_pitch < kGimbalLockCosine;
-  if (result.gimbal_lock) {
-    angles.yaw_rad = std::atan2(-R(0, 1), R(1, 1));
-    return result;
-  }
-  angles.yaw_rad = std::atan2(R(1, 0), R(0, 0));
-  // The second row of Rz(-yaw) R is (0, cos(roll), -sin(roll)). The last row of R would give the roll as
-  // well, but not the one that goes with this yaw: near the poles each is poor, and only the pair is the
-  // rotation.
-  const double c = std::cos(angles.yaw_rad);
-  const double s = std::sin(angles.yaw_rad);
-  angles.roll_rad = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
-  return result;
-}
-
-std::optional<Eigen::Vector3d> rotationAxis(const Eigen::Matrix3d& R, double tolerance) {
-  const SO3 rotation = rotationFromMatrix(R, tolerance);
-  const Eigen::Matrix3d offset = rotation.matrix() - Eigen::Matrix3d::Identity();
-  if (offset.cwiseAbs().maxCoeff() <= kIdentityTolerance) return std::nullopt;
-  // Its singular values are 0 and twice 2 sin(angle / 2).
-  const Eigen::Vector3d axis = svdOf(offset).V.col(2);
-  return axis.dot(rotation.log()) < 0.0 ? Eigen::Vector3d(-axis) : axis;
+SO3 bestRotation(const Eigen::Matrix3d& correlation) {
+  auto [U, values, V] = svdOf(correlation);
+  if ((U * V.transpose()).determinant() < 0) U.col(2) = -U.col(2);
+  const Eigen::Matrix3d R = U * V.transpose();
+  return SO3::fromQuaternion(Eigen::Quaterniond(R));
 }
 
 }  // namespace alidade

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 
 #include "alidade/geometry/se3.h"
 #include "alidade/geometry/so3.h"
@@ -30,28 +29,14 @@ struct EulerZyx {
   double roll_rad = 0.0;
 };
 
-/// Euler angles of a rotation, and whether they are the only ones.
-struct EulerDecomposition {
-  EulerZyx angles;           ///< pitch in [-pi/2, pi/2], yaw and roll in [-pi, pi]
-  bool gimbal_lock = false;  ///< the rotation fixes only yaw - roll (pitch +pi/2) or yaw + roll (pitch -pi/2)
-};
-
 /// Any finite angles.
 /// @throws Error if one is not finite.
 [[nodiscard]] SO3 rotationFromEuler(const EulerZyx& angles);
 
-/// The inverse of rotationFromEuler(). Within 1e-8 rad of pitch = +-pi/2, where sin(pitch) is 1 to the last
-/// bit, it reports gimbal lock, puts roll at 0 and gives yaw the combination that is determined. Recomposing
-/// gives the rotation back to rounding, and under gimbal lock to the 1e-8 rad by which the pitch is off the
-/// pole.
-[[nodiscard]] EulerDecomposition eulerFromRotation(const SO3& rotation);
-
-/// The unit axis of the rotation matrix `R`, its eigenvector of eigenvalue 1: the null space of R - I. The
-/// sign is that of the rotation vector, R = exp(angle * axis) with angle in (0, pi], and at pi as SO3::log().
-/// Nothing for the identity (to rounding, 1e-15 rad), of which every axis is one. The direction is good to
-/// about 1e-16 / angle, all that the entries of R can tell.
-/// @throws Error if R fails rotationFromMatrix().
-[[nodiscard]] std::optional<Eigen::Vector3d> rotationAxis(const Eigen::Matrix3d& R,
-                                                          double tolerance = kRotationTolerance);
+/// The rotation that takes vectors a_i nearest to vectors b_i, by the weighted sum of the squares of what is
+/// between them. Kabsch 1976, A solution for the best rotation to relate two sets of vectors, Acta
+/// Crystallographica A32.
+/// @param correlation  sum of w_i b_i a_i^T, finite
+[[nodiscard]] SO3 bestRotation(const Eigen::Matrix3d& correlation);
 
 }  // namespace alidade

@@ -30,15 +30,6 @@ template <class Derived>
   return m;
 }
 
-/// The 3-vector whose hat() is the skew-symmetric part of the 3x3 matrix `m`; the inverse of hat().
-template <class Derived>
-[[nodiscard]] Eigen::Matrix<typename Derived::Scalar, 3, 1> vee(const Eigen::MatrixBase<Derived>& m) {
-  EIGEN_STATIC_ASSERT_MATRIX_SPECIFIC_SIZE(Derived, 3, 3);
-  using T = typename Derived::Scalar;
-  const Eigen::Matrix<T, 3, 3> a = m;
-  return T(0.5) * Eigen::Matrix<T, 3, 1>(a(2, 1) - a(1, 2), a(0, 2) - a(2, 0), a(1, 0) - a(0, 1));
-}
-
 /// A rotation of 3-space: `a_from_b` takes the coordinates of a vector in frame b to those in frame a,
 /// p_a = a_from_b * p_b.
 ///

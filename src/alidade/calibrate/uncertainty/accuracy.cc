@@ -14,8 +14,8 @@
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/calibrate/uncertainty/far_difference.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
-#include "alidade/camera/aligned_jacobians.h"
 #include "alidade/camera/model_fit.h"
+#include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
 namespace {
@@ -131,7 +131,7 @@ class Alignment {
 
   [[nodiscard]] bool hasRay(std::size_t i) const { return aligned_.has_ray[index_[i]]; }
   [[nodiscard]] double error(std::size_t i, const Eigen::MatrixXd& covariance) const {
-    const auto A = aligned_.transposed.middleCols(2 * static_cast<Eigen::Index>(index_[i]), 2);
+    const auto A = aligned_.transposed.view().middleCols(2 * static_cast<Eigen::Index>(index_[i]), 2);
     return radius95(Eigen::Matrix2d(A.transpose() * covariance * A));
   }
 

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "alidade/geometry/best_rotation.h"
+#include "alidade/geometry/rotation_conversions.h"
 
 namespace alidade {
 std::vector<double> farDifferences(const AnyCamera& a, const AnyCamera& b,

@@ -9,7 +9,6 @@
 #include <string>
 #include <utility>
 
-#include "alidade/camera/parameter_complaint.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/formats.h"

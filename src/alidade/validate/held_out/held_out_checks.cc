@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include "alidade/compare/agreement.h"
 #include "alidade/core/statistics.h"
 
 namespace alidade {

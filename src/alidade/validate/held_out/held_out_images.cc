@@ -15,7 +15,6 @@
 #include "alidade/adjust/pose_search.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
-#include "alidade/compare/agreement.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"

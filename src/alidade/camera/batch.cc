@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/camera/batch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/camera_variant.h"
+#include "alidade/camera/projection.h"
+#include "alidade/core/error.h"
+#include "alidade/core/lanes.h"
+
+namespace alidade {
+namespace {
+
+// The arrays of one call. Outputs that are null are not wanted.
+template <std::size_t kNumIn, std::size_t kNumOut>
+struct Arrays {
+  std::array<const double*, kNumIn> in;
+  std::array<double*, kNumOut> out;
+  ProjectStatus* status;
+};
+
+ALIDADE_ALWAYS_INLINE bool laneOf(const LaneMask& mask, std::size_t l) {
+#if defined(ALIDADE_HAS_VECTORS)
+  return mask[l] != 0;
+#else
+  return l == 0 && mask;
+#endif
+}
+
+// Writes row-major Jacobians of kSize numbers, one lane's after another's, plus `nothing`: 0, or NaN in lanes
+// that have none.
+template <int kSize>
+ALIDADE_ALWAYS_INLINE void scatter(const Lanes* from, const Lanes& nothing, double* to) {
+  for (int e = 0; e < kSize; ++e) {
+    double values[kNumLanes];
+    lane::store(from[e] + nothing, values);
+    for (std::size_t l = 0; l < kNumLanes; ++l) to[l * kSize + static_cast<std::size_t>(e)] = values[l];
+  }
+}
+
+// `count` is a multiple of the number of lanes.
+template <class Loop>
+void runGroups(const Loop& loop, const typename Loop::Columns& arrays, std::size_t count) {
+  callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+    // Copies that nobody else can write to: what depends on the parameters alone is computed once.
+    const Loop local = loop;
+    const typename Loop::Columns a = arrays;
+    const std::size_t end = count;
+    for (std::size_t i = 0; i < end; i += kNumLanes) local.group(a, i);
+  });
+}
+
+// Calls loop.group(arrays, i) for each group of points. The last points, fewer than there are lanes, are
+// copied to arrays of full length and back.
+template <class Loop>
+void runLoop(const Loop& loop, const typename Loop::Columns& arrays, std::size_t count) {
+  const std::size_t whole = count - count % kNumLanes;
+  runGroups(loop, arrays, whole);
+  const std::size_t rest = count - whole;
+  if (rest == 0) return;
+  constexpr auto kWidths = Loop::kWidths;  // numbers a point in each output
+  double in[std::tuple_size_v<decltype(arrays.in)>][kNumLanes];
+  double out[kWidths.size()][kNumLanes * std::ranges::max(kWidths)];
+  ProjectStatus status[kNumLanes];
+  typename Loop::Columns padded = {.in = {}, .out = {}, .status = status};
+  for (std::size_t c = 0; c < arrays.in.size(); ++c) {
+    std::fill_n(std::copy_n(arrays.in[c] + whole, rest, in[c]), kNumLanes - rest, lane::kNaN);
+    padded.in[c] = in[c];
+  }
+  for (std::size_t c = 0; c < kWidths.size(); ++c) padded.out[c] = arrays.out[c] ? out[c] : nullptr;
+  runGroups(loop, padded, kNumLanes);
+  for (std::size_t c = 0; c < kWidths.size(); ++c) {
+    if (arrays.out[c]) std::copy_n(out[c], rest * kWidths[c], arrays.out[c] + whole * kWidths[c]);
+  }
+  std::copy_n(status, rest, arrays.status + whole);
+}
+
+struct Pose {
+  explicit Pose(const SE3& a_from_b) {
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data()) = a_from_b.rotation.matrix();
+    Eigen::Map<Eigen::Vector3d>(t.data()) = a_from_b.translation;
+  }
+  std::array<double, 9> R{};
+  std::array<double, 3> t{};
+};
+
+template <CameraModel M, bool kHasPose, bool kHasJacobians>
+class ProjectLoop {
+ public:
+  using Columns = Arrays<3, 5>;  // x, y, z; u, v and the Jacobians by point, pose and parameters
+  static constexpr std::size_t kNumByParams = 2 * kNumParams<M>;
+  static constexpr std::array<std::size_t, 5> kWidths = {1, 1, 6, 12, kNumByParams};
+
+  ProjectLoop(const Camera<M>& camera, const Pose& pose) : params_(camera.params()), pose_(pose) {
+    const double c = std::cos(camera.cone().max_angle_rad);
+    signed_cos2_ = c * std::abs(c);
+  }
+
+  ALIDADE_ALWAYS_INLINE void group(const Columns& a, std::size_t i) const {
+    const auto [u, v, by_point_out, by_pose_out, by_params_out] = a.out;
+    const Lanes p[3] = {lane::load(a.in[0] + i), lane::load(a.in[1] + i), lane::load(a.in[2] + i)};
+    Lanes p_cam[3] = {p[0], p[1], p[2]};
+    const auto& R = pose_.R;
+    if constexpr (kHasPose) {
+      const auto& t = pose_.t;
+      for (std::size_t r = 0; r < 3; ++r)
+        p_cam[r] = R[3 * r] * p[0] + (R[3 * r + 1] * p[1] + (R[3 * r + 2] * p[2] + t[r]));
+    }
+    // As Camera::classify(), in squares.
+    const Lanes norm2 = p_cam[0] * p_cam[0] + p_cam[1] * p_cam[1] + p_cam[2] * p_cam[2];
+    const Lanes z = p_cam[2];
+    const Lanes signed_z2 = lane::select(z < 0.0, -z * z, z * z);
+    const LaneMask is_point = lane::both(norm2 >= kMinLength2, norm2 <= kMaxLength2);
+    LaneMask is_ok = lane::both(is_point, signed_z2 >= signed_cos2_ * norm2);
+    const LaneMask is_behind = lane::both(is_point, z <= 0.0);
+    constexpr bool kLooksForward = M::kMaxAngle <= std::numbers::pi / 2;
+    if constexpr (kLooksForward) is_ok = lane::both(is_ok, z > 0.0);
+
+    Lanes px[2];
+    Lanes J_px_cam[6];
+    Lanes J_px_params[kNumByParams];
+    Lanes* const not_wanted = nullptr;
+    projectInside<M>(params_.data(), p_cam, px, kHasJacobians ? J_px_cam : not_wanted,
+                     kHasJacobians && by_params_out != nullptr ? J_px_params : not_wanted);
+    // x - x is NaN for infinities too.
+    const Lanes undefined = (px[0] - px[0]) + (px[1] - px[1]);
+    is_ok = lane::both(is_ok, undefined == 0.0);
+    const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + lane::kNaN);
+    lane::store(lane::select(is_ok, px[0], nothing), u + i);
+    lane::store(lane::select(is_ok, px[1], nothing), v + i);
+    std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
+    if (!lane::isAll(is_ok)) {
+      for (std::size_t l = 0; l < kNumLanes; ++l) {
+        if (laneOf(is_ok, l)) continue;
+        a.status[i + l] =
+            kLooksForward && laneOf(is_behind, l) ? ProjectStatus::kBehind : ProjectStatus::kOutsideDomain;
+      }
+    }
+    if constexpr (kHasJacobians) {
+      if (by_params_out != nullptr)
+        scatter<kNumByParams>(J_px_params, nothing, by_params_out + i * kNumByParams);
+      Lanes by_point[6];
+      for (std::size_t r = 0; r < 2; ++r) {
+        const Lanes* row = J_px_cam + 3 * r;
+        for (std::size_t c = 0; c < 3; ++c)
+          by_point[3 * r + c] = row[0] * R[c] + row[1] * R[3 + c] + row[2] * R[6 + c];
+      }
+      if (by_point_out != nullptr) scatter<6>(by_point, nothing, by_point_out + i * 6);
+      if (by_pose_out != nullptr) {
+        Lanes by_pose[12];
+        for (std::size_t r = 0; r < 2; ++r) {
+          const Lanes* g = by_point + 3 * r;
+          Lanes* to = by_pose + 6 * r;
+          for (std::size_t c = 0; c < 3; ++c) to[c] = g[c];
+          to[3] = p[1] * g[2] - p[2] * g[1];
+          to[4] = p[2] * g[0] - p[0] * g[2];
+          to[5] = p[0] * g[1] - p[1] * g[0];
+        }
+        scatter<12>(by_pose, nothing, by_pose_out + i * 12);
+      }
+    }
+  }
+
+ private:
+  static constexpr double kMinLength2 = 1e-200;
+  static constexpr double kMaxLength2 = 1e200;
+
+  typename Camera<M>::Params params_;
+  Pose pose_;
+  double signed_cos2_;
+};
+
+template <CameraModel M>
+class UnprojectLoop {
+ public:
+  using Columns = Arrays<2, 4>;  // u, v; x, y, z and the Jacobian of the ray
+  static constexpr std::array<std::size_t, 4> kWidths = {1, 1, 1, 6};
+
+  explicit UnprojectLoop(const Camera<M>& camera)
+      : camera_(camera),
+        params_(camera.params()),
+        start_(camera.start()),
+        max_angle_(camera.cone().max_angle_rad),
+        cos_max_angle_(std::cos(max_angle_)) {}
+
+  ALIDADE_ALWAYS_INLINE void group(const Columns& a, std::size_t i) const {
+    const auto [x, y, z, J_ray_pixel] = a.out;
+    const double* params = params_.data();
+    const Lanes u = lane::load(a.in[0] + i);
+    const Lanes v = lane::load(a.in[1] + i);
+    const Lanes m[2] = {(u - params[2]) * (1 / params[0]), (v - params[3]) * (1 / params[1])};
+    Lanes ray[3];
+    M::quickUnlens(params + 4, start_, m, max_angle_, ray);
+    const Lanes norm2 = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
+    LaneMask is_ok = lane::both(norm2 > 0.5, ray[2] >= cos_max_angle_);
+    if constexpr (M::kMaxAngle <= std::numbers::pi / 2) is_ok = lane::both(is_ok, ray[2] > 0.0);
+    const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + lane::kNaN);
+    lane::store(ray[0] + nothing, x + i);
+    lane::store(ray[1] + nothing, y + i);
+    lane::store(ray[2] + nothing, z + i);
+    std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
+    if (!lane::isAll(is_ok)) {
+      for (std::size_t l = 0; l < kNumLanes; ++l)
+        if (!laneOf(is_ok, l)) tryHarder({u[l], v[l]}, a, i + l);
+    }
+    if (J_ray_pixel != nullptr) {
+      const Lanes found[3] = {lane::load(x + i), lane::load(y + i), lane::load(z + i)};
+      Lanes J[6];
+      rayByPixel<M>(params, found, J);
+      scatter<6>(J, 0.0 * found[0], J_ray_pixel + 6 * i);
+    }
+  }
+
+ private:
+  // The rim, what Newton's method does not come by at once, and pixels without a ray.
+  void tryHarder(const Eigen::Vector2d& pixel, const Columns& a, std::size_t i) const {
+    const auto ray = camera_.unproject(pixel);
+    a.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
+    if (!ray) return;
+    for (std::size_t c = 0; c < 3; ++c) a.out[c][i] = (*ray)[static_cast<Eigen::Index>(c)];
+  }
+
+  const Camera<M>& camera_;
+  typename Camera<M>::Params params_;
+  typename M::Start start_;
+  double max_angle_;
+  double cos_max_angle_;
+};
+
+void project(const AnyCamera& camera, const SE3* camera_from_points, const PointColumns& points,
+             const PixelResults& pixels, const PixelJacobians& jacobians) {
+  const std::size_t count = points.x.size();
+  expect(points.y.size() == count && points.z.size() == count && pixels.u.size() == count &&
+             pixels.v.size() == count && pixels.status.size() == count,
+         "the arrays of a batch have one length");
+  const Arrays<3, 5> arrays = {
+      .in = {points.x.data(), points.y.data(), points.z.data()},
+      .out = {pixels.u.data(), pixels.v.data(), jacobians.by_point, jacobians.by_pose, jacobians.by_params},
+      .status = pixels.status.data()};
+  const bool has_jacobians =
+      jacobians.by_point != nullptr || jacobians.by_pose != nullptr || jacobians.by_params != nullptr;
+  const Pose pose(camera_from_points != nullptr ? *camera_from_points : SE3());
+  camera.visit([&](const auto& c) {
+    using M = typename std::decay_t<decltype(c)>::Model;
+    if (has_jacobians) {
+      runLoop(ProjectLoop<M, true, true>(c, pose), arrays, count);
+    } else if (camera_from_points != nullptr) {
+      runLoop(ProjectLoop<M, true, false>(c, pose), arrays, count);
+    } else {
+      runLoop(ProjectLoop<M, false, false>(c, pose), arrays, count);
+    }
+  });
+}
+
+}  // namespace
+
+void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
+                  const PixelJacobians& jacobians) {
+  project(camera, nullptr, points_cam, pixels, jacobians);
+}
+
+void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
+                  const PixelResults& pixels, const PixelJacobians& jacobians) {
+  project(camera, &camera_from_points, points, pixels, jacobians);
+}
+
+void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,
+                    double* J_ray_pixel) {
+  const std::size_t count = pixels.u.size();
+  expect(pixels.v.size() == count && rays.x.size() == count && rays.y.size() == count &&
+             rays.z.size() == count && rays.status.size() == count,
+         "the arrays of a batch have one length");
+  camera.visit([&](const auto& c) {
+    runLoop(UnprojectLoop(c),
+            {.in = {pixels.u.data(), pixels.v.data()},
+             .out = {rays.x.data(), rays.y.data(), rays.z.data(), J_ray_pixel},
+             .status = rays.status.data()},
+            count);
+  });
+}
+
+}  // namespace alidade
