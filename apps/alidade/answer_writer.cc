@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/text.h"
-#include "alidade/files/csv.h"
+#include "alidade/files/table_lines.h"
 #include "command.h"
 
 namespace alidade {

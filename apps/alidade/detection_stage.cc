@@ -14,7 +14,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/draw_detection.h"
-#include "alidade/files/csv.h"
+#include "alidade/files/table_lines.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "one_line.h"
