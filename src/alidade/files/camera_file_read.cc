@@ -181,8 +181,8 @@ void countUses(const YAML::Node& node, std::map<Place, int>& uses) {
   }
 }
 
-// Writes a value of the user's as it stood: strings keep their quotes, and shared values their names, which
-// yaml-cpp does not do for us alike.
+// Writes a value of the user's as it stood: shared values are written once and named, and strings keep their
+// quotes, which yaml-cpp would drop.
 void writeAsStated(YAML::Emitter& out, const YAML::Node& node, const std::map<Place, int>& uses,
                    std::map<Place, std::string>& names) {
   if (uses.at(placeOf(node)) > 1) {

@@ -138,13 +138,16 @@ StatedCamera readLine(const Line& line) {
 }
 
 // Throws what readLine() does, except for a camera of a model that is not supported; makes no camera.
-void checkLine(const Line& line) try {
-  const Statement stated = parseLine(line);
-  for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
-    // Whoever made a camera of it would say so with its place.
-    if (parameterComplaint(stated.model, i, stated.parameters[i].value)) static_cast<void>(readLine(line));
+void checkLine(const Line& line) {
+  try {
+    const Statement stated = parseLine(line);
+    for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
+      // Whoever made a camera of it would say so with its place.
+      if (parameterComplaint(stated.model, i, stated.parameters[i].value)) static_cast<void>(readLine(line));
+    }
+  } catch (const UnsupportedCamera&) {
+    return;  // which is no damage
   }
-} catch (const UnsupportedCamera&) {  // which is no damage
 }
 
 // What "# Number of cameras: 2" among the comments says, with its place.
