@@ -16,6 +16,7 @@
 #include "alidade/detect/draw_detection.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
+#include "alidade/files/table_lines.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/target/board_spec.h"

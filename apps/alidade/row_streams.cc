@@ -15,7 +15,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/csv.h"
+#include "alidade/files/table_lines.h"
 #include "console.h"
 #include "json_output.h"
 

@@ -3,7 +3,6 @@
 #include <string_view>
 
 #include "alidade/core/text.h"
-#include "alidade/files/csv.h"
 #include "alidade/files/table_lines.h"
 #include "fuzz.h"
 

@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/record/projection_record.h"
+#include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
 namespace {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/record/projection_record.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {

@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <optional>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "alidade/core/text.h"
@@ -23,10 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string quoted(const fs::path& path) {
-  std::string text = "'";
-  text += path.string();
-  text += '\'';
-  return text;
+  return "'" + path.string() + "'";
 }
 
 std::string errorText(int error) {
@@ -34,24 +30,13 @@ std::string errorText(int error) {
 }
 
 std::string adviceForWriting(int error) {
-  switch (error) {
-    case ENOENT:
-    case ENOTDIR:
-      return "create the folder first, or choose another path";
-    case EACCES:
-    case EPERM:
-    case EROFS:
-      return "choose a writable path, or change its permissions";
-    case ENOSPC:
-    case EDQUOT:
-      return "free some space, or choose a path on another disk";
-    case EISDIR:
-      return "add a file name to the path";
-    case ENAMETOOLONG:
-      return "choose a shorter name";
-    default:
-      return "check the path, or choose another one";
-  }
+  if (error == ENOENT || error == ENOTDIR) return "create the folder first, or choose another path";
+  if (error == EACCES || error == EPERM || error == EROFS)
+    return "choose a writable path, or change its permissions";
+  if (error == ENOSPC || error == EDQUOT) return "free some space, or choose a path on another disk";
+  if (error == EISDIR) return "add a file name to the path";
+  if (error == ENAMETOOLONG) return "choose a shorter name";
+  return "check the path, or choose another one";
 }
 
 /// `folder` is named where the error is about making a file in it.
@@ -93,23 +78,6 @@ class Descriptor {
 
  private:
   int fd_;
-};
-
-/// Removes the file at the end of the scope unless it was kept.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(std::string path) : path_(std::move(path)) {}
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    if (!path_.empty()) ::unlink(path_.c_str());
-  }
-
-  [[nodiscard]] const std::string& path() const { return path_; }
-  void keep() { path_.clear(); }
-
- private:
-  std::string path_;
 };
 
 /// Makes this thread take the signals that end a program only at the end of the scope, so that they do not
@@ -167,13 +135,11 @@ std::optional<fs::path> followLinks(const std::string& path) {
 
 /// A new empty file in `folder`, open for writing, with the permissions that the user's umask asks for.
 /// Returns the descriptor, or -1 with errno set.
-int createTemporary(const fs::path& folder, std::string& path) {
+int createTemporary(const fs::path& folder, fs::path& path) {
   static std::atomic<unsigned> counter{0};
   int fd = -1;
   do {
-    const std::string name =
-        ".alidade-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
-    path = (folder / name).string();
+    path = folder / (".alidade-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
     constexpr mode_t kBeforeUmask = 0666;
     fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kBeforeUmask);
   } while (fd < 0 && errno == EEXIST);
@@ -202,18 +168,19 @@ WriteTarget findTarget(const std::string& path) {
 
 void replaceFile(const std::string& path, const WriteTarget& target, std::string_view content) {
   const SignalDelay delay;
-  std::string temporary_path;
+  fs::path temporary;
   const fs::path folder = target.path.parent_path();
-  Descriptor file(createTemporary(folder, temporary_path));
+  Descriptor file(createTemporary(folder, temporary));
   if (file.get() < 0) throw writeError(path, errno, folder);
-  TemporaryFile temporary(std::move(temporary_path));
-
-  if (target.mode && ::fchmod(file.get(), *target.mode) != 0) throw writeError(path, errno);
-  if (const int error = writeAll(file.get(), content)) throw writeError(path, error);
-  if (::fsync(file.get()) != 0) throw writeError(path, errno);
-  if (const int error = file.close()) throw writeError(path, error);
-  if (::rename(temporary.path().c_str(), target.path.c_str()) != 0) throw writeError(path, errno);
-  temporary.keep();
+  int error = 0;
+  if (target.mode && ::fchmod(file.get(), *target.mode) != 0) error = errno;
+  if (error == 0) error = writeAll(file.get(), content);
+  if (error == 0 && ::fsync(file.get()) != 0) error = errno;
+  if (error == 0) error = file.close();
+  if (error == 0 && ::rename(temporary.c_str(), target.path.c_str()) != 0) error = errno;
+  if (error == 0) return;
+  ::unlink(temporary.c_str());
+  throw writeError(path, error);
 }
 
 std::vector<std::string> namesIn(const fs::path& folder) {

@@ -3,16 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <map>
+#include <set>
 
 #include <fmt/format.h>
 
+#include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
+#include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/camera_node.h"
-#include "alidade/files/pose_node.h"
-#include "alidade/files/user_keys.h"
+#include "alidade/files/nodes.h"
 #include "alidade/files/yaml_node.h"
+#include "alidade/files/yaml_writer.h"
 
 namespace alidade {
 namespace {
@@ -21,6 +25,38 @@ using detail::YamlNode;
 
 std::vector<std::string> strings(std::span<const std::string_view> names) {
   return {names.begin(), names.end()};
+}
+
+// Checks that a map has no other keys than a model's parameters, which are `names`. @throws Error (kInput)
+// that names the other model, if the keys are all those of one
+void allowParameters(const YamlNode& map, std::span<const std::string_view> names) {
+  const std::vector<std::string> listed = map.isMap() ? map.keys() : std::vector<std::string>();
+  const std::set<std::string> keys(listed.begin(), listed.end());
+  std::string own;
+  std::string other;
+  for (const std::string& id : modelIds()) {
+    const auto theirs = parameterNames(id);
+    if (std::equal(theirs.begin(), theirs.end(), names.begin(), names.end())) {
+      own = id;
+    } else if (std::set<std::string>(theirs.begin(), theirs.end()) == keys) {
+      other = id;
+    }
+  }
+  if (!other.empty()) {
+    throw map.error("the keys of the model " + other + ": " +
+                        join(std::vector<std::string>(keys.begin(), keys.end()), ", "),
+                    "the keys of " + own + ": " + join(strings(names), ", "),
+                    "if only the model name was changed, change it back to " + other +
+                        "; to fit another model, run: alidade convert --model " + own);
+  }
+  map.allowKeys(strings(names));
+}
+
+std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
+  allowParameters(node, names);
+  std::vector<double> values;
+  for (const std::string& name : strings(names)) values.push_back(node.at(name).number());
+  return values;
 }
 
 void checkConventions(const YamlNode& node) {
@@ -68,17 +104,6 @@ ViewRecord readView(const YamlNode& node) {
   return view;
 }
 
-Setting readSetting(const YamlNode& node, const std::string& key) {
-  const YamlNode value = node.at(key);
-  Setting setting(key, {});
-  if (value.isSequence()) {
-    for (const YamlNode& item : value.items()) setting.second.push_back(item.text());
-  } else {
-    setting.second.push_back(value.text());
-  }
-  return setting;
-}
-
 Verdict readVerdict(const YamlNode& node) {
   const auto verdict = verdictOf(node.text());
   if (!verdict)
@@ -123,13 +148,6 @@ ProjectionStdRecord readProjectionStd(const YamlNode& std_px, const YamlNode& gr
   return record;
 }
 
-std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
-  detail::allowParameters(node, names);
-  std::vector<double> values;
-  for (const std::string& name : strings(names)) values.push_back(node.at(name).number());
-  return values;
-}
-
 ModelRecord readModel(const YamlNode& node) {
   node.allowKeys({"model", "num_parameters", "rms_px", "holdout_rms_px", "excess", "excess_std", "verdict"});
   ModelRecord model;
@@ -143,27 +161,81 @@ ModelRecord readModel(const YamlNode& node) {
   return model;
 }
 
+// The place of a value in the text; an alias has that of its value.
+using Place = std::pair<int, YAML::NodeType::value>;
+
+Place placeOf(const YAML::Node& node) {
+  return {node.Mark().pos, node.Type()};
+}
+
+// Counts how often each value is called for; what is shared is looked into once.
+void countUses(const YAML::Node& node, std::map<Place, int>& uses) {
+  if (++uses[placeOf(node)] > 1) return;
+  for (const auto& item : node) {
+    if (!node.IsMap()) {
+      countUses(item, uses);
+    } else {
+      countUses(item.first, uses);
+      countUses(item.second, uses);
+    }
+  }
+}
+
+// Writes a value of the user's as it stood: shared values are written once and named, and strings keep their
+// quotes, which yaml-cpp would drop.
+void writeAsStated(YAML::Emitter& out, const YAML::Node& node, const std::map<Place, int>& uses,
+                   std::map<Place, std::string>& names) {
+  if (uses.at(placeOf(node)) > 1) {
+    const auto [entry, is_new] = names.emplace(placeOf(node), std::to_string(names.size() + 1));
+    if (!is_new) {
+      out << YAML::Alias(entry->second);
+      return;
+    }
+    out << YAML::Anchor(entry->second);
+  }
+  const std::string& tag = node.Tag();
+  const bool is_quoted = tag == "!";
+  if (!tag.empty() && tag != "?" && !is_quoted) out << YAML::VerbatimTag(tag);
+  if (node.Style() == YAML::EmitterStyle::Flow) out << YAML::Flow;
+  if (node.IsNull()) {
+    out << YAML::Null;
+  } else if (node.IsScalar()) {
+    if (is_quoted) out << YAML::DoubleQuoted;
+    out << node.Scalar();
+  } else {
+    out << (node.IsMap() ? YAML::BeginMap : YAML::BeginSeq);
+    for (const auto& item : node) {
+      if (!node.IsMap()) {
+        writeAsStated(out, item, uses, names);
+      } else {
+        writeAsStated(out, item.first, uses, names);
+        writeAsStated(out, item.second, uses, names);
+      }
+    }
+    out << (node.IsMap() ? YAML::EndMap : YAML::EndSeq);
+  }
+}
+
+// The user's own keys of the root, with their values, as lines of YAML; comments are lost.
+std::string userKeys(const YAML::Node& root) {
+  YAML::Node own(YAML::NodeType::Map);
+  for (const auto& entry : root) {
+    if (detail::isUserKey(entry.first.Scalar())) own.force_insert(entry.first, entry.second);
+  }
+  if (own.size() == 0) return "";
+  std::map<Place, int> uses;
+  std::map<Place, std::string> names;
+  countUses(own, uses);
+  YAML::Emitter out;
+  writeAsStated(out, own, uses, names);
+  return detail::documentText(out);
+}
+
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
-  node.allowKeys({"rms_px",
-                  "holdout_rms_px",
-                  "model_choice",
-                  "num_views",
-                  "num_corners",
-                  "num_outliers",
-                  "parameter_std",
-                  "covariance",
-                  "parameter_std_by_view",
-                  "stated_covariance",
-                  "projection_std_px",
-                  "projection_std_grid",
-                  "termination",
-                  "verdict",
-                  "trustworthy",
-                  "board",
-                  "board_warp",
-                  "findings",
-                  "views",
-                  "settings"});
+  node.allowKeys(detail::words(
+      "rms_px holdout_rms_px model_choice num_views num_corners num_outliers parameter_std covariance "
+      "parameter_std_by_view stated_covariance projection_std_px projection_std_grid termination verdict "
+      "trustworthy board board_warp findings views settings"));
   CalibrationRecord record;
   record.rms_px = node.at("rms_px").number();
   if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
@@ -196,15 +268,48 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     for (const YamlNode& item : n->items()) record.views.push_back(readView(item));
   }
   if (const auto n = node.find("settings")) {
-    n->allowKeys(n->keys());  // a doubled key
-    for (const std::string& key : n->keys()) record.settings.push_back(readSetting(*n, key));
+    for (const std::string& key : n->keys()) record.settings.emplace_back(key, n->at(key).texts());
   }
   return record;
 }
 
 }  // namespace
 
-CameraRecord detail::readCameraRoot(const YamlNode& root, const std::string& text) {
+ImageSize detail::readImageSize(const YamlNode& node) {
+  node.allowKeys({"width", "height"});
+  const auto side = [&](const char* key) {
+    const YamlNode value = node.at(key);
+    constexpr int kMaxSide = 1'000'000;
+    const int pixels = value.integer();
+    if (pixels < 1 || pixels > kMaxSide) throw value.error(std::to_string(pixels), "1 to 1000000 pixels");
+    return pixels;
+  };
+  const ImageSize size{.width = side("width"), .height = side("height")};
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30U;
+  if (std::int64_t{size.width} * size.height > kMaxPixels) {
+    throw node.error(std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+                     "at most " + std::to_string(kMaxPixels) + " pixels in total");
+  }
+  return size;
+}
+
+AnyCamera detail::readCamera(const YamlNode& root) {
+  const YamlNode model = root.at("model");
+  const std::string id = model.text();
+  if (std::find(modelIds().begin(), modelIds().end(), id) == modelIds().end()) {
+    throw model.error("unknown camera model '" + id + "'", "one of " + join(modelIds(), ", "),
+                      didYouMean(id, modelIds()));
+  }
+  const YamlNode parameters = root.at("parameters");
+  const std::vector<double> values = readByName(parameters, parameterNames(id));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (const auto complaint = parameterComplaint(id, i, values[i]))
+      throw parameters.at(std::string(parameterNames(id)[i])).error(exactText(values[i]), *complaint);
+  }
+  return AnyCamera::make(id, values);
+}
+
+CameraRecord detail::readCameraRoot(const YamlNode& root) {
   if (!root.isMap() || !root.has("alidade_camera")) {
     throw root.error("a file without the key 'alidade_camera'", "an Alidade camera file",
                      "add the line: alidade_camera: 1");
@@ -217,19 +322,14 @@ CameraRecord detail::readCameraRoot(const YamlNode& root, const std::string& tex
   root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "conventions", "domain",
                   "self_check", "calibration", "created_by"});
   CameraRecord file{.camera = detail::readCamera(root),
-                    .image_size = detail::readImageSize(root.at("image_size")),
-                    .domain = {},
-                    .self_check = {},
-                    .calibration = {},
-                    .created_by = {}};
+                    .image_size = detail::readImageSize(root.at("image_size"))};
   if (const auto n = root.find("conventions")) checkConventions(*n);
   if (const auto n = root.find("domain")) file.domain = readDomain(*n);
   if (const auto n = root.find("self_check")) file.self_check = readSelfCheck(*n);
   if (const auto n = root.find("calibration"))
     file.calibration = readCalibration(*n, file.camera.parameterNames());
   if (const auto n = root.find("created_by")) file.created_by = n->text();
-  const std::vector<std::string> keys = root.keys();
-  if (std::any_of(keys.begin(), keys.end(), detail::isUserKey)) file.user_keys = detail::userKeys(text);
+  file.user_keys = userKeys(root.node());
   return file;
 }
 
@@ -262,7 +362,7 @@ CameraRecord readCameraFile(const std::string& path) {
 }
 
 CameraRecord parseCameraFile(const std::string& text, const std::string& name) {
-  CameraRecord file = detail::readCameraRoot(YamlNode::parse(text, name), text);
+  CameraRecord file = detail::readCameraRoot(YamlNode::parse(text, name));
   requireSelfCheck(file, name);
   return file;
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include <array>
 #include <cmath>
 
 #include <yaml-cpp/yaml.h>
 
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
-#include "alidade/files/pose_node.h"
-#include "alidade/files/utf8_check.h"
+#include "alidade/files/camera_save.h"
+#include "alidade/files/file_text.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/nodes.h"
 #include "alidade/files/yaml_writer.h"
 
 namespace alidade {
@@ -139,6 +142,15 @@ std::string cameraFileText(const CameraRecord& file) {
 
 void writeCameraFile(const std::string& path, const CameraRecord& file) {
   writeFileAtomically(path, cameraFileText(file));
+}
+
+void saveCamera(const std::string& path, const CameraRecord& record, std::string_view format) {
+  const CameraFormat& chosen = cameraFormat(format);
+  // Of all formats only this program's own has room for the rest of the record.
+  if (&chosen == cameraFormats().front()) return writeCameraFile(path, record);
+  const std::array<NamedCamera, 1> named = {
+      NamedCamera{.name = {}, .camera = record.camera, .image_size = record.image_size}};
+  writeFileAtomically(path, formatText(chosen, named, path));
 }
 
 }  // namespace alidade

@@ -9,23 +9,18 @@
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
+#include "alidade/files/file_text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/format_guess.h"
-#include "alidade/files/utf8_check.h"
 
 namespace alidade {
 namespace {
 
 constexpr std::size_t kMaxCameraFileBytes = 64U << 20U;
 
-struct PathAndName {
-  std::string path;
-  std::string name;  // of the camera; empty = none was given
-};
-
-// A file whose own name has a # is that file.
-PathAndName splitPath(const std::string& text) {
+// The path, and the name of the camera; empty = none was given. A file whose own name has a # is that file.
+std::pair<std::string, std::string> splitPath(const std::string& text) {
   const std::size_t at = text.rfind('#');
   std::error_code error;
   if (at == std::string::npos || std::filesystem::exists(text, error)) return {text, ""};
@@ -239,14 +234,6 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
   return selfChecked(parsedAsStated(text, name, options));
 }
 
-std::string cameraLabel(const StatedCamera& camera) {
-  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
-}
-
-std::string cameraLabel(const RefusedCamera& camera) {
-  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
-}
-
 void requireAll(const CameraSource& source) {
   if (source.refused.empty()) return;
   throw inputError({.where = source.path,
@@ -259,7 +246,7 @@ void requireAll(const CameraSource& source) {
 }
 
 std::string cameraFilePath(const std::string& path) {
-  return splitPath(path).path;
+  return splitPath(path).first;
 }
 
 CameraSource loadCameras(const std::string& path, const ReadOptions& options) {
@@ -279,12 +266,7 @@ CameraRecord recordOf(const StatedCamera& camera, const std::string& where) {
                       .next_step = "add --image-size WIDTHxHEIGHT in pixels; if a command has no such flag, "
                                    "use alidade convert first"});
   }
-  return {.camera = camera.camera,
-          .image_size = *camera.image_size,
-          .domain = {},
-          .self_check = {},
-          .calibration = {},
-          .created_by = {}};
+  return {.camera = camera.camera, .image_size = *camera.image_size};
 }
 
 CameraRecord onlyCamera(const CameraSource& source) {

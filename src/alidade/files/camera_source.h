@@ -47,9 +47,11 @@ class NotACameraFile final : public Error {
 [[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,
                                         const ReadOptions& options = {});
 
-/// The name after FILE# that selects a camera: its name, or its number.
-[[nodiscard]] std::string cameraLabel(const StatedCamera& camera);
-[[nodiscard]] std::string cameraLabel(const RefusedCamera& camera);
+/// The name after FILE# that selects a StatedCamera or RefusedCamera: its name, or its number.
+template <class Camera>
+[[nodiscard]] std::string cameraLabel(const Camera& camera) {
+  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
+}
 
 /// Checks that all cameras of the source are supported.
 /// @throws Error (kInput) with the names of the unsupported ones

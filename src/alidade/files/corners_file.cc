@@ -8,7 +8,8 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/csv.h"
+#include "alidade/files/file_text.h"
+#include "alidade/files/table_lines.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
@@ -63,9 +64,10 @@ class Parser {
   }
 
  private:
+  [[nodiscard]] std::string where() const { return name_ + ":" + std::to_string(line_); }
+
   [[nodiscard]] Error error(const std::string& found, const std::string& expected) const {
-    return inputError(
-        {.where = name_ + ":" + std::to_string(line_), .found = "found " + found, .expected = expected});
+    return inputError({.where = where(), .found = "found " + found, .expected = expected});
   }
 
   [[nodiscard]] int integer(const std::string& field, const char* column, int low, int high) const {
@@ -83,12 +85,7 @@ class Parser {
 
   void readBoard(const std::string& spec) {
     if (spec == board_text_) return;
-    Checkerboard board;
-    try {
-      board = parseBoardSpec(spec);
-    } catch (const Error& e) {
-      throw inputError({.where = name_ + ":" + std::to_string(line_), .found = e.what()});
-    }
+    const Checkerboard board = detail::withPlace(where(), [&] { return parseBoardSpec(spec); });
     if (!board_text_.empty() && !(board == file_.board)) {
       throw error("board " + spec, "the board of the previous rows, " + board_text_);
     }

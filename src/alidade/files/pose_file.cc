@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "alidade/core/text.h"
-#include "alidade/files/pose_node.h"
+#include "alidade/files/nodes.h"
 #include "alidade/files/yaml_writer.h"
 #include "alidade/geometry/rotation_conversions.h"
 
@@ -13,8 +13,8 @@ namespace alidade {
 namespace detail {
 namespace {
 
-const std::vector<std::string> kRotationKeys = {"quaternion_xyzw", "quaternion_wxyz", "rotation_vector_rad",
-                                                "rotation_matrix", "euler_zyx_rad",   "euler_zyx_deg"};
+const std::vector<std::string> kRotationKeys =
+    words("quaternion_xyzw quaternion_wxyz rotation_vector_rad rotation_matrix euler_zyx_rad euler_zyx_deg");
 
 // Numbers of an n x n matrix written as n lists or as one.
 std::vector<double> matrixNumbers(const YamlNode& node, std::size_t n) {
@@ -34,28 +34,20 @@ Eigen::Matrix<double, kSize, kSize> matrixOf(const YamlNode& node) {
   return Eigen::Map<const Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>>(values.data());
 }
 
-SO3 readRotation(const YamlNode& node, const std::string& key) {
-  const YamlNode value = node.at(key);
-  try {
-    if (key == "quaternion_xyzw") {
-      const std::vector<double> q = value.numbers(4);
-      return SO3::fromQuaternion(Eigen::Quaterniond(q[3], q[0], q[1], q[2]));
-    }
-    if (key == "quaternion_wxyz") {
-      const std::vector<double> q = value.numbers(4);
-      return SO3::fromQuaternion(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
-    }
-    if (key == "rotation_matrix") return rotationFromMatrix(matrixOf<3>(value));
-    const std::vector<double> v = value.numbers(3);
+// Conversions know what is wrong, but not where it was written.
+SO3 readRotation(const YamlNode& value, const std::string& key) {
+  if (key == "rotation_matrix") {
+    const Eigen::Matrix3d matrix = matrixOf<3>(value);
+    return withPlace(value.where(), [&] { return rotationFromMatrix(matrix); });
+  }
+  const std::vector<double> v = value.numbers(key.starts_with("quaternion") ? 4 : 3);
+  return withPlace(value.where(), [&] {
+    if (key == "quaternion_xyzw") return SO3::fromQuaternion({v[3], v[0], v[1], v[2]});
+    if (key == "quaternion_wxyz") return SO3::fromQuaternion({v[0], v[1], v[2], v[3]});
     if (key == "rotation_vector_rad") return SO3::exp({v[0], v[1], v[2]});
     const double unit = key == "euler_zyx_deg" ? std::numbers::pi / 180 : 1.0;
     return rotationFromEuler({.yaw_rad = v[0] * unit, .pitch_rad = v[1] * unit, .roll_rad = v[2] * unit});
-  } catch (const Error& e) {
-    // Conversions know what is wrong, but not where it was written.
-    const std::string message = e.what();
-    if (message.starts_with(value.where())) throw;
-    throw inputError({.where = value.where(), .found = message});
-  }
+  });
 }
 
 }  // namespace
@@ -67,19 +59,12 @@ SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
   node.allowKeys(allowed);
   if (node.has("matrix")) {
     for (const std::string& key : node.keys()) {
-      const bool is_of_pose =
-          key == "translation_m" || std::count(kRotationKeys.begin(), kRotationKeys.end(), key);
-      if (is_of_pose)
+      if (key == "translation_m" || std::count(kRotationKeys.begin(), kRotationKeys.end(), key) > 0)
         throw node.error("'matrix' and '" + key + "'",
                          "only 'matrix', which already contains the whole pose");
     }
-    const YamlNode matrix = node.at("matrix");
-    const Eigen::Matrix4d values = matrixOf<4>(matrix);
-    try {
-      return motionFromMatrix(values);
-    } catch (const Error& e) {
-      throw inputError({.where = matrix.where(), .found = e.what()});
-    }
+    const Eigen::Matrix4d matrix = matrixOf<4>(node.at("matrix"));
+    return withPlace(node.at("matrix").where(), [&] { return motionFromMatrix(matrix); });
   }
   std::string rotation_key;
   for (const std::string& key : kRotationKeys) {
@@ -90,7 +75,7 @@ SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
   if (rotation_key.empty())
     throw node.error("no rotation", "one of " + join(kRotationKeys, ", ") + ", or matrix");
   SE3 pose;
-  pose.rotation = readRotation(node, rotation_key);
+  pose.rotation = readRotation(node.at(rotation_key), rotation_key);
   const std::vector<double> t = node.at("translation_m").numbers(3);
   pose.translation = {t[0], t[1], t[2]};
   return pose;

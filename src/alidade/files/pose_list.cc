@@ -9,7 +9,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/pose_node.h"
+#include "alidade/files/nodes.h"
 #include "alidade/files/table_lines.h"
 
 namespace alidade {

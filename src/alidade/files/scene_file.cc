@@ -7,14 +7,14 @@
 
 #include "alidade/files/board_file.h"
 #include "alidade/files/camera_file.h"
-#include "alidade/files/camera_node.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/files/pose_node.h"
+#include "alidade/files/nodes.h"
 #include "alidade/files/yaml_writer.h"
 
 namespace alidade {
 namespace {
 
+using detail::withPlace;
 using detail::YamlNode;
 
 // Fields of an options struct by their names in the file, which are their names in the code.
@@ -51,30 +51,11 @@ void readFields(const YamlNode& node, const Field<Options> (&fields)[kCount],
   }
 }
 
-// Complaints about ranges come from the options themselves; the file's place is added here.
-template <class Options>
-void checkRanges(const YamlNode& node, const Options& options) {
-  try {
-    options.validate();
-  } catch (const Error& e) {
-    throw inputError({.where = node.where(), .found = e.what()});
-  }
-}
-
-// Reads what a scene only names, and adds the scene's line to complaints: the mistake may be on either side.
-template <class Read>
-auto readNamed(const YamlNode& node, const Read& read) {
-  try {
-    return read();
-  } catch (const Error& e) {
-    throw inputError({.where = node.where(), .found = e.what()});
-  }
-}
-
+// The scene's line goes before complaints about what it only names: the mistake may be on either side.
 Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& folder) {
   const std::string source = node.text();
   const bool is_spec = source.find(':') != std::string::npos;
-  return readNamed(node, [&] { return readBoard(is_spec ? source : (folder / source).string()); });
+  return withPlace(node.where(), [&] { return readBoard(is_spec ? source : (folder / source).string()); });
 }
 
 // `node` is the one that says how large the images are. Rendering takes memory for several of them.
@@ -88,29 +69,18 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
 Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
   const YamlNode camera = root.at("camera");
   const Checkerboard board = readSceneBoard(root.at("board"), folder);
-  const auto make = [&](AnyCamera any_camera, ImageSize size) {
-    return Scene{.camera = std::move(any_camera),
-                 .image_size = size,
-                 .board = board,
-                 .camera_from_board = {},
-                 .num_random_views = 0,
-                 .seed = 1,
-                 .random_views = {},
-                 .render = {},
-                 .corner_noise_px = 0};
-  };
   if (camera.isMap()) {
     camera.allowKeys({"model", "image_size", "parameters"});
     const YamlNode size_node = camera.at("image_size");
     const ImageSize size = detail::readImageSize(size_node);
     checkRenderSize(size_node, size);
-    return make(detail::readCamera(camera), size);
+    return {.camera = detail::readCamera(camera), .image_size = size, .board = board};
   }
   const std::string file = (folder / camera.text()).string();
-  const CameraSource source = readNamed(camera, [&] { return loadCameras(file); });
-  const CameraRecord read = readNamed(camera, [&] { return onlyCamera(source); });
+  const CameraSource source = withPlace(camera.where(), [&] { return loadCameras(file); });
+  const CameraRecord read = withPlace(camera.where(), [&] { return onlyCamera(source); });
   checkRenderSize(camera, read.image_size);
-  Scene scene = make(read.camera, read.image_size);
+  Scene scene{.camera = read.camera, .image_size = read.image_size, .board = board};
   for (const Remark& remark : source.cameras.front().remarks) scene.camera_remarks.push_back(remark.message);
   return scene;
 }
@@ -146,12 +116,12 @@ Scene sceneFrom(const YamlNode& root, const std::string& name) {
   }
   if (const auto n = root.find("random")) {
     readFields(*n, kRandomFields, {}, scene.random_views);
-    checkRanges(*n, scene.random_views);
+    withPlace(n->where(), [&] { scene.random_views.validate(); });
   }
   if (const auto n = root.find("render")) {
     readFields(*n, kRenderFields, {"samples"}, scene.render);
     if (const auto samples = n->find("samples")) scene.render.samples = samples->integer();
-    checkRanges(*n, scene.render);
+    withPlace(n->where(), [&] { scene.render.validate(); });
   }
   if (const auto n = root.find("corner_noise_px")) {
     scene.corner_noise_px = n->number();

@@ -2,11 +2,11 @@
 #include "alidade/files/table_lines.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <utility>
 
 #include "alidade/core/text.h"
+#include "alidade/files/file_text.h"
 
 namespace alidade::detail {
 namespace {
@@ -22,18 +22,13 @@ std::string lowerCase(std::string_view text) {
 }
 
 // The unit's symbol for the ways of writing it; empty for what is none.
-std::string_view unitSymbol(std::string_view text) {
-  using Spelling = std::pair<std::string_view, std::string_view>;
-  constexpr std::array<Spelling, 21> kSpellings = {
-      {{"m", "m"},        {"meter", "m"},   {"meters", "m"},    {"metre", "m"}, {"metres", "m"},
-       {"mm", "mm"},      {"cm", "cm"},     {"um", "um"},       {"km", "km"},   {"in", "in"},
-       {"inch", "in"},    {"inches", "in"}, {"ft", "ft"},       {"px", "px"},   {"pixel", "px"},
-       {"pixels", "px"},  {"rad", "rad"},   {"radians", "rad"}, {"deg", "deg"}, {"degree", "deg"},
-       {"degrees", "deg"}}};
-  for (const auto& [spelling, symbol] : kSpellings) {
-    if (spelling == text) return symbol;
+std::string unitSymbol(const std::string& text) {
+  for (const char* spellings : {"m meter meters metre metres", "mm", "cm", "um", "km", "in inch inches", "ft",
+                                "px pixel pixels", "rad radians", "deg degree degrees"}) {
+    const std::vector<std::string> names = words(spellings);
+    if (std::find(names.begin(), names.end(), text) != names.end()) return names.front();
   }
-  return {};
+  return "";
 }
 
 // What follows the column's name in a header's field: nothing, or a unit in brackets or after a blank or '_'.
@@ -48,9 +43,8 @@ std::optional<std::string> unitBehind(std::string_view field, const std::string&
   const std::size_t first = rest.find_first_not_of(kAround);
   if (first == std::string_view::npos) return "";
   rest = rest.substr(first, rest.find_last_not_of(kAround) - first + 1);
-  const std::string_view symbol = unitSymbol(rest);
-  if (symbol.empty()) return std::nullopt;
-  return std::string(symbol);
+  const std::string symbol = unitSymbol(std::string(rest));
+  return symbol.empty() ? std::nullopt : std::optional(symbol);
 }
 
 // The first place from `start` on that ends a field, outside of quotes; or the line's end.
@@ -64,13 +58,43 @@ std::size_t endOfField(std::string_view line, std::size_t start, const IsEnd& is
   return i;
 }
 
-std::string_view withoutBlanks(std::string_view text) {
-  while (!text.empty() && isBlank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && isBlank(text.back())) text.remove_suffix(1);
-  return text;
+}  // namespace
+
+std::optional<std::vector<std::string>> splitCsv(std::string_view line) {
+  std::vector<std::string> fields(1);
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (is_quoted) {
+      if (c != '"') {
+        fields.back() += c;
+      } else if (i + 1 < line.size() && line[i + 1] == '"') {
+        fields.back() += '"';
+        ++i;
+      } else {
+        is_quoted = false;
+      }
+    } else if (c == '"' && fields.back().empty()) {
+      is_quoted = true;
+    } else if (c == ',') {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  if (is_quoted) return std::nullopt;
+  return fields;
 }
 
-}  // namespace
+std::string csvField(const std::string& text) {
+  if (text.find_first_of(",\"\n\r#") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
 
 ColumnSearch findColumn(const std::vector<std::string>& names, const TableColumn& column) {
   std::vector<std::size_t> exact;
@@ -100,7 +124,7 @@ TableLines::Kind TableLines::take(std::string_view line) {
       throw error("UTF-16 text", "UTF-8 or ASCII", "save the table as CSV (UTF-8)");
     if (line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);
   }
-  line = withoutBlanks(line);
+  line = trim(line);
   if (line.empty()) return Kind::kNothing;
   if (line.starts_with('#')) {
     if (num_fields_ != 0) return Kind::kNothing;
@@ -153,7 +177,7 @@ void TableLines::split(std::string_view line) {
 void TableLines::splitAt(std::string_view line, char separator) {
   for (std::size_t start = 0;;) {
     const std::size_t end = endOfField(line, start, [separator](char c) { return c == separator; });
-    addField(withoutBlanks(line.substr(start, end - start)));
+    addField(trim(line.substr(start, end - start)));
     if (end == line.size()) return;
     start = end + 1;
   }
@@ -173,17 +197,8 @@ void TableLines::addField(std::string_view text) {
     fields_.push_back(text);
     return;
   }
-  std::string field;
-  bool is_quoted = false;
-  for (std::size_t k = 0; k < text.size(); ++k) {
-    if (text[k] != '"') {
-      field += text[k];
-    } else {
-      if (!is_quoted && k > 0) field += '"';  // a doubled one inside
-      is_quoted = !is_quoted;
-    }
-  }
-  fields_.emplace_back(unquoted_.emplace_back(std::move(field)));
+  const auto unquoted = splitCsv(text);
+  fields_.emplace_back(unquoted_.emplace_back(unquoted ? unquoted->front() : std::string(text)));
 }
 
 double TableLines::number(std::size_t index, const std::string& column) const {

@@ -12,6 +12,13 @@
 
 namespace alidade::detail {
 
+/// Splits one CSV record (RFC 4180: fields may be quoted, a doubled quote stands for one). Nothing if a quote
+/// is left open.
+[[nodiscard]] std::optional<std::vector<std::string>> splitCsv(std::string_view line);
+
+/// A field as it goes into a CSV record: quoted where it has to be.
+[[nodiscard]] std::string csvField(const std::string& text);
+
 /// A column that a table may have: its name, and the unit that its header may state ("m", "px", "rad"; empty
 /// = none).
 struct TableColumn {

@@ -7,11 +7,11 @@
 #include <sstream>
 
 #include <yaml-cpp/depthguard.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/parser.h>
 
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/user_keys.h"
 
 namespace alidade::detail {
 namespace {
@@ -38,17 +38,17 @@ class DocumentSkipper final : public YAML::EventHandler {
 };
 
 // Up to two: YAML::LoadAll() goes on for ever where a stray bracket or comma lets it read empty documents.
-int countDocuments(const std::string& text, YAML::EventHandler* inspector) {
+int countDocuments(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
   DocumentSkipper skipper;
-  if (!parser.HandleNextDocument(inspector != nullptr ? *inspector : skipper)) return 0;
+  if (!parser.HandleNextDocument(skipper)) return 0;
   return parser.HandleNextDocument(skipper) ? 2 : 1;
 }
 
 }  // namespace
 
-YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML::EventHandler* inspector) {
+YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
   if (text.starts_with("%YAML:1.0")) {
     throw inputError({.where = file + ":1",
                       .found = "found %YAML:1.0, which marks OpenCV's own format",
@@ -56,7 +56,7 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML:
                       .next_step = "OpenCV files are accepted only as camera files"});
   }
   try {
-    const int num_documents = countDocuments(text, inspector);
+    const int num_documents = countDocuments(text);
     if (num_documents == 0) {
       throw inputError(
           {.where = file,
@@ -70,7 +70,10 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file, YAML:
                         .expected = "one",
                         .next_step = "keep only one; they are separated by lines with ---"});
     }
-    return {YAML::Load(text), file, ""};
+    YamlNode root(YAML::Load(text), file, "");
+    std::set<std::pair<int, bool>> seen;
+    root.checkKeys(seen);
+    return root;
   } catch (const YAML::DeepRecursion& e) {
     throw inputError({.where = placeInFile(file, e.mark),
                       .found = "lists or maps nested more than " + std::to_string(e.depth()) + " levels deep",
@@ -90,14 +93,33 @@ YamlNode YamlNode::readFile(const std::string& path) {
 
 void YamlNode::allowKeys(const std::vector<std::string>& allowed) const {
   if (!node_.IsMap()) throw error(describe(), "a map with the keys " + join(allowed, ", "));
-  std::set<std::string> seen;
   for (const auto& entry : node_) {
     const YamlNode key(entry.first, file_, path_);
     const std::string name = key.text();
-    if (!seen.insert(name).second) throw key.error("the key '" + name + "' twice", "each key only once");
     if (isUserKey(name) || std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
     throw key.error("unknown key '" + name + "'", "one of " + join(allowed, ", "),
                     didYouMean(name, allowed, "your own keys must start with x_"));
+  }
+}
+
+// `seen` are places of lists and of maps: an alias stands in the place of its value, whose keys are checked
+// once, so that shared values do not unfold.
+void YamlNode::checkKeys(std::set<std::pair<int, bool>>& seen) const {
+  constexpr std::size_t kMaxKeys = 1000;
+  if (!(isMap() || isSequence()) || !seen.emplace(node_.Mark().pos, isMap()).second) return;
+  if (isSequence()) {
+    for (const YamlNode& item : items()) item.checkKeys(seen);
+    return;
+  }
+  std::set<std::string> names;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar()) continue;
+    const std::string& name = entry.first.Scalar();
+    const YamlNode key(entry.first, file_, path_);
+    if (!names.insert(name).second) throw key.error("the key '" + name + "' twice", "each key only once");
+    if (names.size() > kMaxKeys)
+      throw key.error("a map with more than " + std::to_string(kMaxKeys) + " keys", "fewer");
+    YamlNode(entry.second, file_, path_.empty() ? name : path_ + "." + name).checkKeys(seen);
   }
 }
 
@@ -109,7 +131,7 @@ bool YamlNode::has(const std::string& key) const {
 YamlNode YamlNode::at(const std::string& key) const {
   if (!node_.IsMap()) throw error(describe(), "a map with the key '" + key + "'");
   if (!has(key)) {
-    std::string present = join(keys(), ", ");
+    const std::string present = join(keys(), ", ");
     throw error("no key '" + key + "'",
                 "'" + key + "' in addition to " + (present.empty() ? "nothing" : present), "add it");
   }
@@ -152,6 +174,13 @@ std::vector<YamlNode> YamlNode::items() const {
 std::string YamlNode::text() const {
   if (!node_.IsScalar()) throw error(describe(), "a single value");
   return node_.Scalar();
+}
+
+std::vector<std::string> YamlNode::texts() const {
+  if (!isSequence()) return {text()};
+  std::vector<std::string> all;
+  for (const YamlNode& item : items()) all.push_back(item.text());
+  return all;
 }
 
 double YamlNode::number() const {

@@ -3,16 +3,23 @@
 
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include "alidade/core/error.h"
+#include "alidade/files/file_text.h"
 
 namespace alidade::detail {
+
+/// Is this key of a map the user's own, of which this program takes no notice?
+[[nodiscard]] inline bool isUserKey(std::string_view key) {
+  return key.starts_with("x_");
+}
 
 /// A YAML node that knows its file and its path from the root, so that every complaint can name both. Strict:
 /// a value is what was asked for or an Error (kInput) with line, found, expected and next step.
@@ -20,15 +27,15 @@ class YamlNode {
  public:
   static constexpr std::size_t kMaxBytes = 64u << 20u;  ///< of a file
 
-  /// Parses a document; `file` is only a name for messages. `inspector` is told what the document holds
-  /// before any of it is kept, and may throw.
-  [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file,
-                                      YAML::EventHandler* inspector = nullptr);
+  /// Parses a document; `file` is only a name for messages. A key twice in a map, of which a reader would
+  /// take either, is an error, and so are more keys in a map than any of our files has.
+  [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file);
   [[nodiscard]] static YamlNode readFile(const std::string& path);
 
   /// Checks that this is a map with no other keys than these (keys starting with x_ are the user's own).
   void allowKeys(const std::vector<std::string>& keys) const;
 
+  [[nodiscard]] const YAML::Node& node() const { return node_; }
   [[nodiscard]] bool isMap() const { return node_.IsMap(); }
   [[nodiscard]] bool isNull() const { return node_.IsNull(); }
   [[nodiscard]] bool isScalar() const { return node_.IsScalar(); }
@@ -44,6 +51,8 @@ class YamlNode {
   [[nodiscard]] std::vector<YamlNode> items() const;
 
   [[nodiscard]] std::string text() const;
+  /// A scalar, or a list of scalars.
+  [[nodiscard]] std::vector<std::string> texts() const;
   [[nodiscard]] double number() const;  ///< finite
   [[nodiscard]] int integer() const;
   [[nodiscard]] bool boolean() const;
@@ -62,6 +71,7 @@ class YamlNode {
   YamlNode(const YAML::Node& node, std::string file, std::string path)
       : node_(node), file_(std::move(file)), path_(std::move(path)) {}
   [[nodiscard]] std::string describe() const;
+  void checkKeys(std::set<std::pair<int, bool>>& seen) const;
 
   YAML::Node node_;
   std::string file_;

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/record/camera_record.h"
 
+#include <cmath>
 #include <cstddef>
 #include <utility>
+
+#include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 
@@ -12,8 +17,22 @@ CameraRecord bareRecord(const AnyCamera& camera, ImageSize size, std::string cre
           .image_size = size,
           .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
           .self_check = makeSelfCheck(camera, size),
-          .calibration = {},
           .created_by = std::move(created_by)};
+}
+
+std::optional<ProjectionStdRecord> projectionRecord(const UncertaintyGrid& grid) {
+  if (!std::isfinite(grid.worst_px)) return std::nullopt;
+  const auto rounded = [](double px) {
+    return std::isfinite(px) ? *parseDouble(numberText("%.4g", px)) : px;
+  };
+  ProjectionStdRecord record{.center_px = rounded(grid.center_px),
+                             .worst_px = rounded(grid.worst_px),
+                             .worst_pixel = grid.worst_pixel,
+                             .columns = grid.columns,
+                             .rows = grid.rows,
+                             .std_px = {}};
+  for (const double std : grid.std_px) record.std_px.push_back(rounded(std));
+  return record;
 }
 
 std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix) {

@@ -18,6 +18,8 @@
 
 namespace alidade {
 
+struct UncertaintyGrid;
+
 struct ViewRecord {
   std::string image;
   int num_corners = 0;
@@ -86,15 +88,19 @@ struct CalibrationRecord {
 struct CameraRecord {
   AnyCamera camera;
   ImageSize image_size;
-  std::optional<DomainClaim> domain;
-  std::vector<SelfCheckPoint> self_check;
-  std::optional<CalibrationRecord> calibration;
-  std::string created_by;
+  std::optional<DomainClaim> domain = {};
+  std::vector<SelfCheckPoint> self_check = {};
+  std::optional<CalibrationRecord> calibration = {};
+  std::string created_by = {};
   std::string user_keys = {};  ///< the user's keys (x_...) and values, as lines of YAML
 };
 
 /// A record of a camera without calibration data, with its domain and self-check points.
 [[nodiscard]] CameraRecord bareRecord(const AnyCamera& camera, ImageSize size, std::string created_by);
+
+/// A grid as the camera file has it, with four digits: more would be read by nobody. Nothing if no pixel has
+/// a ray, or a sigma is not finite.
+[[nodiscard]] std::optional<ProjectionStdRecord> projectionRecord(const UncertaintyGrid& grid);
 
 /// The lower triangle of a symmetric matrix, row by row, as in CalibrationRecord.
 [[nodiscard]] std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix);

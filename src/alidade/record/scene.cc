@@ -3,7 +3,8 @@
 
 #include <limits>
 
-#include "alidade/record/option_check.h"
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -11,6 +12,13 @@ namespace {
 constexpr double kMaxLevel = 255;
 
 }  // namespace
+
+void detail::checkOption(const char* name, double value, double low, double high) {
+  if (value >= low && value <= high) return;
+  throw inputError({.where = name,
+                    .found = exactText(value),
+                    .expected = "a number from " + exactText(low) + " to " + exactText(high)});
+}
 
 void RandomViewOptions::validate() const {
   constexpr double kMaxTiltDeg = 89;  // edge-on, a board has no image

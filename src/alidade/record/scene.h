@@ -12,6 +12,12 @@
 
 namespace alidade {
 
+/// Checks an option of a simulation, which may come from a scene file.
+/// @throws Error (kInput) naming the option when `value` is not in [low, high]; NaN never is.
+namespace detail {
+void checkOption(const char* name, double value, double low, double high);
+}
+
 /// Which views randomViews() draws.
 struct RandomViewOptions {
   static constexpr double kSmallestFill = 0.01;  ///< the least that `min_fill` may be
@@ -55,11 +61,11 @@ struct Scene {
   AnyCamera camera;
   ImageSize image_size;
   Checkerboard board;
-  std::vector<SE3> camera_from_board;  ///< given poses; empty = draw `num_random_views`
+  std::vector<SE3> camera_from_board = {};  ///< given poses; empty = draw `num_random_views`
   int num_random_views = 0;
   std::uint64_t seed = 1;  ///< of poses and corner noise
-  RandomViewOptions random_views;
-  RenderOptions render;
+  RandomViewOptions random_views = {};
+  RenderOptions render = {};
   double corner_noise_px = 0;  ///< added to the corners file; 0 = exact
   /// What was passed over or assumed in reading the camera's file, a sentence each.
   std::vector<std::string> camera_remarks = {};

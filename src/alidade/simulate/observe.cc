@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "alidade/record/option_check.h"
+#include "alidade/record/scene.h"
 
 namespace alidade {
 

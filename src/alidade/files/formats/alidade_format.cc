@@ -4,26 +4,20 @@
 
 #include "alidade/camera/self_check.h"
 #include "alidade/files/camera_file.h"
-#include "alidade/files/camera_node.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/nodes.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
 
-bool recognises(const detail::CameraDocument& document) {
+bool recognises(const CameraDocument& document) {
   return document.has("alidade_camera");
 }
 
-StatedCameras read(const detail::CameraDocument& document, const ReadOptions&) {
-  CameraRecord file = detail::readCameraRoot(document.root(), document.treeText());
-  StatedCamera camera{.name = "",
-                      .number = 0,
-                      .camera = file.camera,
-                      .image_size = file.image_size,
-                      .remarks = {},
-                      .own = std::move(file)};
-  return {.cameras = {camera}};
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+  CameraRecord file = readCameraRoot(document.root());
+  return {.cameras = {{.camera = file.camera, .image_size = file.image_size, .own = std::move(file)}}};
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
@@ -43,4 +37,4 @@ const CameraFormat& alidade() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

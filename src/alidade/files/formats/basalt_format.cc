@@ -10,16 +10,12 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
 
-using detail::CameraDocument;
-using detail::LensLayout;
-using detail::YamlNode;
 using json = nlohmann::ordered_json;
 
 constexpr std::array<LensLayout, 7> kLenses = {
@@ -31,27 +27,16 @@ constexpr std::array<LensLayout, 7> kLenses = {
      {"eucm", "eucm", "fx fy cx cy alpha beta"},
      {"ds", "double_sphere", "fx fy cx cy xi alpha"}}};
 
-const std::vector<std::string> kNotCarried = {"vignette",           "calib_accel_bias", "calib_gyro_bias",
-                                              "cam_time_offset_ns", "T_mocap_world",    "T_imu_marker",
-                                              "view_offset"};
-const std::vector<std::string> kOtherKeys = {
-    "intrinsics",     "resolution",    "imu_update_rate",      "accel_noise_std",       "gyro_noise_std",
-    "accel_bias_std", "gyro_bias_std", "mocap_time_offset_ns", "mocap_to_imu_offset_ns"};
+const std::string kNotCarried =
+    "vignette calib_accel_bias calib_gyro_bias cam_time_offset_ns T_mocap_world T_imu_marker view_offset";
+const std::string kOtherKeys =
+    " T_imu_cam intrinsics resolution imu_update_rate accel_noise_std gyro_noise_std accel_bias_std "
+    "gyro_bias_std mocap_time_offset_ns mocap_to_imu_offset_ns";
 
 bool recognises(const CameraDocument& document) {
   if (!document.has("value0")) return false;
   const YamlNode value = document.root().at("value0");
   return value.has("intrinsics") && value.has("resolution");
-}
-
-const LensLayout& lensOf(const YamlNode& type) {
-  if (const LensLayout* lens = detail::findLayout(kLenses, type.text())) return *lens;
-  std::vector<std::string> names;
-  for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
-  throw UnsupportedCamera(
-      type.error("'" + type.text() + "'", join(names, ", "),
-                 didYouMean(type.text(), names,
-                            "calibrate with one of these types, or remove the camera from the file")));
 }
 
 // The radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Where the lens ends
@@ -71,31 +56,29 @@ void remarkLimit(const YamlNode& parameters, StatedCamera& camera) {
 bool hasPoses(const YamlNode& value) {
   const auto poses = value.find("T_imu_cam");
   if (!poses || !poses->isSequence()) return false;
-  const auto is_zero = [](const YamlNode& pose, const char* key) {
-    const auto number = pose.find(key);
-    return number && detail::parseStated(number->text()).value_or(detail::StatedNumber{1, 0}).value == 0;
-  };
   for (const YamlNode& pose : poses->items()) {
     for (const char* key : {"px", "py", "pz", "qx", "qy", "qz"}) {
-      if (!is_zero(pose, key)) return true;
+      const auto number = pose.find(key);
+      if (!number || parseDouble(number->text()) != 0.0) return true;
     }
   }
   return false;
 }
 
 StatedCamera readOne(const YamlNode& node, const std::string& name, const YamlNode& resolution) {
-  const LensLayout& lens = lensOf(node.at("camera_type"));
-  std::vector<std::string> keys = detail::listedNames(lens);
+  const LensLayout& lens =
+      layoutNamed(kLenses, node.at("camera_type"),
+                  "calibrate with one of these types, or remove the camera from the file");
+  std::vector<std::string> keys = words(lens.order);
   const YamlNode parameters = node.at("intrinsics");
-  StatedCamera camera = detail::stateCamera(parameters.where(), name, lens.model,
-                                            detail::storageOrder(lens, detail::numbersOf(parameters, keys)),
-                                            detail::readSize(resolution));
+  StatedCamera camera = stateCamera(parameters.where(), name, lens.model,
+                                    storageOrder(lens, numbersOf(parameters, keys)), readSize(resolution));
   if (camera.camera.modelId() == "rational") {
     keys.emplace_back("rpmax");
     remarkLimit(parameters, camera);
   }
-  detail::remarkUnknownKeys(parameters, keys, camera);
-  detail::remarkUnknownKeys(node, {"camera_type", "intrinsics"}, camera);
+  remarkUnknownKeys(parameters, keys, camera);
+  remarkUnknownKeys(node, {"camera_type", "intrinsics"}, camera);
   return camera;
 }
 
@@ -114,22 +97,17 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
     const std::string name = "cam" + std::to_string(i);
     all.add(name, [&] { return readOne(intrinsics[i], name, resolutions[i]); });
   }
-  std::vector<std::string> known = kOtherKeys;
-  known.insert(known.end(), kNotCarried.begin(), kNotCarried.end());
-  known.emplace_back("T_imu_cam");
-  std::vector<std::string> not_carried = kNotCarried;
-  if (hasPoses(value)) not_carried.emplace_back("T_imu_cam");
   for (StatedCamera& camera : all.cameras) {
-    detail::remarkUnknownKeys(value, known, camera);
-    detail::remarkNotCarried(value, not_carried, camera);
+    remarkUnknownKeys(value, words(kNotCarried + kOtherKeys), camera);
+    remarkNotCarried(value, words(kNotCarried + (hasPoses(value) ? " T_imu_cam" : "")), camera);
   }
   return all;
 }
 
 json intrinsicsJson(const AnyCamera& camera) {
-  const LensLayout& lens = detail::layoutOf(kLenses, camera.modelId());
-  const std::vector<std::string> names = detail::listedNames(lens);
-  const std::vector<double> values = detail::listedOrder(lens, camera);
+  const LensLayout& lens = layoutOf(kLenses, camera.modelId());
+  const std::vector<std::string> names = words(lens.order);
+  const std::vector<double> values = listedOrder(lens, camera);
   json numbers = json::object();
   for (std::size_t i = 0; i < names.size(); ++i) numbers[names[i]] = values[i];
   if (camera.modelId() == "rational") numbers["rpmax"] = std::tan(camera.cone().max_angle_rad);
@@ -159,7 +137,7 @@ std::string write(std::span<const NamedCamera> cameras) {
                        {"gyro_bias_std", {0.0001, 0.0001, 0.0001}},
                        {"cam_time_offset_ns", 0},
                        {"vignette", json::array()}};
-  return detail::jsonFileText({{"value0", values}});
+  return jsonFileText({{"value0", values}});
 }
 
 }  // namespace
@@ -177,4 +155,4 @@ const CameraFormat& basalt() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

@@ -7,10 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "alidade/files/formats/key_check.h"
-#include "alidade/files/formats/opencv_yaml.h"
-#include "alidade/files/formats/ros_messages.h"
-#include "alidade/files/formats/xml_as_yaml.h"
+#include "alidade/core/text.h"
+#include "alidade/files/file_text.h"
+#include "alidade/files/formats/opencv_as_yaml.h"
 
 namespace alidade::detail {
 namespace {
@@ -22,6 +21,44 @@ void dropEndOfDocument(std::string& text) {
   const std::size_t last = text.find_last_not_of(" \t\r\n");
   if (last == std::string::npos || last < 3 || text.compare(last - 3, 4, "\n---") != 0) return;
   text.resize(last - 2);
+}
+
+// What a message says besides its header (time and count).
+std::string withoutHeader(std::string_view message) {
+  std::string said;
+  bool is_in_header = false;
+  for (const std::string_view line : split(message, '\n')) {
+    if (trim(line).empty()) continue;
+    is_in_header = line.starts_with("header:") || (is_in_header && line.front() == ' ');
+    if (!is_in_header) said += std::string(trim(line)) + "\n";
+  }
+  return said;
+}
+
+// Keeps the first of several messages CameraInfo, as `rostopic echo` prints them with a line "---" behind
+// each, where all say the same but for their headers. Linear in the text.
+void keepOneMessage(std::string& text, const std::string& file) {
+  constexpr const char* kBetween = " \t\r\n-";
+  const auto messageAt = [&text](std::size_t begin) {
+    return std::string_view(text).substr(begin, text.find("\n---", begin) - begin);
+  };
+  const std::size_t start = text.find_first_not_of(kBetween);
+  if (start == std::string::npos || text.compare(start, 7, "header:") != 0) return;
+  const std::size_t end = start + messageAt(start).size();
+  const std::string first = withoutHeader(messageAt(start));
+  if (first.find("distortion_model:") == std::string::npos) return;
+  for (std::size_t at = end; (at = text.find_first_not_of(kBetween, at)) != std::string::npos;) {
+    const std::string_view message = messageAt(at);
+    if (withoutHeader(message) != first) {
+      throw inputError(
+          {.where = file + ":" + std::to_string(lineAt(text, at)),
+           .found = "found a message that differs from the first one in this file",
+           .expected = "messages of one camera that differ only in their headers",
+           .next_step = "record only one: rostopic echo -n 1 TOPIC, or ros2 topic echo --once TOPIC"});
+    }
+    at += message.size();
+  }
+  text.resize(end);
 }
 
 // YAML has no tabs between values, JSON has. Outside of strings they become blanks.
@@ -86,16 +123,16 @@ void dropTransformMatrices(std::string& text) {
 }
 
 // Makes YAML of the text.
-YamlNode parseTree(std::string& text, const std::string& file) {
+YamlNode parseTree(std::string text, const std::string& file) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && text[first] == '<') {
-    text = xmlAsYaml(text, file);
+    text = openCvXmlAsYaml(text, file);
   } else if (nlohmann::json::accept(text)) {
     replaceTabs(text);
     dropTransformMatrices(text);
   } else {
-    if (isOpenCvYaml(text)) text = openCvAsYaml(text);
-    text = onlyMessage(text, file);
+    if (text.starts_with("%YAML:")) text = openCvAsYaml(text);
+    keepOneMessage(text, file);
     dropEndOfDocument(text);
     dropPythonBytes(text);
   }
@@ -106,7 +143,8 @@ YamlNode parseTree(std::string& text, const std::string& file) {
                       .expected = "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
                       .next_step = "remove what does not describe the camera, such as lists of images"});
   }
-  return parseWithUniqueKeys(text, file);
+  checkUtf8(text, file);  // what XML calls a character may be none
+  return YamlNode::parse(text, file);
 }
 
 // Why a .json file that is not YAML either is not valid JSON.
@@ -115,14 +153,11 @@ std::optional<Error> jsonError(const std::string& text, const std::string& file)
   try {
     static_cast<void>(nlohmann::json::parse(text));
   } catch (const nlohmann::json::parse_error& e) {
-    const auto line =
-        1 + std::count(text.begin(),
-                       text.begin() + static_cast<std::ptrdiff_t>(std::min(e.byte, text.size())), '\n');
     // "[json.exception.parse_error.101] parse error at line 5, column 3: syntax error ...".
     const std::string_view what = e.what();
     const std::size_t at = what.find(": ");
     return inputError(
-        {.where = file + ":" + std::to_string(line),
+        {.where = file + ":" + std::to_string(lineAt(text, e.byte)),
          .found = "not valid JSON: " + std::string(at == std::string_view::npos ? what : what.substr(at + 2)),
          .next_step = "correct the file near that line"});
   }
@@ -132,9 +167,9 @@ std::optional<Error> jsonError(const std::string& text, const std::string& file)
 }  // namespace
 
 CameraDocument::CameraDocument(std::string text, std::string file)
-    : text_(std::move(text)), file_(std::move(file)), tree_text_(text_) {
+    : text_(std::move(text)), file_(std::move(file)) {
   try {
-    root_ = parseTree(tree_text_, file_);
+    root_ = parseTree(text_, file_);
   } catch (const Error& e) {
     error_ = jsonError(text_, file_).value_or(e);
   }

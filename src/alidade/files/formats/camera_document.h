@@ -20,8 +20,6 @@ class CameraDocument {
 
   /// The tree's root. @throws Error (kInput) with the place where the text is no tree
   [[nodiscard]] const YamlNode& root() const;
-  /// The text as YAML, from which the tree was read.
-  [[nodiscard]] const std::string& treeText() const { return tree_text_; }
   [[nodiscard]] bool isTree() const { return root_.has_value(); }
   /// Is there a tree whose root is a map with names as keys?
   [[nodiscard]] bool isMap() const { return is_map_; }
@@ -31,7 +29,6 @@ class CameraDocument {
  private:
   std::string text_;
   std::string file_;
-  std::string tree_text_;
   std::optional<YamlNode> root_;
   bool is_map_ = false;
   std::optional<Error> error_;  ///< why there is no tree

@@ -9,7 +9,6 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/formats.h"
 
 namespace alidade {
 namespace {
@@ -29,7 +28,7 @@ std::string absentPart(const CameraFormat& format, const AnyCamera& camera) {
 }  // namespace
 
 std::span<const CameraFormat* const> cameraFormats() {
-  using namespace formats;
+  using namespace detail::formats;
   static const std::array kFormats = {&alidade(),   &opencv(),  &ros(),    &kalibr(),
                                       &colmap(),    &mrcal(),   &basalt(), &nerfstudio(),
                                       &camodocal(), &orbslam(), &matlab()};

@@ -9,93 +9,72 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
 
-using detail::CameraDocument;
-using detail::LensLayout;
-using detail::StatedNumber;
-using detail::YamlNode;
+constexpr std::array<LensLayout, 3> kLenses = {
+    {{"PINHOLE", "radtan", "k1 k2 p1 p2 fx fy cx cy"},
+     {"MEI", "omni", "xi k1 k2 p1 p2 fx fy cx cy"},
+     {"KANNALA_BRANDT", "kannala_brandt", "k1 k2 k3 k4 fx fy cx cy"}}};
 
+// The maps that hold the numbers of a lens, in the layout's order, and their names in them.
 struct Group {
-  const char* key;
-  std::vector<std::string> names;  // theirs
+  std::string_view lens;
+  std::string key;
+  std::string_view names;
 };
-
-struct Lens {
-  LensLayout layout;
-  std::vector<Group> groups;  // in the layout's order
-};
-
-const std::vector<Lens>& lenses() {
-  static const std::vector<Lens> kLenses = {
-      {.layout = {"PINHOLE", "radtan", "k1 k2 p1 p2 fx fy cx cy"},
-       .groups = {{"distortion_parameters", {"k1", "k2", "p1", "p2"}},
-                  {"projection_parameters", {"fx", "fy", "cx", "cy"}}}},
-      {.layout = {"MEI", "omni", "xi k1 k2 p1 p2 fx fy cx cy"},
-       .groups = {{"mirror_parameters", {"xi"}},
-                  {"distortion_parameters", {"k1", "k2", "p1", "p2"}},
-                  {"projection_parameters", {"gamma1", "gamma2", "u0", "v0"}}}},
-      {.layout = {"KANNALA_BRANDT", "kannala_brandt", "k1 k2 k3 k4 fx fy cx cy"},
-       .groups = {{"projection_parameters", {"k2", "k3", "k4", "k5", "mu", "mv", "u0", "v0"}}}}};
-  return kLenses;
-}
+const std::array<Group, 6> kGroups = {
+    {{"PINHOLE", "distortion_parameters", "k1 k2 p1 p2"},
+     {"PINHOLE", "projection_parameters", "fx fy cx cy"},
+     {"MEI", "mirror_parameters", "xi"},
+     {"MEI", "distortion_parameters", "k1 k2 p1 p2"},
+     {"MEI", "projection_parameters", "gamma1 gamma2 u0 v0"},
+     {"KANNALA_BRANDT", "projection_parameters", "k2 k3 k4 k5 mu mv u0 v0"}}};
 
 bool recognises(const CameraDocument& document) {
   return document.has("model_type");
 }
 
-const Lens& lensOf(const YamlNode& type) {
-  std::vector<std::string> names;
-  for (const Lens& lens : lenses()) {
-    if (type.text() == lens.layout.name) return lens;
-    names.emplace_back(lens.layout.name);
-  }
-  throw type.error("'" + type.text() + "'", join(names, ", "),
-                   didYouMean(type.text(), names,
-                              "calibrate with one of these models, in camodocal or with alidade calibrate"));
-}
-
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  const Lens& lens = lensOf(root.at("model_type"));
+  const LensLayout& lens =
+      layoutNamed(kLenses, root.at("model_type"),
+                  "calibrate with one of these models, in camodocal or with alidade calibrate");
   std::vector<StatedNumber> listed;
-  for (const Group& group : lens.groups)
-    detail::append(listed, detail::numbersOf(root.at(group.key), group.names));
+  std::vector<std::string> known = {"model_type", "camera_name", "image_width", "image_height"};
+  for (const Group& group : kGroups) {
+    if (group.lens != lens.name) continue;
+    append(listed, numbersOf(root.at(group.key), words(group.names)));
+    known.push_back(group.key);
+  }
   const auto name = root.find("camera_name");
   StatedCamera camera =
-      detail::stateCamera(root.at(lens.groups.back().key).where(), name ? name->text() : "",
-                          lens.layout.model, detail::storageOrder(lens.layout, listed),
-                          detail::readSize(root.at("image_width"), root.at("image_height")));
-  std::vector<std::string> known = {"model_type", "camera_name", "image_width", "image_height"};
-  for (const Group& group : lens.groups) {
-    known.emplace_back(group.key);
-    detail::remarkUnknownKeys(root.at(group.key), group.names, camera);
+      stateCamera(root.at("projection_parameters").where(), name ? name->text() : "", lens.model,
+                  storageOrder(lens, listed), readSize(root.at("image_width"), root.at("image_height")));
+  for (const Group& group : kGroups) {
+    if (group.lens == lens.name) remarkUnknownKeys(root.at(group.key), words(group.names), camera);
   }
-  detail::remarkUnknownKeys(root, known, camera);
+  remarkUnknownKeys(root, known, camera);
   return {.cameras = {camera}};
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
-  const auto lens = std::find_if(lenses().begin(), lenses().end(), [&named](const Lens& candidate) {
-    return candidate.layout.model == named.camera.modelId();
-  });
-  expect(lens != lenses().end(), "the format has a lens for each of its models");
-  std::string text = "%YAML:1.0\n---\nmodel_type: " + std::string(lens->layout.name) +
-                     "\ncamera_name: " + detail::yamlText(named.name.empty() ? "camera" : named.name) +
+  const LensLayout& lens = layoutOf(kLenses, named.camera.modelId());
+  std::string text = "%YAML:1.0\n---\nmodel_type: " + std::string(lens.name) +
+                     "\ncamera_name: " + yamlText(named.name.empty() ? "camera" : named.name) +
                      "\nimage_width: " + std::to_string(named.image_size.width) +
                      "\nimage_height: " + std::to_string(named.image_size.height) + "\n";
-  const std::vector<double> listed = detail::listedOrder(lens->layout, named.camera);
+  const std::vector<double> listed = listedOrder(lens, named.camera);
   std::size_t next = 0;
-  for (const Group& group : lens->groups) {
-    text += std::string(group.key) + ":\n";
-    for (const std::string& name : group.names)
-      text += "   " + name + ": " + detail::realText(listed[next++]) + "\n";
+  for (const Group& group : kGroups) {
+    if (group.lens != lens.name) continue;
+    text += group.key + ":\n";
+    for (const std::string& name : words(group.names))
+      text += "   " + name + ": " + realText(listed[next++]) + "\n";
   }
   return text;
 }
@@ -115,4 +94,4 @@ const CameraFormat& camodocal() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

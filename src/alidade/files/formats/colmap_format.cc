@@ -11,15 +11,11 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
-
-using detail::CameraDocument;
-using detail::LensLayout;
-using detail::StatedNumber;
 
 constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
 
@@ -44,28 +40,15 @@ struct Line {
   std::vector<std::string> words;
 };
 
-std::vector<std::string> wordsOf(std::string_view text) {
-  std::vector<std::string> words(1);
-  for (const char c : text) {
-    if (std::isspace(static_cast<unsigned char>(c)) == 0) {
-      words.back() += c;
-    } else if (!words.back().empty()) {
-      words.emplace_back();
-    }
-  }
-  if (words.back().empty()) words.pop_back();
-  return words;
-}
-
 // All lines but comments and empty ones; up to `max_count`.
 std::vector<Line> linesOf(const CameraDocument& document, std::size_t max_count) {
   std::vector<Line> lines;
   std::size_t number = 0;
   for (const std::string_view text : split(document.text(), '\n')) {
     ++number;
-    std::vector<std::string> words = wordsOf(text);
-    if (words.empty() || words.front().starts_with('#')) continue;
-    lines.push_back({document.file() + ":" + std::to_string(number), std::move(words)});
+    std::vector<std::string> fields = words(text);
+    if (fields.empty() || fields.front().starts_with('#')) continue;
+    lines.push_back({document.file() + ":" + std::to_string(number), std::move(fields)});
     if (lines.size() == max_count) break;
   }
   return lines;
@@ -104,19 +87,17 @@ int sideOf(const Line& line, const std::string& word) {
 }
 
 const LensLayout& lensOf(const Line& line) {
-  if (const LensLayout* lens = detail::findLayout(kLenses, line.words[1])) return *lens;
-  std::vector<std::string> names;
-  for (const LensLayout& lens : kLenses) names.emplace_back(lens.name);
+  if (const LensLayout* lens = findLayout(kLenses, line.words[1])) return *lens;
   throw UnsupportedCamera(
       inputError({.where = line.place,
                   .found = "found the camera model " + line.words[1],
-                  .expected = "one of " + join(names, ", "),
+                  .expected = "one of " + join(layoutNames(kLenses), ", "),
                   .next_step = "run COLMAP with one of these models, or remove the camera from the file"}));
 }
 
 // A camera's line in our conventions, before a camera is made of it.
 struct Statement {
-  const LensLayout* lens = nullptr;
+  std::string_view model;
   std::vector<StatedNumber> parameters;
   ImageSize size;
 };
@@ -130,7 +111,7 @@ Statement parseLine(const Line& line) {
     complain(line, "'" + line.words[0] + "'", "a camera number",
              "start the line with a camera number, or remove it");
   const LensLayout& lens = lensOf(line);
-  const std::vector<std::string> names = detail::listedNames(lens);
+  const std::vector<std::string> names = words(lens.order);
   if (line.words.size() != kNumBefore + names.size()) {
     complain(line, std::to_string(line.words.size() - kNumBefore) + " parameters",
              std::to_string(names.size()) + " for " + std::string(lens.name) + ": " + join(names, " "),
@@ -138,21 +119,21 @@ Statement parseLine(const Line& line) {
   }
   std::vector<StatedNumber> listed;
   for (std::size_t i = kNumBefore; i < line.words.size(); ++i) {
-    const auto number = detail::parseStated(line.words[i]);
+    const auto number = parseStated(line.words[i]);
     if (!number)
       complain(line, "'" + line.words[i] + "'", "a finite number for " + names[i - kNumBefore],
                "correct it, or remove the camera from the file");
     listed.push_back(*number);
   }
-  std::vector<StatedNumber> parameters = detail::storageOrder(lens, listed);
-  detail::takeOrigin(parameters, kOrigin);
+  std::vector<StatedNumber> parameters = storageOrder(lens, listed);
+  takeOrigin(parameters, kOrigin);
   const ImageSize size = {.width = sideOf(line, line.words[2]), .height = sideOf(line, line.words[3])};
-  return {.lens = &lens, .parameters = std::move(parameters), .size = size};
+  return {.model = lens.model, .parameters = std::move(parameters), .size = size};
 }
 
 StatedCamera readLine(const Line& line) {
   const Statement stated = parseLine(line);
-  return detail::stateCamera(line.place, line.words[0], stated.lens->model, stated.parameters, stated.size);
+  return stateCamera(line.place, line.words[0], stated.model, stated.parameters, stated.size);
 }
 
 // Throws what readLine() does, except for a camera of a model that is not supported; makes no camera.
@@ -161,8 +142,7 @@ void checkLine(const Line& line) {
     const Statement stated = parseLine(line);
     for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
       // Whoever made a camera of it would say so with its place.
-      if (parameterComplaint(stated.lens->model, i, stated.parameters[i].value))
-        static_cast<void>(readLine(line));
+      if (parameterComplaint(stated.model, i, stated.parameters[i].value)) static_cast<void>(readLine(line));
     }
   } catch (const UnsupportedCamera&) {
     return;  // which is no damage
@@ -227,11 +207,10 @@ std::string write(std::span<const NamedCamera> cameras) {
       "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
   text += "# Number of cameras: " + std::to_string(cameras.size()) + "\n";
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const LensLayout& lens = detail::layoutOf(kLenses, cameras[i].camera.modelId());
+    const LensLayout& lens = layoutOf(kLenses, cameras[i].camera.modelId());
     text += std::to_string(i + 1) + " " + std::string(lens.name) + " " +
             std::to_string(cameras[i].image_size.width) + " " + std::to_string(cameras[i].image_size.height);
-    for (const double value : detail::listedOrder(lens, cameras[i].camera, kOrigin))
-      text += " " + exactText(value);
+    for (const double value : listedOrder(lens, cameras[i].camera, kOrigin)) text += " " + exactText(value);
     text += "\n";
   }
   return text;
@@ -252,4 +231,4 @@ const CameraFormat& colmap() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "alidade/core/text.h"
-#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/camera_format.h"
 
 namespace alidade::detail {
 namespace {
@@ -26,42 +26,30 @@ bool isKeyChar(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
 }
 
-// The names of elements: "<name>" or "<name ".
-void addElements(std::string_view line, int number, std::vector<PlacedKey>& keys) {
-  for (std::size_t at = line.find('<'); at != std::string_view::npos; at = line.find('<', at + 1)) {
-    std::size_t end = at + 1;
-    while (end < line.size() && isKeyChar(line[end])) ++end;
-    if (end > at + 1) keys.push_back({std::string(line.substr(at + 1, end - at - 1)), number});
-  }
-}
-
-// Words before a colon, in quotes or not; a comment has none.
-void addWords(std::string_view line, int number, std::vector<PlacedKey>& keys) {
+// Words before a colon, in quotes or not, and the names of elements: "<name". A comment has none.
+void addKeys(std::string_view line, int number, std::vector<PlacedKey>& keys) {
   for (std::size_t at = 0; at < line.size();) {
     if (line[at] == '#' && (at == 0 || line[at - 1] == ' ')) return;
-    if (!isKeyChar(line[at])) {
+    const std::size_t begin = at;
+    while (at < line.size() && isKeyChar(line[at])) ++at;
+    if (at == begin) {
       ++at;
       continue;
     }
-    std::size_t end = at;
-    while (end < line.size() && isKeyChar(line[end])) ++end;
-    std::size_t colon = end;
+    std::size_t colon = at;
     if (colon < line.size() && (line[colon] == '"' || line[colon] == '\'')) ++colon;
     while (colon < line.size() && line[colon] == ' ') ++colon;
-    if (colon < line.size() && line[colon] == ':')
-      keys.push_back({std::string(line.substr(at, end - at)), number});
-    at = end;
+    const bool is_element = begin > 0 && line[begin - 1] == '<';
+    if (is_element || (colon < line.size() && line[colon] == ':'))
+      keys.push_back({std::string(line.substr(begin, at - begin)), number});
   }
 }
 
 std::vector<PlacedKey> keysOf(const std::string& text) {
-  const std::string_view trimmed = trim(text);
-  const bool is_xml = trimmed.starts_with('<');
   std::vector<PlacedKey> keys;
   int number = 0;
   for (const std::string_view line : split(text, '\n')) {
-    ++number;
-    is_xml ? addElements(line, number, keys) : addWords(line, number, keys);
+    addKeys(line, ++number, keys);
     if (keys.size() > kMaxKeys) break;
   }
   return keys;

@@ -10,19 +10,15 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
-
-using detail::CameraDocument;
-using detail::LensLayout;
-using detail::StatedNumber;
-using detail::YamlNode;
 
 // camera_model-distortion_model, as on Kalibr's command line; intrinsics and coefficients in one list. Those
 // that come first are written.
@@ -36,25 +32,10 @@ constexpr std::array<LensLayout, 8> kLenses = {
      {"eucm-none", "eucm", "alpha beta fx fy cx cy"},
      {"ds-none", "double_sphere", "xi alpha fx fy cx cy"}}};
 
-const std::vector<std::string> kPoses = {"T_cn_cnm1",         "T_cam_imu",  "T_imu_cam",
-                                         "timeshift_cam_imu", "line_delay", "T_BS"};
-const std::vector<std::string> kKnown = {"camera_model",
-                                         "intrinsics",
-                                         "distortion_model",
-                                         "distortion_coeffs",
-                                         "distortion_coefficients",
-                                         "resolution",
-                                         "rostopic",
-                                         "cam_overlaps",
-                                         "T_cn_cnm1",
-                                         "T_cam_imu",
-                                         "T_imu_cam",
-                                         "timeshift_cam_imu",
-                                         "line_delay",
-                                         "T_BS",
-                                         "sensor_type",
-                                         "comment",
-                                         "rate_hz"};
+const std::string kPoses = "T_cn_cnm1 T_cam_imu T_imu_cam timeshift_cam_imu line_delay T_BS ";
+const std::string kOtherKeys =
+    "camera_model intrinsics distortion_model distortion_coeffs distortion_coefficients resolution rostopic "
+    "cam_overlaps sensor_type comment rate_hz";
 
 bool isCamera(const YamlNode& node) {
   return node.has("camera_model") && node.has("intrinsics");
@@ -89,19 +70,14 @@ std::string adviceFor(const YamlNode& model, const YamlNode& distortion) {
     models.emplace_back(cameraModel(lens));
     distortions.emplace_back(distortionModel(lens));
   }
-  const auto isOf = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  const auto meant = [](const std::vector<std::string>& names, const std::string& name) {
+  for (const auto& [names, node] : {std::pair(models, model), std::pair(distortions, distortion)}) {
+    const std::string name = node.text();
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     const auto longer = std::find_if(names.begin(), names.end(), [&name](const std::string& known) {
       return name.size() > 2 && known.starts_with(name);
     });
-    return longer != names.end() ? *longer : nearestName(name, names).value_or("");
-  };
-  for (const auto& [names, node] : {std::pair(models, model), std::pair(distortions, distortion)}) {
-    if (isOf(names, node.text())) continue;
-    const std::string name = meant(names, node.text());
-    if (!name.empty()) return "did you mean '" + name + "'?";
+    const std::string meant = longer != names.end() ? *longer : nearestName(name, names).value_or("");
+    if (!meant.empty()) return "did you mean '" + meant + "'?";
   }
   return "calibrate with one of these pairs, in Kalibr or with alidade calibrate";
 }
@@ -111,7 +87,7 @@ const LensLayout& lensOf(const YamlNode& node) {
   const YamlNode distortion = node.at("distortion_model");
   const bool is_euroc = distortion.text() == "radial-tangential";
   const std::string name = model.text() + "-" + (is_euroc ? "radtan" : distortion.text());
-  if (const LensLayout* lens = detail::findLayout(kLenses, name)) return *lens;
+  if (const LensLayout* lens = findLayout(kLenses, name)) return *lens;
   std::vector<std::string> names;
   for (const LensLayout& lens : kLenses)
     names.push_back(std::string(cameraModel(lens)) + " with " + std::string(distortionModel(lens)));
@@ -133,14 +109,12 @@ std::string coefficientsKey(const YamlNode& node) {
 
 std::vector<StatedNumber> readList(const YamlNode& list, const LensLayout& lens, std::size_t first,
                                    std::size_t count) {
-  const std::vector<std::string> names = detail::listedNames(lens);
-  const std::vector<StatedNumber> numbers = detail::statedNumbers(list);
+  const std::vector<StatedNumber> numbers = statedNumbers(list);
   if (numbers.size() != count) {
-    const std::vector<std::string> expected(names.begin() + static_cast<std::ptrdiff_t>(first),
-                                            names.begin() + static_cast<std::ptrdiff_t>(first + count));
+    const std::vector<std::string> names = words(lens.order);
     throw list.error(std::to_string(numbers.size()) + " numbers",
                      std::to_string(count) + " for " + std::string(lens.name) +
-                         (count > 0 ? ": " + join(expected, " ") : ""),
+                         (count > 0 ? ": " + join(std::span(names).subspan(first, count), " ") : ""),
                      "correct the list, or camera_model and distortion_model");
   }
   return numbers;
@@ -149,19 +123,19 @@ std::vector<StatedNumber> readList(const YamlNode& list, const LensLayout& lens,
 StatedCamera readOne(const YamlNode& node, const std::string& name) {
   const LensLayout& lens = lensOf(node);
   const std::size_t num_intrinsics = numIntrinsics(lens);
-  const std::size_t num_all = detail::listedNames(lens).size();
+  const std::size_t num_all = words(lens.order).size();
   std::vector<StatedNumber> listed = readList(node.at("intrinsics"), lens, 0, num_intrinsics);
   const std::string key = coefficientsKey(node);
   const auto coefficients = node.find(key);
   if (num_all > num_intrinsics || (coefficients && !coefficients->isNull())) {
-    detail::append(listed, readList(node.at(key), lens, num_intrinsics, num_all - num_intrinsics));
+    append(listed, readList(node.at(key), lens, num_intrinsics, num_all - num_intrinsics));
   }
   std::optional<ImageSize> size;
-  if (node.has("resolution")) size = detail::readSize(node.at("resolution"));
-  StatedCamera camera = detail::stateCamera(node.at("intrinsics").where(), name, lens.model,
-                                            detail::storageOrder(lens, listed), size);
-  detail::remarkUnknownKeys(node, kKnown, camera);
-  detail::remarkNotCarried(node, kPoses, camera);
+  if (node.has("resolution")) size = readSize(node.at("resolution"));
+  StatedCamera camera =
+      stateCamera(node.at("intrinsics").where(), name, lens.model, storageOrder(lens, listed), size);
+  remarkUnknownKeys(node, words(kPoses + kOtherKeys), camera);
+  remarkNotCarried(node, words(kPoses), camera);
   return camera;
 }
 
@@ -175,36 +149,36 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
     known.push_back(key);
     all.add(key, [&] { return readOne(root.at(key), key); });
   }
-  for (StatedCamera& camera : all.cameras) detail::remarkUnknownKeys(root, known, camera);
+  for (StatedCamera& camera : all.cameras) remarkUnknownKeys(root, known, camera);
   return all;
 }
 
 // omni without distortion is a lens of its own there.
 const LensLayout& writtenLens(const AnyCamera& camera) {
-  const LensLayout& lens = detail::layoutOf(kLenses, camera.modelId());
+  const LensLayout& lens = layoutOf(kLenses, camera.modelId());
   const auto lens_parameters = camera.parameters().subspan(4);
   const bool is_plain =
       camera.modelId() == "omni" && std::all_of(lens_parameters.begin() + 1, lens_parameters.end(),
                                                 [](double value) { return value == 0; });
-  return is_plain ? *detail::findLayout(kLenses, "omni-none") : lens;
+  return is_plain ? *findLayout(kLenses, "omni-none") : lens;
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
   std::string text;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const LensLayout& lens = writtenLens(cameras[i].camera);
-    const std::vector<double> listed = detail::listedOrder(lens, cameras[i].camera);
+    const std::vector<double> listed = listedOrder(lens, cameras[i].camera);
     const std::span<const double> all(listed);
     const std::size_t num_intrinsics = numIntrinsics(lens);
     // Kalibr goes by these keys and wants a topic.
     const std::string key = "cam" + std::to_string(i);
     const std::string topic = "/" + (cameras[i].name.empty() ? key : cameras[i].name) + "/image_raw";
-    text += key + ":\n  cam_overlaps: []\n  camera_model: " + std::string(cameraModel(lens)) +
-            "\n  distortion_coeffs: " + detail::listText(all.subspan(num_intrinsics)) +
-            "\n  distortion_model: " + std::string(distortionModel(lens)) +
-            "\n  intrinsics: " + detail::listText(all.first(num_intrinsics)) + "\n  resolution: [" +
-            std::to_string(cameras[i].image_size.width) + ", " +
-            std::to_string(cameras[i].image_size.height) + "]\n  rostopic: " + detail::yamlText(topic) + "\n";
+    text += fmt::format(
+        "{}:\n  cam_overlaps: []\n  camera_model: {}\n  distortion_coeffs: {}\n  distortion_model: {}\n"
+        "  intrinsics: {}\n  resolution: [{}, {}]\n  rostopic: {}\n",
+        key, cameraModel(lens), listText(all.subspan(num_intrinsics)), distortionModel(lens),
+        listText(all.first(num_intrinsics)), cameras[i].image_size.width, cameras[i].image_size.height,
+        yamlText(topic));
   }
   return text;
 }
@@ -225,4 +199,4 @@ const CameraFormat& kalibr() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

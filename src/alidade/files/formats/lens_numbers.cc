@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include <nlohmann/json.hpp>
+
 #include "alidade/core/text.h"
 
 namespace alidade::detail {
@@ -35,15 +37,14 @@ void appendRow(const YamlNode& node, std::vector<StatedNumber>& numbers) {
 }
 
 bool isZeroOrUnit(std::span<const StatedNumber> numbers) {
-  const bool is_zero = std::all_of(numbers.begin(), numbers.end(),
-                                   [](const StatedNumber& number) { return number.value == 0; });
-  if (is_zero) return true;
-  if (numbers.size() != 9 && numbers.size() != 16) return false;
-  const std::size_t stride = numbers.size() == 9 ? 4 : 5;
+  bool is_zero = true;
+  bool is_unit = numbers.size() == 9 || numbers.size() == 16;
+  const std::size_t stride = numbers.size() == 9 ? 4 : 5;  // from one to the next on the diagonal
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (numbers[i].value != (i % stride == 0 ? 1.0 : 0.0)) return false;
+    is_zero = is_zero && numbers[i].value == 0;
+    is_unit = is_unit && numbers[i].value == (i % stride == 0 ? 1 : 0);
   }
-  return true;
+  return is_zero || is_unit;
 }
 
 // Does this say no more than that there is nothing?
@@ -173,27 +174,123 @@ ImageSize readSize(const YamlNode& list) {
   return readSize(items[0], items[1]);
 }
 
+StatedSide sideOf(const YamlNode& map, const std::string& key) {
+  return {.key = key, .node = map.find(key)};
+}
+
+std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& height,
+                                     const std::optional<ImageSize>& given, std::vector<Remark>& remarks) {
+  if (width.node && height.node) return readSize(*width.node, *height.node);
+  if (!width.node && !height.node) return std::nullopt;
+  const StatedSide& stated = width.node ? width : height;
+  const StatedSide& missing = width.node ? height : width;
+  const int side = readSize(*stated.node, *stated.node).width;
+  if (!given) {
+    throw stated.node->error("'" + stated.key + "' without '" + missing.key + "'", "both sides of the image",
+                             "add " + missing.key + ", or --image-size WIDTHxHEIGHT");
+  }
+  const std::string size = std::to_string(given->width) + "x" + std::to_string(given->height);
+  if (side != (width.node ? given->width : given->height)) {
+    throw stated.node->error(
+        "'" + stated.node->text() + "' as '" + stated.key + "' but no '" + missing.key + "'",
+        size + " from --image-size", "correct one of them");
+  }
+  remarks.push_back({"assumed", stated.node->where() + ": there is no " + missing.key + "; assumed to be " +
+                                    size + " from --image-size"});
+  return given;
+}
+
+const LensLayout* findLayout(std::span<const LensLayout> layouts, std::string_view name) {
+  const auto found = std::find_if(layouts.begin(), layouts.end(),
+                                  [name](const LensLayout& layout) { return layout.name == name; });
+  return found == layouts.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> layoutNames(std::span<const LensLayout> layouts) {
+  std::vector<std::string> names;
+  for (const LensLayout& layout : layouts) names.emplace_back(layout.name);
+  return names;
+}
+
+const LensLayout& layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name,
+                              const std::string& advice) {
+  if (const LensLayout* layout = findLayout(layouts, name.text())) return *layout;
+  const std::vector<std::string> names = layoutNames(layouts);
+  throw UnsupportedCamera(
+      name.error("'" + name.text() + "'", join(names, ", "), didYouMean(name.text(), names, advice)));
+}
+
+const LensLayout& layoutOf(std::span<const LensLayout> layouts, std::string_view model) {
+  const auto found = std::find_if(layouts.begin(), layouts.end(),
+                                  [model](const LensLayout& layout) { return layout.model == model; });
+  expect(found != layouts.end(), "the format has a layout for each of its models");
+  return *found;
+}
+
+std::vector<StatedNumber> storageOrder(const LensLayout& layout, std::span<const StatedNumber> listed) {
+  const auto names = split(layout.order, ' ');
+  std::vector<StatedNumber> parameters;
+  for (const std::string_view name : parameterNames(layout.model)) {
+    const auto found = std::find_if(names.begin(), names.end(), [name](std::string_view listed_name) {
+      return listed_name == name || (listed_name == "f" && (name == "fx" || name == "fy"));
+    });
+    parameters.push_back(found == names.end() ? StatedNumber{}
+                                              : listed[static_cast<std::size_t>(found - names.begin())]);
+  }
+  return parameters;
+}
+
+std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera, double origin) {
+  const auto names = camera.parameterNames();
+  std::vector<double> listed;
+  for (const std::string_view name : split(layout.order, ' ')) {
+    const auto index = std::find(names.begin(), names.end(), name) - names.begin();
+    listed.push_back(camera.parameters()[static_cast<std::size_t>(index)]);
+    if (name == "cx" || name == "cy") listed.back() += origin;
+  }
+  return listed;
+}
+
+void takeOrigin(std::span<StatedNumber> parameters, double origin) {
+  parameters[2].value -= origin;
+  parameters[3].value -= origin;
+}
+
 StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
                          std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size) {
   std::vector<double> values;
   for (const StatedNumber& number : parameters) values.push_back(number.value);
-  const auto make = [&] {
-    try {
-      return AnyCamera::make(model, values);
-    } catch (const Error& e) {
-      throw inputError({.where = place, .found = e.what(), .expected = "", .next_step = ""});
-    }
-  };
   return {.name = std::move(name),
-          .number = 0,
-          .camera = make(),
-          .image_size = image_size,
-          .remarks = {},
-          .own = {}};
+          .camera = withPlace(place, [&] { return AnyCamera::make(model, values); }),
+          .image_size = image_size};
 }
 
 void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> more) {
   numbers.insert(numbers.end(), more.begin(), more.end());
+}
+
+std::string realText(double value) {
+  std::string text = exactText(value);
+  const std::size_t exponent = text.find('e');
+  if (text.find('.') == std::string::npos)
+    text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
+  return text;
+}
+
+std::string listText(std::span<const double> values) {
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(realText(value));
+  return "[" + join(texts, ", ") + "]";
+}
+
+std::string yamlText(const std::string& text) {
+  YAML::Emitter out;
+  out << text;
+  return out.c_str();
+}
+
+std::string jsonFileText(const nlohmann::ordered_json& document) {
+  return document.dump(2) + "\n";
 }
 
 void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera) {

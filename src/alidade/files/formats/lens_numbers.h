@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "alidade/files/formats/stated_camera.h"
 #include "alidade/files/yaml_node.h"
 
@@ -47,6 +49,57 @@ struct StatedNumber {
 /// The same from a list of two.
 [[nodiscard]] ImageSize readSize(const YamlNode& list);
 
+/// A side of the image, in pixels, as a key of a file may state it.
+struct StatedSide {
+  std::string key;               ///< "image_width"
+  std::optional<YamlNode> node;  ///< nothing: the key is not there
+};
+
+/// Sides as keys of `map`.
+[[nodiscard]] StatedSide sideOf(const YamlNode& map, const std::string& key);
+
+/// The size of the image in pixels; nothing where neither side is stated. One side alone is not passed over:
+/// where `given` (--image-size) says the same of it, that is the size, with a remark.
+/// @throws Error (kInput) that names the missing key, where `given` does not help, and for sides that are no
+/// numbers of pixels
+[[nodiscard]] std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& height,
+                                                   const std::optional<ImageSize>& given,
+                                                   std::vector<Remark>& remarks);
+
+/// A lens as another program lists it.
+struct LensLayout {
+  std::string_view name;   ///< the program's own name of it
+  std::string_view model;  ///< ours
+  /// The parameters by our names, in the program's order: "xi fx fy cx cy". "f" is fx and fy alike; what is
+  /// not listed is zero.
+  std::string_view order;
+};
+
+/// The layout of this name; null if there is none.
+[[nodiscard]] const LensLayout* findLayout(std::span<const LensLayout> layouts, std::string_view name);
+
+/// The layout that a file names. `advice` is for a name that is not even nearly one of them.
+/// @throws UnsupportedCamera with the known names
+[[nodiscard]] const LensLayout& layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name,
+                                            const std::string& advice);
+[[nodiscard]] std::vector<std::string> layoutNames(std::span<const LensLayout> layouts);
+
+/// The first layout that can say a camera of this model; there must be one.
+[[nodiscard]] const LensLayout& layoutOf(std::span<const LensLayout> layouts, std::string_view model);
+
+/// From the program's order to ours; `listed` has a number for each name.
+[[nodiscard]] std::vector<StatedNumber> storageOrder(const LensLayout& layout,
+                                                     std::span<const StatedNumber> listed);
+
+/// From ours to the program's, whose first pixel has its centre at (origin, origin). What the layout does not
+/// list is dropped, so it must be zero.
+[[nodiscard]] std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera,
+                                              double origin = 0);
+
+/// From the origin of a program whose first pixel has its centre at (origin, origin) to ours: the principal
+/// point is the third and fourth parameter.
+void takeOrigin(std::span<StatedNumber> parameters, double origin);
+
 /// The camera of these parameters, in storage order. @throws Error (kInput), with the place, where they are
 /// no camera
 [[nodiscard]] StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
@@ -55,6 +108,19 @@ struct StatedNumber {
 
 /// Appends what is in `more`.
 void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> more);
+
+/// The fewest digits that read back as the same number, with a point before the exponent: readers of YAML 1.1
+/// (Python's, and with it Kalibr and ROS) take 1e-05 for a text and 1 for a whole number.
+[[nodiscard]] std::string realText(double value);
+
+/// "[1.0, 0.25, -3.0e-05]": a list of these.
+[[nodiscard]] std::string listText(std::span<const double> values);
+
+/// A string as a YAML scalar, in quotation marks where it needs them.
+[[nodiscard]] std::string yamlText(const std::string& text);
+
+/// A JSON document as a file: indented, with an end of line. Doubles read back as the same.
+[[nodiscard]] std::string jsonFileText(const nlohmann::ordered_json& document);
 
 /// A remark if the map has other keys than these.
 void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera);

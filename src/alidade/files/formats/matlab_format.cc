@@ -12,57 +12,26 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
 
-using detail::CameraDocument;
-using detail::StatedNumber;
-using detail::YamlNode;
-
 constexpr double kOrigin = 1;  // px, of the first pixel's centre
-constexpr detail::LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
+constexpr LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
 
 // Any of these tells a camera; the last is of a fisheye, which is refused with the reason.
 constexpr std::array kTelling = {"FocalLength", "IntrinsicMatrix", "RadialDistortion", "MappingCoefficients"};
 constexpr std::array kStereo = {"CameraParameters1", "CameraParameters2"};
-const std::vector<std::string> kPoses = {"RotationOfCamera2", "TranslationOfCamera2", "PoseCamera2"};
+const std::string kPoses = "RotationOfCamera2 TranslationOfCamera2 PoseCamera2 ";
 // Of the calibration, not of the camera.
-const std::vector<std::string> kOtherKeys = {"FocalLength",
-                                             "PrincipalPoint",
-                                             "ImageSize",
-                                             "RadialDistortion",
-                                             "TangentialDistortion",
-                                             "Skew",
-                                             "K",
-                                             "IntrinsicMatrix",
-                                             "Intrinsics",
-                                             "CameraParameters1",
-                                             "CameraParameters2",
-                                             "RotationOfCamera2",
-                                             "TranslationOfCamera2",
-                                             "PoseCamera2",
-                                             "FundamentalMatrix",
-                                             "EssentialMatrix",
-                                             "RectificationParams",
-                                             "MeanReprojectionError",
-                                             "NumPatterns",
-                                             "WorldPoints",
-                                             "WorldUnits",
-                                             "EstimateSkew",
-                                             "NumRadialDistortionCoefficients",
-                                             "EstimateTangentialDistortion",
-                                             "RotationVectors",
-                                             "RotationMatrices",
-                                             "TranslationVectors",
-                                             "PatternExtrinsics",
-                                             "ReprojectionErrors",
-                                             "ReprojectedPoints",
-                                             "DetectedKeypoints",
-                                             "Version"};
+const std::string kOtherKeys =
+    "FocalLength PrincipalPoint ImageSize RadialDistortion TangentialDistortion Skew K IntrinsicMatrix "
+    "Intrinsics CameraParameters1 CameraParameters2 FundamentalMatrix EssentialMatrix RectificationParams "
+    "MeanReprojectionError NumPatterns WorldPoints WorldUnits EstimateSkew NumRadialDistortionCoefficients "
+    "EstimateTangentialDistortion RotationVectors RotationMatrices TranslationVectors PatternExtrinsics "
+    "ReprojectionErrors ReprojectedPoints DetectedKeypoints Version";
 
 bool isCamera(const YamlNode& node) {
   return std::any_of(kTelling.begin(), kTelling.end(), [&node](const char* key) { return node.has(key); });
@@ -74,14 +43,12 @@ YamlNode cameraIn(const YamlNode& node) {
   return inner && inner->isMap() ? *inner : node;
 }
 
-bool recognisesTree(const YamlNode& root) {
+bool recognises(const CameraDocument& document) {
+  if (!document.isMap()) return false;
+  const YamlNode& root = document.root();
   if (isCamera(cameraIn(root))) return true;
   return std::any_of(kStereo.begin(), kStereo.end(),
                      [&root](const char* key) { return root.has(key) && isCamera(cameraIn(root.at(key))); });
-}
-
-bool recognises(const CameraDocument& document) {
-  return document.isMap() && recognisesTree(document.root());
 }
 
 [[noreturn]] void refuseSkew(const YamlNode& node, const std::string& value) {
@@ -97,7 +64,7 @@ struct Pinhole {
 };
 
 std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
-  const std::vector<StatedNumber> m = detail::statedNumbers(matrix, 9);
+  const std::vector<StatedNumber> m = statedNumbers(matrix, 9);
   if (m[1].value != 0 || m[2].value != 0 || m[5].value != 0 || m[8].value != 1) {
     throw matrix.error(
         "a matrix that is not an IntrinsicMatrix", "fx 0 0, skew fy 0, cx cy 1, row by row",
@@ -110,11 +77,11 @@ std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
 std::vector<Pinhole> pinholesOf(const YamlNode& node) {
   std::vector<Pinhole> all;
   if (const auto focal = node.find("FocalLength")) {
-    std::vector<StatedNumber> parameters = detail::statedNumbers(*focal, 2);
-    detail::append(parameters, detail::statedNumbers(node.at("PrincipalPoint"), 2));
+    std::vector<StatedNumber> parameters = statedNumbers(*focal, 2);
+    append(parameters, statedNumbers(node.at("PrincipalPoint"), 2));
     all.push_back({"FocalLength and PrincipalPoint", *focal, std::move(parameters)});
   }
-  if (const auto matrix = node.find("K")) all.push_back({"K", *matrix, detail::readCameraMatrix(*matrix)});
+  if (const auto matrix = node.find("K")) all.push_back({"K", *matrix, readCameraMatrix(*matrix)});
   if (const auto matrix = node.find("IntrinsicMatrix"))
     all.push_back({"IntrinsicMatrix", *matrix, readTransposed(*matrix)});
   return all;
@@ -135,7 +102,7 @@ std::vector<StatedNumber> readPinhole(const YamlNode& node, const YamlNode& oute
     return pinhole.name + " (fx fy cx cy = " + join(numbers, " ") + ")";
   };
   for (const Pinhole& pinhole : all) {
-    if (detail::isSameStated(pinhole.parameters, all.front().parameters)) continue;
+    if (isSameStated(pinhole.parameters, all.front().parameters)) continue;
     throw pinhole.place.error(
         text(pinhole) + " and a different " + text(all.front()) + " at " + all.front().place.where(),
         "values that agree", "remove the wrong one");
@@ -147,7 +114,7 @@ std::vector<StatedNumber> readCoefficients(const YamlNode& node, const char* key
                                            std::size_t max_count) {
   const auto list = node.find(key);
   if (!list) return std::vector<StatedNumber>(max_count);
-  std::vector<StatedNumber> numbers = detail::statedNumbers(*list);
+  std::vector<StatedNumber> numbers = statedNumbers(*list);
   if (numbers.size() < min_count || numbers.size() > max_count) {
     throw list->error(std::to_string(numbers.size()) + " coefficients",
                       min_count == max_count
@@ -165,7 +132,7 @@ std::optional<ImageSize> statedImageSize(const YamlNode& node) {
   const std::vector<YamlNode> sides = list->items();
   if (sides.empty()) return std::nullopt;
   if (sides.size() != 2) throw list->error(std::to_string(sides.size()) + " numbers", "rows and columns");
-  return detail::readSize(sides[1], sides[0]);
+  return readSize(sides[1], sides[0]);
 }
 
 StatedCamera readOne(const YamlNode& outer, const std::string& name) {
@@ -177,48 +144,44 @@ StatedCamera readOne(const YamlNode& outer, const std::string& name) {
                                        "calibrate the images with alidade calibrate --model kannala_brandt"));
   }
   std::vector<StatedNumber> parameters = readPinhole(node, outer);
-  detail::append(parameters, readCoefficients(node, "RadialDistortion", 2, 3));
-  detail::append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
-  parameters = detail::storageOrder(kLens, parameters);
-  detail::takeOrigin(parameters, kOrigin);
-  StatedCamera camera =
-      detail::stateCamera(node.where(), name, kLens.model, parameters, statedImageSize(node));
+  append(parameters, readCoefficients(node, "RadialDistortion", 2, 3));
+  append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
+  parameters = storageOrder(kLens, parameters);
+  takeOrigin(parameters, kOrigin);
+  StatedCamera camera = stateCamera(node.where(), name, kLens.model, parameters, statedImageSize(node));
   for (const char* key : {"RadialDistortion", "TangentialDistortion"}) {
     if (node.has(key)) continue;
     camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; assumed to be zero"});
   }
-  detail::remarkUnknownKeys(node, kOtherKeys, camera);
+  remarkUnknownKeys(node, words(kPoses + kOtherKeys), camera);
   return camera;
 }
 
-StatedCameras readTree(const YamlNode& root) {
+StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+  const YamlNode& root = document.root();
   if (isCamera(cameraIn(root))) return {.cameras = {readOne(root, "")}};
   StatedCameras all;
   for (const char* key : kStereo) {
     const YamlNode node = root.at(key);
     all.add(key, [&] { return readOne(node, key); });
   }
-  for (StatedCamera& camera : all.cameras) detail::remarkNotCarried(root, kPoses, camera);
+  for (StatedCamera& camera : all.cameras) remarkNotCarried(root, words(kPoses), camera);
   return all;
-}
-
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
-  return readTree(document.root());
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
-  const std::vector<double> listed = detail::listedOrder(kLens, named.camera, kOrigin);
+  const std::vector<double> listed = listedOrder(kLens, named.camera, kOrigin);
   const auto list = [&listed](std::size_t first, std::size_t count) {
     const auto begin = listed.begin() + static_cast<std::ptrdiff_t>(first);
     return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
   };
-  return detail::jsonFileText({{"FocalLength", list(0, 2)},
-                               {"PrincipalPoint", list(2, 2)},
-                               {"ImageSize", {named.image_size.height, named.image_size.width}},
-                               {"RadialDistortion", list(4, 3)},
-                               {"TangentialDistortion", list(7, 2)},
-                               {"Skew", 0.0}});
+  return jsonFileText({{"FocalLength", list(0, 2)},
+                       {"PrincipalPoint", list(2, 2)},
+                       {"ImageSize", {named.image_size.height, named.image_size.width}},
+                       {"RadialDistortion", list(4, 3)},
+                       {"TangentialDistortion", list(7, 2)},
+                       {"Skew", 0.0}});
 }
 
 }  // namespace
@@ -235,4 +198,4 @@ const CameraFormat& matlab() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

@@ -7,17 +7,11 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
-
-using detail::CameraDocument;
-using detail::LensLayout;
-using detail::StatedNumber;
-using detail::YamlNode;
 
 constexpr std::array<LensLayout, 5> kLenses = {
     {{"LENSMODEL_PINHOLE", "pinhole", "fx fy cx cy"},
@@ -30,13 +24,10 @@ constexpr LensLayout kStereographic = {"LENSMODEL_STEREOGRAPHIC", "ucm", "fx fy 
 
 constexpr std::array kModelKeys = {"lensmodel", "lens_model",
                                    "distortion_model"};  // of today, and of old files
-const std::vector<std::string> kPoses = {"extrinsics", "rt_cam_ref", "valid_intrinsics_region"};
-const std::vector<std::string> kKnown = {"lensmodel",          "lens_model",
-                                         "distortion_model",   "intrinsics",
-                                         "imagersize",         "extrinsics",
-                                         "rt_cam_ref",         "valid_intrinsics_region",
-                                         "icam_intrinsics",    "icam_intrinsics_optimization_inputs",
-                                         "optimization_inputs"};
+const std::string kPoses = "extrinsics rt_cam_ref valid_intrinsics_region ";
+const std::string kOtherKeys =
+    "lensmodel lens_model distortion_model intrinsics imagersize icam_intrinsics "
+    "icam_intrinsics_optimization_inputs optimization_inputs";
 
 const char* modelKey(const CameraDocument& document) {
   for (const char* key : kModelKeys) {
@@ -54,7 +45,7 @@ const LensLayout& lensOf(const YamlNode& node) {
   constexpr std::string_view kOldPrefix = "DISTORTION_";
   if (name.starts_with(kOldPrefix)) name = "LENSMODEL_" + name.substr(kOldPrefix.size());
   if (name == kStereographic.name) return kStereographic;
-  if (const LensLayout* lens = detail::findLayout(kLenses, name)) return *lens;
+  if (const LensLayout* lens = findLayout(kLenses, name)) return *lens;
   throw node.error("'" + name + "'",
                    "LENSMODEL_PINHOLE, _OPENCV4, _OPENCV5, _OPENCV8, _OPENCV12 or _STEREOGRAPHIC",
                    "convert it to one of these with mrcal-convert-lensmodel");
@@ -63,23 +54,21 @@ const LensLayout& lensOf(const YamlNode& node) {
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   const LensLayout& lens = lensOf(root.at(modelKey(document)));
-  const std::size_t count = detail::listedNames(lens).size();
-  std::vector<StatedNumber> parameters =
-      detail::storageOrder(lens, detail::statedNumbers(root.at("intrinsics"), count));
+  const std::size_t count = words(lens.order).size();
+  std::vector<StatedNumber> parameters = storageOrder(lens, statedNumbers(root.at("intrinsics"), count));
   if (&lens == &kStereographic) parameters.back().value = 0.5;
-  StatedCamera camera = detail::stateCamera(root.at("intrinsics").where(), "", lens.model, parameters,
-                                            detail::readSize(root.at("imagersize")));
-  detail::remarkUnknownKeys(root, kKnown, camera);
-  detail::remarkNotCarried(root, kPoses, camera);
+  StatedCamera camera =
+      stateCamera(root.at("intrinsics").where(), "", lens.model, parameters, readSize(root.at("imagersize")));
+  remarkUnknownKeys(root, words(kPoses + kOtherKeys), camera);
+  remarkNotCarried(root, words(kPoses), camera);
   return {.cameras = {camera}};
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
-  const LensLayout& lens = detail::layoutOf(kLenses, named.camera.modelId());
+  const LensLayout& lens = layoutOf(kLenses, named.camera.modelId());
   return "{\n    'lensmodel':  '" + std::string(lens.name) + "',\n\n    # intrinsics are " +
-         std::string(lens.order) +
-         "\n    'intrinsics': " + detail::listText(detail::listedOrder(lens, named.camera)) +
+         std::string(lens.order) + "\n    'intrinsics': " + listText(listedOrder(lens, named.camera)) +
          ",\n\n    # extrinsics are rt_fromref\n    'extrinsics': [0, 0, 0, 0, 0, 0],\n\n    'imagersize': "
          "[" +
          std::to_string(named.image_size.width) + ", " + std::to_string(named.image_size.height) + "]\n}\n";
@@ -98,4 +87,4 @@ const CameraFormat& mrcal() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

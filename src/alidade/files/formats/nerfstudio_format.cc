@@ -17,18 +17,11 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
-#include "alidade/files/formats/stated_size.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
-
-using detail::CameraDocument;
-using detail::LensLayout;
-using detail::StatedNumber;
-using detail::YamlNode;
 
 constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
 
@@ -36,31 +29,18 @@ constexpr std::array<LensLayout, 3> kWritten = {
     {{"PINHOLE", "pinhole", "fx fy cx cy"},
      {"OPENCV", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"},
      {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"}}};
-constexpr std::array kPerspective = {"OPENCV",        "PINHOLE", "SIMPLE_PINHOLE",
-                                     "SIMPLE_RADIAL", "RADIAL",  "PERSPECTIVE"};
-constexpr const char* kFisheye = "OPENCV_FISHEYE";
+const std::string kFisheye = "OPENCV_FISHEYE";
+const std::string kPerspective = "OPENCV PINHOLE SIMPLE_PINHOLE SIMPLE_RADIAL RADIAL PERSPECTIVE ";
 // Lenses that instant-ngp knows by a key of their own, beside whatever else the file says.
 constexpr std::array kOtherLenses = {"ftheta_p0", "latlong", "equirectangular", "orthographic"};
 
-const std::vector<std::string> kCameraKeys = {"camera_model", "fl_x", "fl_y", "cx", "cy", "w",  "h",
-                                              "k1",           "k2",   "k3",   "k4", "p1", "p2", "is_fisheye"};
+// What a frame may say of its camera.
+const std::string kCameraKeys =
+    "camera_model fl_x fl_y cx cy w h k1 k2 k3 k4 p1 p2 is_fisheye camera_angle_x camera_angle_y ";
 // Poses, images and how to train: not of the camera.
-const std::vector<std::string> kOtherKeys = {"frames",
-                                             "applied_transform",
-                                             "applied_scale",
-                                             "ply_file_path",
-                                             "orientation_override",
-                                             "train_filenames",
-                                             "val_filenames",
-                                             "test_filenames",
-                                             "camera_angle_x",
-                                             "camera_angle_y",
-                                             "aabb_scale",
-                                             "scale",
-                                             "offset",
-                                             "fl_y_is_fl_x",
-                                             "enable_depth_loading",
-                                             "integer_depth_scale"};
+const std::string kOtherKeys =
+    "frames applied_transform applied_scale ply_file_path orientation_override train_filenames val_filenames "
+    "test_filenames aabb_scale scale offset fl_y_is_fl_x enable_depth_loading integer_depth_scale";
 
 bool recognises(const CameraDocument& document) {
   return document.has("fl_x") || document.has("camera_angle_x") ||
@@ -69,38 +49,32 @@ bool recognises(const CameraDocument& document) {
 
 constexpr std::array kTopCoefficients = {"k1", "k2", "k3", "p1", "p2"};
 
-// What the top says of all frames goes before what one of them says, unless that frame has a camera of its
-// own. Coefficients come from one of the two.
+// What the top says of all frames goes before what one of them says. Coefficients come from one of the two.
 struct Intrinsics {
   YamlNode top;
   YamlNode frame;
-  bool is_own = false;
 
-  [[nodiscard]] const YamlNode& first() const { return is_own ? frame : top; }
-  [[nodiscard]] const YamlNode& second() const { return is_own ? top : frame; }
   [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const {
-    if (const auto node = first().find(key)) return node;
-    return second().find(key);
+    const auto node = top.find(key);
+    return node ? node : frame.find(key);
   }
   [[nodiscard]] StatedNumber number(const std::string& key) const {
-    if (const auto node = find(key)) return detail::statedNumber(*node);
-    return detail::statedNumber(frame.at(key));  // says that it is missing
+    if (const auto node = find(key)) return statedNumber(*node);
+    return statedNumber(frame.at(key));  // says that it is missing
   }
   [[nodiscard]] StatedNumber coefficient(const std::string& key) const {
-    const bool is_in_first = std::any_of(kTopCoefficients.begin(), kTopCoefficients.end(),
-                                         [this](const char* name) { return first().has(name); });
-    const auto node = (is_in_first ? first() : second()).find(key);
-    return node && !node->isNull() ? detail::statedNumber(*node) : StatedNumber{};
+    const bool is_at_top = std::any_of(kTopCoefficients.begin(), kTopCoefficients.end(),
+                                       [this](const char* name) { return top.has(name); });
+    const auto node = (is_at_top ? top : frame).find(key);
+    return node && !node->isNull() ? statedNumber(*node) : StatedNumber{};
   }
 };
 
 // What camera_model says: fisheye or not.
 bool isFisheyeModel(const YamlNode& model) {
   const std::string name = model.text();
-  if (name == kFisheye) return true;
-  std::vector<std::string> known(kPerspective.begin(), kPerspective.end());
-  if (std::find(known.begin(), known.end(), name) != known.end()) return false;
-  known.emplace_back(kFisheye);
+  const std::vector<std::string> known = words(kPerspective + kFisheye);
+  if (std::find(known.begin(), known.end(), name) != known.end()) return name == kFisheye;
   std::string upper = name;
   std::transform(upper.begin(), upper.end(), upper.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
@@ -151,7 +125,7 @@ bool hasAngleAlone(const Intrinsics& intrinsics) {
 
 // The focal length at which an image of `side` pixels sees the field angle of `node`.
 StatedNumber focalOf(const YamlNode& node, int side) {
-  const StatedNumber angle = detail::statedNumber(node);
+  const StatedNumber angle = statedNumber(node);
   if (!(angle.value > 0 && angle.value < std::numbers::pi))
     throw node.error("'" + node.text() + "'", "a field of view in radians between 0 and pi");
   const double sine = std::sin(0.5 * angle.value);
@@ -167,9 +141,9 @@ void refuseOtherAngle(const Intrinsics& intrinsics, const char* angle_key, const
   const auto angle = intrinsics.find(angle_key);
   const auto stated = intrinsics.find(focal_key);
   if (!angle || angle->isNull() || !stated) return;
-  const double focal = detail::statedNumber(*stated).value;
+  const double focal = statedNumber(*stated).value;
   const auto isSameFocal = [focal](double other) { return std::abs(focal - other) <= kSameShare * other; };
-  if (is_fisheye && isSameFocal(side / detail::statedNumber(*angle).value)) return;
+  if (is_fisheye && isSameFocal(side / statedNumber(*angle).value)) return;
   const double told = focalOf(*angle, side).value;
   if (isSameFocal(told)) return;
   throw angle->error("'" + angle->text() + "', which for " + std::to_string(side) +
@@ -194,13 +168,10 @@ std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_f
   }
   const auto angle_y = intrinsics.find("camera_angle_y");
   const bool has_y = intrinsics.find("fl_y") || angle_y;
-  StatedNumber fx = focalOf(angle, size->width);
-  StatedNumber fy = fx;
-  if (intrinsics.find("fl_y")) {
-    fy = intrinsics.number("fl_y");
-  } else if (angle_y) {
-    fy = focalOf(*angle_y, size->height);
-  }
+  const StatedNumber fx = focalOf(angle, size->width);
+  const StatedNumber fy = intrinsics.find("fl_y") ? intrinsics.number("fl_y")
+                          : angle_y               ? focalOf(*angle_y, size->height)
+                                                  : fx;
   remarks.push_back({"assumed", angle.where() +
                                     ": there is no fl_x; assumed to be 0.5 w / tan(camera_angle_x / 2) = " +
                                     exactText(fx.value) + (has_y ? "" : ", and fl_y the same")});
@@ -222,9 +193,8 @@ std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fis
   } else {
     for (const char* key : {"fl_x", "fl_y", "cx", "cy"}) parameters.push_back(intrinsics.number(key));
   }
-  detail::takeOrigin(parameters, kOrigin);
-  const std::vector<std::string> keys = is_fisheye ? std::vector<std::string>{"k1", "k2", "k3", "k4"}
-                                                   : std::vector<std::string>{"k1", "k2", "p1", "p2", "k3"};
+  takeOrigin(parameters, kOrigin);
+  const std::vector<std::string> keys = words(is_fisheye ? "k1 k2 k3 k4" : "k1 k2 p1 p2 k3");
   for (const std::string& key : keys) parameters.push_back(intrinsics.coefficient(key));
   for (const char* key : {"k4", "p1", "p2"}) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end() || intrinsics.coefficient(key).value == 0)
@@ -245,9 +215,8 @@ StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, cons
   const bool is_fisheye = isFisheye(intrinsics);
   refuseNoFocalLength(intrinsics);
   std::vector<Remark> remarks;
-  const auto size =
-      detail::sizeOfSides({.key = "w", .node = intrinsics.find("w")},
-                          {.key = "h", .node = intrinsics.find("h")}, options.image_size, remarks);
+  const auto size = sizeOfSides({.key = "w", .node = intrinsics.find("w")},
+                                {.key = "h", .node = intrinsics.find("h")}, options.image_size, remarks);
   const auto known_size = size ? size : options.image_size;
   if (known_size) {
     refuseOtherAngle(intrinsics, "camera_angle_x", "fl_x", is_fisheye, known_size->width);
@@ -258,55 +227,35 @@ StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, cons
       !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
                                  [](const StatedNumber& number) { return number.value == 0; });
   const char* telling = hasAngleAlone(intrinsics) ? "camera_angle_x" : "fl_x";
-  StatedCamera camera =
-      detail::stateCamera(intrinsics.find(telling)->where(), name,
-                          is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
-                          std::span(parameters).first(is_plain ? 4 : parameters.size()), size);
+  StatedCamera camera = stateCamera(intrinsics.find(telling)->where(), name,
+                                    is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
+                                    std::span(parameters).first(is_plain ? 4 : parameters.size()), size);
   camera.remarks = std::move(remarks);
   if (!intrinsics.find("camera_model") && !intrinsics.find("is_fisheye")) {
     camera.remarks.push_back(
         {"assumed",
          intrinsics.top.where() + ": there is no camera_model; assumed to be OPENCV, as in nerfstudio"});
   }
-  std::vector<std::string> known = kCameraKeys;
-  known.insert(known.end(), kOtherKeys.begin(), kOtherKeys.end());
-  detail::remarkUnknownKeys(intrinsics.top, known, camera);
+  remarkUnknownKeys(intrinsics.top, words(kCameraKeys + kOtherKeys), camera);
   return camera;
 }
 
 bool saysSame(const YamlNode& a, const YamlNode& b) {
-  const auto x = detail::parseStated(a.text());
-  const auto y = detail::parseStated(b.text());
+  const auto x = parseStated(a.text());
+  const auto y = parseStated(b.text());
   return x && y ? x->value == y->value : a.text() == b.text();
 }
 
-// Does a frame say another camera than the top of the file? Then it has to say all of it, as the readers of
-// this format differ in which of the two they take.
-bool hasOwnCamera(const YamlNode& top, const YamlNode& frame) {
-  std::vector<std::string> keys = kCameraKeys;
-  keys.insert(keys.end(), {"camera_angle_x", "camera_angle_y"});
-  std::vector<std::string> others;
-  for (const std::string& key : keys) {
+// The readers of this format differ in whether the top or the frame counts.
+void refuseOtherCamera(const YamlNode& top, const YamlNode& frame) {
+  for (const std::string& key : words(kCameraKeys)) {
     const auto theirs = top.find(key);
     const auto own = frame.find(key);
-    if (theirs && own && theirs->isScalar() && own->isScalar() && !saysSame(*theirs, *own))
-      others.push_back(key);
+    if (!theirs || !own || !theirs->isScalar() || !own->isScalar() || saysSame(*theirs, *own)) continue;
+    throw own->error("'" + own->text() + "' where " + theirs->where() + " says '" + theirs->text() + "'",
+                     "the same as at the top",
+                     "correct the wrong one, or state the cameras in the frames alone");
   }
-  if (others.empty()) return false;
-  std::vector<std::string> needed = {"fl_x", "fl_y", "cx", "cy"};
-  const bool is_other_size = std::any_of(others.begin(), others.end(),
-                                         [](const std::string& key) { return key == "w" || key == "h"; });
-  if (is_other_size) needed.insert(needed.end(), {"w", "h"});
-  for (const std::string& key : needed) {
-    if (frame.has(key)) continue;
-    const YamlNode own = frame.at(others.front());
-    const YamlNode theirs = top.at(others.front());
-    throw own.error("'" + own.text() + "' where " + theirs.where() + " says '" + theirs.text() +
-                        "', but no " + key + " in this frame",
-                    "the same as at the top, or the frame's own " + join(needed, ", "),
-                    "correct the wrong one, or add all of these to the frame");
-  }
-  return true;
 }
 
 bool isSame(const StatedCamera& a, const StatedCamera& b) {
@@ -317,10 +266,8 @@ bool isSame(const StatedCamera& a, const StatedCamera& b) {
 
 // What a frame says of its camera. Frames that say the same have the same camera, which is made once.
 std::string statementOf(const YamlNode& frame) {
-  std::vector<std::string> keys = kCameraKeys;
-  keys.insert(keys.end(), {"camera_angle_x", "camera_angle_y"});
   std::string statement;
-  for (const std::string& key : keys) {
+  for (const std::string& key : words(kCameraKeys)) {
     const auto node = frame.find(key);
     if (node && node->isScalar()) statement += key + "=" + node->text() + "\n";
   }
@@ -348,13 +295,8 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
     const auto path = frame.find("file_path");
     const std::string name = path ? path->text() : "";
     const std::size_t num_before = all.cameras.size();
-    const bool is_own = hasOwnCamera(root, frame);
-    all.add(name, [&] { return readOne({root, frame, is_own}, name, options); });
-    if (is_own && all.cameras.size() > num_before) {
-      all.cameras.back().remarks.push_back(
-          {"assumed", frame.where() + ": the frame states a different camera than the top of the file; the "
-                                      "camera of the frame is used (nerfstudio ignores it)"});
-    }
+    refuseOtherCamera(root, frame);
+    all.add(name, [&] { return readOne({root, frame}, name, options); });
     if (all.cameras.size() > num_before &&
         std::any_of(all.cameras.begin(), all.cameras.end() - 1,
                     [&all](const StatedCamera& other) { return isSame(other, all.cameras.back()); }))
@@ -368,9 +310,9 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
-  const LensLayout& lens = detail::layoutOf(kWritten, named.camera.modelId());
-  const std::vector<std::string> names = detail::listedNames(lens);
-  const std::vector<double> values = detail::listedOrder(lens, named.camera, kOrigin);
+  const LensLayout& lens = layoutOf(kWritten, named.camera.modelId());
+  const std::vector<std::string> names = words(lens.order);
+  const std::vector<double> values = listedOrder(lens, named.camera, kOrigin);
   nlohmann::ordered_json document = {
       {"camera_model", lens.name}, {"w", named.image_size.width}, {"h", named.image_size.height}};
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -378,7 +320,7 @@ std::string write(std::span<const NamedCamera> cameras) {
     document[key] = values[i];
   }
   document["frames"] = nlohmann::ordered_json::array();
-  return detail::jsonFileText(document);
+  return jsonFileText(document);
 }
 
 }  // namespace
@@ -394,4 +336,4 @@ const CameraFormat& nerfstudio() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

@@ -4,100 +4,39 @@
 // camera_calibration, omnidir), of its application interactive-calibration, and the commonest ones beside
 // them. Coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] as in cv::projectPoints, k1 k2 k3 k4
 // as in cv::fisheye. Pixel (0, 0) is a pixel's centre.
+#include <algorithm>
 #include <array>
+#include <map>
 #include <string>
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
-#include "alidade/files/formats/opencv_text.h"
-#include "alidade/files/formats/stated_size.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
 
-using detail::CameraDocument;
-using detail::OpenCvNode;
-using detail::StatedNumber;
-using detail::YamlNode;
-
-constexpr std::array kMatrixKeys = {"camera_matrix",
-                                    "Camera_Matrix",
-                                    "cameraMatrix",
-                                    "CameraMatrix",
-                                    "camera_Matrix",
-                                    "intrinsic_matrix",
-                                    "mtx",
-                                    "K",
-                                    "M"};
-constexpr std::array kCoefficientKeys = {"distortion_coefficients",
-                                         "Distortion_Coefficients",
-                                         "distCoeffs",
-                                         "DistCoeffs",
-                                         "dist_coeffs",
-                                         "dist_coeff",
-                                         "distortion",
-                                         "dist",
-                                         "D"};
+const std::vector<std::string> kMatrixKeys =
+    words("camera_matrix Camera_Matrix cameraMatrix CameraMatrix camera_Matrix intrinsic_matrix mtx K M");
+const std::vector<std::string> kCoefficientKeys = words(
+    "distortion_coefficients Distortion_Coefficients distCoeffs DistCoeffs dist_coeffs dist_coeff distortion "
+    "dist D");
+const std::string kStereo = "R T R1 R2 P1 P2 extrinsic_parameters ";
 // Names that mean something, or that OpenCV's samples write beside the camera.
-const std::vector<std::string> kOtherKeys = {"image_width",
-                                             "image_height",
-                                             "image_Width",
-                                             "image_Height",
-                                             "image_size",
-                                             "imageSize",
-                                             "cameraResolution",
-                                             "width",
-                                             "height",
-                                             "fisheye_model",
-                                             "distortion_model",
-                                             "xi",
-                                             "camera_name",
-                                             "calibration_time",
-                                             "calibration_Time",
-                                             "calibrationDate",
-                                             "framesCount",
-                                             "nframes",
-                                             "nr_of_frames",
-                                             "nrOfFrames",
-                                             "board_width",
-                                             "board_height",
-                                             "board_Width",
-                                             "board_Height",
-                                             "square_size",
-                                             "square_Size",
-                                             "fix_aspect_ratio",
-                                             "aspectRatio",
-                                             "flags",
-                                             "flagValue",
-                                             "avg_reprojection_error",
-                                             "avg_reprojection_Error",
-                                             "per_view_reprojection_errors",
-                                             "cameraMatrix_std_dev",
-                                             "camera_matrix_std_dev",
-                                             "dist_coeffs_std_dev",
-                                             "distortion_coefficients_std_dev",
-                                             "extrinsic_parameters",
-                                             "image_points",
-                                             "grid_points",
-                                             "R",
-                                             "T",
-                                             "R1",
-                                             "R2",
-                                             "P1",
-                                             "P2",
-                                             "Q",
-                                             "E",
-                                             "F"};
+const std::vector<std::string> kOtherKeys = words(
+    kStereo +
+    "Q E F image_width image_height image_Width image_Height image_size imageSize cameraResolution "
+    "width height fisheye_model distortion_model xi camera_name calibration_time calibration_Time "
+    "calibrationDate framesCount nframes nr_of_frames nrOfFrames board_width board_height board_Width "
+    "board_Height square_size square_Size fix_aspect_ratio aspectRatio flags flagValue "
+    "avg_reprojection_error avg_reprojection_Error per_view_reprojection_errors cameraMatrix_std_dev "
+    "camera_matrix_std_dev dist_coeffs_std_dev distortion_coefficients_std_dev image_points grid_points");
 
-const std::vector<std::string> kStereo = {"R", "T", "R1", "R2", "P1", "P2", "extrinsic_parameters"};
-
-template <std::size_t N>
-std::optional<std::string> findKey(const YamlNode& root, const std::array<const char*, N>& keys,
+std::optional<std::string> findKey(const YamlNode& root, const std::vector<std::string>& keys,
                                    const std::string& suffix) {
   std::optional<std::string> found;
-  for (const char* key : keys) {
+  for (const std::string& key : keys) {
     if (!root.has(key + suffix)) continue;
     if (found)
       throw root.at(key + suffix)
@@ -156,18 +95,16 @@ std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& optio
     found = size;
   };
   for (const auto& [width, height] : kPairs) {
-    if (root.has(width) && root.has(height))
-      take(root.at(width), detail::readSize(root.at(width), root.at(height)));
+    if (root.has(width) && root.has(height)) take(root.at(width), readSize(root.at(width), root.at(height)));
   }
   for (const char* key : {"image_size", "imageSize", "cameraResolution"}) {
-    if (root.has(key)) take(root.at(key), detail::readSize(root.at(key)));
+    if (root.has(key)) take(root.at(key), readSize(root.at(key)));
   }
   // A side alone: where the size is known, it has to agree.
   for (const auto& [width, height] : kPairs) {
     if (root.has(width) == root.has(height)) continue;
     if (!found) {
-      found = detail::sizeOfSides(detail::sideOf(root, width), detail::sideOf(root, height),
-                                  options.image_size, remarks);
+      found = sizeOfSides(sideOf(root, width), sideOf(root, height), options.image_size, remarks);
     } else {
       const YamlNode side = root.at(root.has(width) ? width : height);
       requireSame(side, side.number() == (root.has(width) ? found->width : found->height));
@@ -224,29 +161,15 @@ std::string statedModel(const YamlNode& root) {
 }
 
 std::string modelOf(const YamlNode& node, std::size_t count, const std::string& stated) {
-  const bool is_fisheye = stated == "kannala_brandt";
-  switch (count) {
-    case 0:
-      if (!is_fisheye) return "pinhole";
-      break;
-    case 4:
-      if (stated.empty()) throwAmbiguous(node);
-      return is_fisheye ? "kannala_brandt" : "radtan";
-    case 5:
-      if (!is_fisheye) return "radtan";
-      break;
-    case 8:
-      if (!is_fisheye) return "rational";
-      break;
-    case 12:
-    case 14:
-      if (!is_fisheye) return "thin_prism";
-      break;
-    default:
-      break;
+  if (count == 4 && stated.empty()) throwAmbiguous(node);
+  if (stated == "kannala_brandt") {
+    if (count == 4) return stated;
+    throw node.error(std::to_string(count) + " distortion coefficients", "4 for a fisheye");
   }
-  throw node.error(std::to_string(count) + " distortion coefficients",
-                   is_fisheye ? "4 for a fisheye" : "none, 4, 5, 8, 12 or 14");
+  const std::map<std::size_t, const char*> models = {{0, "pinhole"},  {4, "radtan"},      {5, "radtan"},
+                                                     {8, "rational"}, {12, "thin_prism"}, {14, "thin_prism"}};
+  if (const auto found = models.find(count); found != models.end()) return found->second;
+  throw node.error(std::to_string(count) + " distortion coefficients", "none, 4, 5, 8, 12 or 14");
 }
 
 // k1 k2 p1 p2 and the unified model's xi, as cv::omnidir has them.
@@ -255,20 +178,19 @@ StatedCamera readOmni(const YamlNode& node, const std::string& name, std::vector
                       std::optional<ImageSize> size) {
   if (coefficients.size() != 4)
     throw node.error(std::to_string(coefficients.size()) + " distortion coefficients", "4 together with xi");
-  parameters.push_back(xi.isMap() ? detail::statedNumbers(xi, 1).front() : detail::statedNumber(xi));
-  detail::append(parameters, coefficients);
-  return detail::stateCamera(node.where(), name, "omni", parameters, size);
+  parameters.push_back(xi.isMap() ? statedNumbers(xi, 1).front() : statedNumber(xi));
+  append(parameters, coefficients);
+  return stateCamera(node.where(), name, "omni", parameters, size);
 }
 
 StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std::string& read_as,
                       std::optional<ImageSize> size) {
   const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
-  std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
+  std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
   const auto key = findKey(root, kCoefficientKeys, suffix);
   if (!key) refuseLeftOver(matrix, root);
   // One value in XML is no list.
-  std::vector<StatedNumber> coefficients =
-      key ? detail::statedNumbers(root.at(*key)) : std::vector<StatedNumber>();
+  std::vector<StatedNumber> coefficients = key ? statedNumbers(root.at(*key)) : std::vector<StatedNumber>();
   const YamlNode place = key ? root.at(*key) : matrix;
   const auto flag = root.find("fisheye_model");
   if (root.has("xi") && flag && saysFisheye(*flag)) {
@@ -287,8 +209,8 @@ StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std
     coefficients.resize(12);
   }
   if (model == "radtan") coefficients.resize(5);
-  detail::append(parameters, coefficients);
-  StatedCamera camera = detail::stateCamera(place.where(), suffix, model, parameters, size);
+  append(parameters, coefficients);
+  StatedCamera camera = stateCamera(place.where(), suffix, model, parameters, size);
   if (!key)
     camera.remarks.push_back(
         {"assumed", matrix.where() +
@@ -309,15 +231,34 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   std::vector<std::string> known = kOtherKeys;
   StatedCameras all;
   for (const char* suffix : kSuffixes) {
-    for (const char* key : kMatrixKeys) known.push_back(std::string(key) + suffix);
-    for (const char* key : kCoefficientKeys) known.push_back(std::string(key) + suffix);
+    for (const std::string& key : kMatrixKeys) known.push_back(key + suffix);
+    for (const std::string& key : kCoefficientKeys) known.push_back(key + suffix);
     if (findKey(root, kMatrixKeys, suffix)) all.add(suffix, [&] { return readOne(root, suffix, options); });
   }
   for (StatedCamera& camera : all.cameras) {
-    detail::remarkUnknownKeys(root, known, camera);
-    detail::remarkNotCarried(root, kStereo, camera);
+    remarkUnknownKeys(root, known, camera);
+    remarkNotCarried(root, words(kStereo), camera);
   }
   return all;
+}
+
+// A node at the top of a file of OpenCV's FileStorage: a whole number, a real one, or a matrix row by row.
+struct OpenCvNode {
+  std::string key;
+  int whole = 0;
+  int rows = 0;  // 0 = a number: the first of the values, or if there are none `whole`
+  int columns = 0;
+  std::vector<double> values = {};
+};
+
+std::string valuesText(const OpenCvNode& node, std::string_view separator) {
+  std::vector<std::string> texts;
+  for (const double value : node.values) texts.push_back(realText(value));
+  return join(texts, separator);
+}
+
+std::string numberText(const OpenCvNode& node) {
+  return node.values.empty() ? std::to_string(node.whole) : realText(node.values.front());
 }
 
 std::vector<OpenCvNode> nodesOf(std::span<const NamedCamera> cameras) {
@@ -344,13 +285,48 @@ std::vector<OpenCvNode> nodesOf(std::span<const NamedCamera> cameras) {
 }
 
 std::string writeYaml(std::span<const NamedCamera> cameras) {
-  return detail::openCvYaml(nodesOf(cameras));
+  std::string text = "%YAML:1.0\n---\n";
+  for (const OpenCvNode& node : nodesOf(cameras)) {
+    text += node.key + ": ";
+    if (node.rows == 0) {
+      text += numberText(node) + "\n";
+    } else {
+      text += "!!opencv-matrix\n   rows: " + std::to_string(node.rows) +
+              "\n   cols: " + std::to_string(node.columns) + "\n   dt: d\n   data: [ " +
+              valuesText(node, ", ") + " ]\n";
+    }
+  }
+  return text;
 }
+
 std::string writeXml(std::span<const NamedCamera> cameras) {
-  return detail::openCvXml(nodesOf(cameras));
+  std::string text = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
+  for (const OpenCvNode& node : nodesOf(cameras)) {
+    if (node.rows == 0) {
+      text += "<" + node.key + ">" + numberText(node) + "</" + node.key + ">\n";
+    } else {
+      text += "<" + node.key + " type_id=\"opencv-matrix\">\n  <rows>" + std::to_string(node.rows) +
+              "</rows>\n  <cols>" + std::to_string(node.columns) + "</cols>\n  <dt>d</dt>\n  <data>\n    " +
+              valuesText(node, " ") + "</data></" + node.key + ">\n";
+    }
+  }
+  return text + "</opencv_storage>\n";
 }
+
 std::string writeJson(std::span<const NamedCamera> cameras) {
-  return detail::openCvJson(nodesOf(cameras));
+  std::vector<std::string> parts;
+  for (const OpenCvNode& node : nodesOf(cameras)) {
+    std::string part = "    \"" + node.key + "\": ";
+    if (node.rows == 0) {
+      part += numberText(node);
+    } else {
+      part += "{\n        \"type_id\": \"opencv-matrix\",\n        \"rows\": " + std::to_string(node.rows) +
+              ",\n        \"cols\": " + std::to_string(node.columns) +
+              ",\n        \"dt\": \"d\",\n        \"data\": [" + valuesText(node, ", ") + "]\n    }";
+    }
+    parts.push_back(part);
+  }
+  return "{\n" + join(parts, ",\n") + "\n}\n";
 }
 
 }  // namespace
@@ -368,4 +344,4 @@ const CameraFormat& opencv() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

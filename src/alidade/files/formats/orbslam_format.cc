@@ -11,18 +11,11 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
-#include "alidade/files/formats/lens_layout.h"
-#include "alidade/files/formats/stated_size.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/lens_numbers.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
-
-using detail::CameraDocument;
-using detail::LensLayout;
-using detail::StatedNumber;
-using detail::YamlNode;
 
 constexpr LensLayout kPlain = {"PinHole", "pinhole", "fx fy cx cy"};
 constexpr LensLayout kRadtan = {"PinHole", "radtan", "fx fy cx cy k1 k2 p1 p2"};
@@ -30,41 +23,20 @@ constexpr LensLayout kRadtan5 = {"PinHole", "radtan", "fx fy cx cy k1 k2 p1 p2 k
 constexpr LensLayout kFisheye = {"KannalaBrandt8", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"};
 constexpr std::array<LensLayout, 3> kWritten = {kPlain, kRadtan5, kFisheye};
 
-constexpr std::string_view kNumbers = "fx fy cx cy k1 k2 k3 k4 k5 k6 p1 p2";
-constexpr std::array kPrefixes = {"Camera1", "Camera", "Camera2"};
-const std::vector<std::string> kTransforms = {
-    "Stereo.T_c1_c2",    "Tbc",    "IMU.T_b_c1", "Camera.newWidth", "Camera.newHeight",
-    "Camera.imageScale", "LEFT.R", "RIGHT.R"};
+const std::string kNumbers = "fx fy cx cy k1 k2 k3 k4 k5 k6 p1 p2 ";
+const std::string kOtherCameraKeys =
+    "type width height fps RGB bf newWidth newHeight imageScale overlappingBegin overlappingEnd lappingBegin "
+    "lappingEnd name setup model cols rows color_order focal_x_baseline depth_threshold";
+const std::string kTransforms =
+    "Stereo.T_c1_c2 Tbc IMU.T_b_c1 Camera.newWidth Camera.newHeight Camera.imageScale LEFT.R RIGHT.R";
 // Camera matrices of the images as they were taken, where those of the cameras are of rectified ones.
-constexpr std::array kRawMatrices = {"LEFT.K", "RIGHT.K", "StereoRectifier", "StereoRectifier.K_left",
-                                     "StereoRectifier.K_right"};
+const std::string kRawMatrices =
+    "LEFT.K RIGHT.K StereoRectifier StereoRectifier.K_left StereoRectifier.K_right";
 // What else such files hold: not of the camera, by the start of the key.
-constexpr std::array kOtherSettings = {
-    "File.",    "ORBextractor.", "Viewer.",        "IMU.",     "Stereo.",         "RGBD.",
-    "System.",  "LEFT.",         "RIGHT.",         "ThDepth",  "DepthMapFactor",  "thFarPoints",
-    "Tbc",      "loopClosing",   "Initializer.",   "Feature.", "StereoRectifier", "PangolinViewer.",
-    "Mapping.", "Tracking.",     "depthmap_factor"};
-constexpr std::array kOtherCameraKeys = {"type",
-                                         "width",
-                                         "height",
-                                         "fps",
-                                         "RGB",
-                                         "bf",
-                                         "newWidth",
-                                         "newHeight",
-                                         "imageScale",
-                                         "overlappingBegin",
-                                         "overlappingEnd",
-                                         "lappingBegin",
-                                         "lappingEnd",
-                                         "name",
-                                         "setup",
-                                         "model",
-                                         "cols",
-                                         "rows",
-                                         "color_order",
-                                         "focal_x_baseline",
-                                         "depth_threshold"};
+const std::string kOtherSettings =
+    "File. ORBextractor. Viewer. IMU. Stereo. RGBD. System. LEFT. RIGHT. ThDepth DepthMapFactor thFarPoints "
+    "Tbc loopClosing Initializer. Feature. StereoRectifier PangolinViewer. Mapping. Tracking. "
+    "depthmap_factor";
 
 // The keys of a camera: "Camera1.fx" of the file, or "fx" of a map.
 struct Keys {
@@ -136,7 +108,7 @@ std::string adviceForFisheye(const Keys& common) {
 // of 0 is as if it were not there.
 void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
   const auto k4 = keys.find("k4");
-  if (!k4 || keys.has("p1") || keys.has("p2") || detail::statedNumber(*k4).value == 0) return;
+  if (!k4 || keys.has("p1") || keys.has("p2") || statedNumber(*k4).value == 0) return;
   throw k4->error("coefficients k1 to k4 but no " + common.of("type"),
                   "a fisheye type, or k1 k2 p1 p2 of an ordinary lens",
                   "if it is a fisheye, " + adviceForFisheye(common));
@@ -145,11 +117,11 @@ void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
 // A coefficient for which the lens has no place would be lost. 0 is as if it were not there.
 void refuseForeignCoefficients(const Keys& keys, const Keys& common, const LensLayout& lens,
                                const std::string& type) {
-  const std::vector<std::string> own = detail::listedNames(lens);
-  for (const std::string_view name : split(kNumbers, ' ')) {
+  const std::vector<std::string> own = words(lens.order);
+  for (const std::string& name : words(kNumbers)) {
     const auto node = keys.find(name);
     if (!node || std::find(own.begin(), own.end(), name) != own.end()) continue;
-    if (detail::statedNumber(*node).value == 0) continue;
+    if (statedNumber(*node).value == 0) continue;
     const std::string found = "'" + node->text() + "'";
     if (type == "KannalaBrandt8") {
       throw node->error(found,
@@ -168,9 +140,9 @@ void refuseForeignCoefficients(const Keys& keys, const Keys& common, const LensL
 
 std::optional<ImageSize> sizeOf(const Keys& common, const ReadOptions& options,
                                 std::vector<Remark>& remarks) {
-  const auto side = [&common](const char* name) { return detail::sideOf(common.map, common.of(name)); };
-  const auto size = detail::sizeOfSides(side("width"), side("height"), options.image_size, remarks);
-  const auto other = detail::sizeOfSides(side("cols"), side("rows"), options.image_size, remarks);
+  const auto side = [&common](const char* name) { return sideOf(common.map, common.of(name)); };
+  const auto size = sizeOfSides(side("width"), side("height"), options.image_size, remarks);
+  const auto other = sizeOfSides(side("cols"), side("rows"), options.image_size, remarks);
   if (size && other && *size != *other) {
     throw common.find("cols")
         .value_or(common.map)
@@ -187,12 +159,11 @@ StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& na
   const LensLayout& lens = lensOf(keys, type);
   refuseForeignCoefficients(keys, common, lens, type);
   std::vector<std::string> names;
-  for (const std::string& listed : detail::listedNames(lens)) names.push_back(keys.of(listed));
+  for (const std::string& listed : words(lens.order)) names.push_back(keys.of(listed));
   std::vector<Remark> remarks;
   const auto size = sizeOf(common, options, remarks);
-  StatedCamera camera =
-      detail::stateCamera(keys.map.at(names.front()).where(), name, lens.model,
-                          detail::storageOrder(lens, detail::numbersOf(keys.map, names)), size);
+  StatedCamera camera = stateCamera(keys.map.at(names.front()).where(), name, lens.model,
+                                    storageOrder(lens, numbersOf(keys.map, names)), size);
   camera.remarks = std::move(remarks);
   if (type.empty()) {
     camera.remarks.push_back({"assumed", common.map.where() + ": there is no " + common.of("type") +
@@ -202,24 +173,20 @@ StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& na
 }
 
 bool isOfCamera(const std::string& key) {
-  for (const char* prefix : kPrefixes) {
-    if (!key.starts_with(std::string(prefix) + ".")) continue;
-    const std::string name = key.substr(std::string(prefix).size() + 1);
-    for (const std::string_view known : split(kNumbers, ' ')) {
-      if (name == known) return true;
-    }
-    for (const char* known : kOtherCameraKeys) {
-      if (name == known) return true;
-    }
-  }
-  return false;
+  const std::size_t dot = key.find('.');
+  const std::string prefix = key.substr(0, dot);
+  if (dot == std::string::npos || (prefix != "Camera" && prefix != "Camera1" && prefix != "Camera2"))
+    return false;
+  const std::vector<std::string> known = words(kNumbers + kOtherCameraKeys);
+  return std::find(known.begin(), known.end(), key.substr(dot + 1)) != known.end();
 }
 
 std::vector<std::string> knownKeys(const YamlNode& root) {
+  const std::vector<std::string> settings = words(kOtherSettings);
   std::vector<std::string> known;
   for (const std::string& key : root.keys()) {
-    const bool is_setting = std::any_of(kOtherSettings.begin(), kOtherSettings.end(),
-                                        [&key](const char* start) { return key.starts_with(start); });
+    const bool is_setting = std::any_of(settings.begin(), settings.end(),
+                                        [&key](const std::string& start) { return key.starts_with(start); });
     if (is_setting || isOfCamera(key)) known.push_back(key);
   }
   return known;
@@ -227,7 +194,7 @@ std::vector<std::string> knownKeys(const YamlNode& root) {
 
 // A pair's file has the cameras of the images before rectification too.
 void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
-  for (const char* key : kRawMatrices) {
+  for (const std::string& key : words(kRawMatrices)) {
     if (!root.has(key)) continue;
     camera.remarks.push_back(
         {"not_carried", root.whereKey(key) + ": this camera belongs to the original images and is ignored; "
@@ -239,19 +206,19 @@ void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
 // The first camera has two sets of names, of which ORB-SLAM reads one. What the other set says has to be the
 // same; a coefficient of 0 is as if it were not there.
 void refuseMixedNames(const YamlNode& root, const std::string& own, const std::string& other) {
-  for (const std::string_view name : split(kNumbers, ' ')) {
-    const auto ours = root.find(own + "." + std::string(name));
-    const auto theirs = root.find(other + "." + std::string(name));
+  for (const std::string& name : words(kNumbers)) {
+    const auto ours = root.find(own + "." + name);
+    const auto theirs = root.find(other + "." + name);
     if (!theirs) continue;
-    const StatedNumber number = detail::statedNumber(*theirs);
-    if (ours && detail::statedNumber(*ours).value == number.value) continue;
+    const StatedNumber number = statedNumber(*theirs);
+    if (ours && statedNumber(*ours).value == number.value) continue;
     if (ours) {
       throw theirs->error("'" + theirs->text() + "' where " + ours->where() + " says '" + ours->text() + "'",
                           "one kind of keys for the first camera, or equal values", "remove the wrong one");
     }
     if (number.value == 0) continue;
-    throw theirs->error("'" + other + "." + std::string(name) + "' without '" + own + "." +
-                            std::string(name) + "', in addition to " + root.at(own + ".fx").where(),
+    throw theirs->error("'" + other + "." + name + "' without '" + own + "." + name + "', in addition to " +
+                            root.at(own + ".fx").where(),
                         "one kind of keys for the first camera",
                         "rename it, or remove it if it is something else");
   }
@@ -261,18 +228,10 @@ void refuseMixedNames(const YamlNode& root, const std::string& own, const std::s
 StatedCameras readNested(const YamlNode& root, const ReadOptions& options) {
   const YamlNode camera_map = root.at("Camera");
   const Keys keys = {camera_map, ""};
-  StatedCameras all;
-  all.add("", [&] {
-    StatedCamera camera = readOne(keys, keys, "", options);
-    std::vector<std::string> known;
-    for (const std::string& key : camera_map.keys()) {
-      if (isOfCamera("Camera." + key)) known.push_back(key);
-    }
-    detail::remarkUnknownKeys(camera_map, known, camera);
-    remarkRawCameras(root, camera);
-    return camera;
-  });
-  return all;
+  StatedCamera camera = readOne(keys, keys, "", options);
+  remarkUnknownKeys(camera_map, words(kNumbers + kOtherCameraKeys), camera);
+  remarkRawCameras(root, camera);
+  return {.cameras = {camera}};
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
@@ -289,8 +248,8 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
     all.add("Camera2", [&] { return readOne({root, "Camera2."}, common, "Camera2", options); });
   }
   for (StatedCamera& camera : all.cameras) {
-    detail::remarkUnknownKeys(root, knownKeys(root), camera);
-    detail::remarkNotCarried(root, kTransforms, camera);
+    remarkUnknownKeys(root, knownKeys(root), camera);
+    remarkNotCarried(root, words(kTransforms), camera);
     remarkRawCameras(root, camera);
   }
   return all;
@@ -298,13 +257,13 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
-  const LensLayout& lens = detail::layoutOf(kWritten, named.camera.modelId());
-  const std::vector<std::string> names = detail::listedNames(lens);
-  const std::vector<double> values = detail::listedOrder(lens, named.camera);
+  const LensLayout& lens = layoutOf(kWritten, named.camera.modelId());
+  const std::vector<std::string> names = words(lens.order);
+  const std::vector<double> values = listedOrder(lens, named.camera);
   std::string text =
       "%YAML:1.0\n---\nFile.version: \"1.0\"\n\nCamera.type: \"" + std::string(lens.name) + "\"\n";
   for (std::size_t i = 0; i < names.size(); ++i)
-    text += "Camera1." + names[i] + ": " + detail::realText(values[i]) + "\n";
+    text += "Camera1." + names[i] + ": " + realText(values[i]) + "\n";
   return text + "\nCamera.width: " + std::to_string(named.image_size.width) +
          "\nCamera.height: " + std::to_string(named.image_size.height) + "\n";
 }
@@ -322,4 +281,4 @@ const CameraFormat& orbslam() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

@@ -12,17 +12,11 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
-#include "alidade/files/formats/format_text.h"
-#include "alidade/files/formats/formats.h"
+#include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
-#include "alidade/files/formats/ros_messages.h"
 
-namespace alidade::formats {
+namespace alidade::detail::formats {
 namespace {
-
-using detail::CameraDocument;
-using detail::StatedNumber;
-using detail::YamlNode;
 
 // The names of the file, of ROS 1's message, of ROS 2's message.
 struct Names {
@@ -36,28 +30,30 @@ constexpr std::array<Names, 3> kNames = {
     {{"image_width", "image_height", "camera_matrix", "distortion_coefficients", "projection_matrix"},
      {"width", "height", "K", "D", "P"},
      {"width", "height", "k", "d", "p"}}};
-const std::vector<std::string> kKnown = {"image_width",
-                                         "image_height",
-                                         "camera_name",
-                                         "camera_matrix",
-                                         "distortion_model",
-                                         "distortion_coefficients",
-                                         "rectification_matrix",
-                                         "projection_matrix",
-                                         "header",
-                                         "width",
-                                         "height",
-                                         "K",
-                                         "D",
-                                         "R",
-                                         "P",
-                                         "k",
-                                         "d",
-                                         "r",
-                                         "p",
-                                         "binning_x",
-                                         "binning_y",
-                                         "roi"};
+const std::vector<std::string> kKnown = words(
+    "image_width image_height camera_name camera_matrix distortion_model distortion_coefficients "
+    "rectification_matrix projection_matrix header width height K D R P k d r p binning_x binning_y roi");
+
+// The models of sensor_msgs/CameraInfo, and how many coefficients each has.
+struct Distortion {
+  std::string_view name;
+  std::string_view model;  // ours
+  std::size_t count;
+};
+constexpr std::array<Distortion, 4> kDistortions = {{{"plumb_bob", "radtan", 5},
+                                                     {"rational_polynomial", "rational", 8},
+                                                     {"equidistant", "kannala_brandt", 4},
+                                                     {"fisheye", "kannala_brandt", 4}}};
+
+// Is this the INI file that ROS' calibrator writes beside ost.yaml?
+bool isCalibratorIni(const std::string& text) {
+  for (const std::string_view whole : split(text, '\n')) {
+    const std::string_view line = trim(whole);
+    if (line.empty() || line.front() == '#') continue;
+    return line == "[image]" && text.find("camera matrix") != std::string::npos;
+  }
+  return false;
+}
 
 const Names* namesOf(const CameraDocument& document) {
   for (const Names& names : kNames) {
@@ -68,7 +64,7 @@ const Names* namesOf(const CameraDocument& document) {
 
 bool recognises(const CameraDocument& document) {
   const std::string& text = document.text();
-  if (detail::isCalibratorIni(text)) return true;
+  if (isCalibratorIni(text)) return true;
   return document.has("distortion_model") && namesOf(document) != nullptr &&
          text.find("opencv-matrix") == std::string::npos && text.find("opencv_storage") == std::string::npos;
 }
@@ -84,10 +80,9 @@ void refuseMixedNames(const YamlNode& root, const Names& names) {
       if (own == foreign || !theirs || theirs->isNull()) continue;
       const auto ours = root.find(own);
       const auto numbers = [](const YamlNode& node) {
-        return node.isScalar() ? std::vector<StatedNumber>{detail::statedNumber(node)}
-                               : detail::statedNumbers(node);
+        return node.isScalar() ? std::vector<StatedNumber>{statedNumber(node)} : statedNumbers(node);
       };
-      if (ours && detail::isSameStated(numbers(*ours), numbers(*theirs))) continue;
+      if (ours && isSameStated(numbers(*ours), numbers(*theirs))) continue;
       if (ours) {
         throw theirs->error("'" + foreign + "', which differs from '" + own + "' at " + ours->where(),
                             "only one of them, or equal values", "remove the wrong one");
@@ -99,44 +94,36 @@ void refuseMixedNames(const YamlNode& root, const Names& names) {
   }
 }
 
-// Drivers that do not know the size write 0.
-bool isUnknownSide(const YamlNode& root, const char* key) {
-  const auto node = root.find(key);
-  return !node || node->isNull() || node->number() == 0;
-}
-
-// The size of the image, where the file does not say it from the user, with a remark.
+// The size of the image. Drivers that do not know it write 0; then it comes from the user, with a remark.
 ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& options,
                  std::vector<Remark>& remarks) {
-  const std::array<const char*, 2> keys = {names.width, names.height};
-  const std::array<int, 2> given = {options.image_size.value_or(ImageSize{}).width,
-                                    options.image_size.value_or(ImageSize{}).height};
+  const ImageSize given = options.image_size.value_or(ImageSize{});
+  const std::string text = std::to_string(given.width) + "x" + std::to_string(given.height);
   std::string unknown;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (isUnknownSide(root, keys[i])) {
-      unknown += (unknown.empty() ? "" : " and ") + std::string(keys[i]);
-    } else if (options.image_size && root.at(keys[i]).number() != given[i]) {
-      throw root.at(keys[i]).error("'" + root.at(keys[i]).text() + "'",
-                                   std::to_string(given[i]) + " from --image-size", "correct one of them");
-    }
-  }
-  if (unknown.empty() || !options.image_size) {
-    const auto side = [&](const char* key) {
-      if (!isUnknownSide(root, key)) return root.at(key);
-      if (!root.has(key)) {
+  for (const auto& [key, side] :
+       {std::pair(names.width, given.width), std::pair(names.height, given.height)}) {
+    const auto node = root.find(key);
+    const bool is_stated = node && !node->isNull() && node->number() != 0;
+    if (!options.image_size) {
+      if (is_stated) continue;
+      if (!node) {
         throw root.error(std::string("no key '") + key + "'", "the image size in pixels",
                          "add it, or --image-size WIDTHxHEIGHT");
       }
-      throw root.at(key).error(root.at(key).isNull() ? "nothing" : "'" + root.at(key).text() + "'",
-                               "1 to 1000000 pixels", "correct it, or add --image-size WIDTHxHEIGHT");
-    };
-    const YamlNode width = side(names.width);
-    return detail::readSize(width, side(names.height));
+      throw node->error(node->isNull() ? "nothing" : "'" + node->text() + "'", "1 to 1000000 pixels",
+                        "correct it, or add --image-size WIDTHxHEIGHT");
+    }
+    if (!is_stated) {
+      unknown += (unknown.empty() ? "" : " and ") + std::string(key);
+    } else if (node->number() != side) {
+      throw node->error("'" + node->text() + "'", std::to_string(side) + " from --image-size",
+                        "correct one of them");
+    }
   }
-  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; assumed to be " +
-                                    std::to_string(given[0]) + "x" + std::to_string(given[1]) +
+  if (unknown.empty()) return readSize(root.at(names.width), root.at(names.height));
+  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; assumed to be " + text +
                                     " from --image-size"});
-  return *options.image_size;
+  return given;
 }
 
 // The projection matrix is that of the rectified image, whose camera is another one.
@@ -144,7 +131,7 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
                       StatedCamera& camera) {
   const auto node = root.find(key);
   if (!node || node->isNull()) return;
-  const std::vector<StatedNumber> P = detail::statedNumbers(*node, 12);
+  const std::vector<StatedNumber> P = statedNumbers(*node, 12);
   const auto isZero = [](const StatedNumber& number) { return number.value == 0; };
   if (std::all_of(P.begin(), P.end(), isZero)) return;
   if (P[2].value > 0 && P[6].value > 0) camera.rectified_center = Eigen::Vector2d(P[2].value, P[6].value);
@@ -154,7 +141,7 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
   const std::array<StatedNumber, 9> K = {pinhole[0], zero, pinhole[2], zero, pinhole[1],
                                          pinhole[3], zero, zero,       one};
   for (std::size_t i = 0; i < K.size(); ++i) {
-    if (detail::isSameStated(P[kLeft[i]], K[i])) continue;
+    if (isSameStated(P[kLeft[i]], K[i])) continue;
     camera.remarks.push_back(
         {"not_carried", root.whereKey(key) + ": this is the camera of the rectified images; it differs from "
                                              "the camera matrix and is ignored"});
@@ -178,17 +165,40 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
                           "use alidade convert --crop and --bin for the camera of the part"});
 }
 
-// What to do about a distortion model that is none of ROS' own.
-std::string adviceFor(const std::string& model, std::span<const StatedNumber> coefficients) {
-  if (std::all_of(coefficients.begin(), coefficients.end(),
-                  [](const StatedNumber& n) { return n.value == 0; }))
-    return "all coefficients are 0: write plumb_bob, which is the same lens";
-  return didYouMean(model, std::vector<std::string>{"plumb_bob", "rational_polynomial", "equidistant"},
-                    "calibrate the camera again with alidade calibrate or ROS camera_calibration");
+// Ours of the distortion model that a file names, and as many coefficients as it has.
+std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
+                                std::vector<StatedNumber>& coefficients) {
+  const std::string stated = name.isNull() ? "" : name.text();
+  const bool is_zero = std::all_of(coefficients.begin(), coefficients.end(),
+                                   [](const StatedNumber& number) { return number.value == 0; });
+  if (stated.empty() || stated == "none" || stated == "None") {
+    if (!is_zero) {
+      throw name.error(
+          "no distortion model",
+          "a model, because the coefficients are not zero: plumb_bob, rational_polynomial or equidistant",
+          "write the model that the driver or the calibration used");
+    }
+    coefficients.clear();
+    return "pinhole";
+  }
+  for (const Distortion& distortion : kDistortions) {
+    if (distortion.name != stated) continue;
+    if (stated == "plumb_bob" && coefficients.size() == 4) coefficients.resize(5);
+    if (coefficients.size() == distortion.count) return distortion.model;
+    throw place.error(std::to_string(coefficients.size()) + " coefficients",
+                      std::to_string(distortion.count) + " for " + stated,
+                      "correct distortion_model, or the list");
+  }
+  const std::vector<std::string> known = {"plumb_bob", "rational_polynomial", "equidistant"};
+  throw name.error(
+      "'" + stated + "'", "plumb_bob, rational_polynomial or equidistant",
+      is_zero ? "all coefficients are 0: write plumb_bob, which is the same lens"
+              : didYouMean(stated, known,
+                           "calibrate the camera again with alidade calibrate or ROS camera_calibration"));
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
-  if (detail::isCalibratorIni(document.text())) {
+  if (isCalibratorIni(document.text())) {
     throw inputError({.where = document.file(),
                       .found = "found the INI file (ost.txt) of ROS' calibrator",
                       .expected = "its YAML file, which also states the distortion model",
@@ -198,53 +208,22 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const Names& names = *namesOf(document);
   refuseMixedNames(root, names);
   const YamlNode matrix = root.at(names.matrix);
-  std::vector<StatedNumber> parameters = detail::readCameraMatrix(matrix);
-  const YamlNode model_node = root.at("distortion_model");
-  const std::string stated = model_node.isNull() ? "" : model_node.text();
+  std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
   const auto coefficients_node = root.find(names.coefficients);
   std::vector<StatedNumber> coefficients;
-  if (coefficients_node) coefficients = detail::statedNumbers(*coefficients_node);
-  const std::size_t count = coefficients.size();
+  if (coefficients_node) coefficients = statedNumbers(*coefficients_node);
   const YamlNode place = coefficients_node.value_or(matrix);
-  const auto wrongCount = [&](const char* expected) {
-    return place.error(std::to_string(count) + " coefficients", std::string(expected) + " for " + stated,
-                       "correct distortion_model, or the list");
-  };
-  std::string model;
-  if (stated == "plumb_bob") {
-    if (count != 4 && count != 5) throw wrongCount("5");
-    coefficients.resize(5);
-    model = "radtan";
-  } else if (stated == "rational_polynomial") {
-    if (count != 8) throw wrongCount("8");
-    model = "rational";
-  } else if (stated == "equidistant" || stated == "fisheye") {
-    if (count != 4) throw wrongCount("4");
-    model = "kannala_brandt";
-  } else if (stated.empty() || stated == "none" || stated == "None") {
-    for (const StatedNumber& number : coefficients) {
-      if (number.value != 0)
-        throw model_node.error(
-            "no distortion model",
-            "a model, because the coefficients are not zero: plumb_bob, rational_polynomial or equidistant",
-            "write the model that the driver or the calibration used");
-    }
-    coefficients.clear();
-    model = "pinhole";
-  } else {
-    throw model_node.error("'" + stated + "'", "plumb_bob, rational_polynomial or equidistant",
-                           adviceFor(stated, coefficients));
-  }
+  const std::string_view model = readDistortion(root.at("distortion_model"), place, coefficients);
   const std::vector<StatedNumber> pinhole = parameters;
-  detail::append(parameters, coefficients);
+  append(parameters, coefficients);
   const auto name = root.find("camera_name");
   std::vector<Remark> remarks;
   const ImageSize size = sizeOf(root, names, options, remarks);
-  StatedCamera camera = detail::stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model,
-                                            parameters, size);
+  StatedCamera camera =
+      stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model, parameters, size);
   camera.remarks = std::move(remarks);
-  detail::remarkUnknownKeys(root, kKnown, camera);
-  detail::remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
+  remarkUnknownKeys(root, kKnown, camera);
+  remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
   remarkProjection(root, names.projection, pinhole, camera);
   remarkCroppedImages(root, camera);
   return {.cameras = {camera}};
@@ -252,7 +231,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
 
 std::string matrixText(const std::string& key, int rows, int columns, std::span<const double> values) {
   return key + ":\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(columns) +
-         "\n  data: " + detail::listText(values) + "\n";
+         "\n  data: " + listText(values) + "\n";
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
@@ -261,15 +240,16 @@ std::string write(std::span<const NamedCamera> cameras) {
   const std::string_view model = named.camera.modelId();
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (model == "pinhole") coefficients.assign(5, 0.0);
-  const std::string ros_model = model == "rational"         ? "rational_polynomial"
-                                : model == "kannala_brandt" ? "equidistant"
-                                                            : "plumb_bob";
+  // A pinhole has plumb_bob with zeros.
+  const auto distortion = std::find_if(kDistortions.begin(), kDistortions.end(),
+                                       [model](const Distortion& d) { return d.model == model; });
+  const std::string ros_model(model == "pinhole" ? "plumb_bob" : distortion->name);
   const std::array<double, 9> K = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
   const std::array<double, 9> R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const std::array<double, 12> P = {p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0};
   return "image_width: " + std::to_string(named.image_size.width) +
          "\nimage_height: " + std::to_string(named.image_size.height) +
-         "\ncamera_name: " + detail::yamlText(named.name.empty() ? "camera" : named.name) + "\n" +
+         "\ncamera_name: " + yamlText(named.name.empty() ? "camera" : named.name) + "\n" +
          matrixText("camera_matrix", 3, 3, K) + "distortion_model: " + ros_model + "\n" +
          matrixText("distortion_coefficients", 1, static_cast<int>(coefficients.size()), coefficients) +
          matrixText("rectification_matrix", 3, 3, R) + matrixText("projection_matrix", 3, 4, P);
@@ -289,4 +269,4 @@ const CameraFormat& ros() {
   return kFormat;
 }
 
-}  // namespace alidade::formats
+}  // namespace alidade::detail::formats

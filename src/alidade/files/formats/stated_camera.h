@@ -23,14 +23,14 @@ struct Remark {
 /// A camera as stated by a file of any format, in Alidade's conventions: pixel (0, 0) is the centre of the
 /// top-left pixel, parameters in storage order.
 struct StatedCamera {
-  std::string name;        ///< the name in the file; empty if it has none
+  std::string name = {};   ///< the name in the file; empty if it has none
   std::size_t number = 0;  ///< its index among the cameras of the file, from 0
   AnyCamera camera;
-  std::optional<ImageSize> image_size;  ///< empty: the file does not state it
-  std::vector<Remark> remarks;
+  std::optional<ImageSize> image_size = {};  ///< empty: the file does not state it
+  std::vector<Remark> remarks = {};
   /// The principal point of the rectified images, px, where a ROS file states a projection matrix.
   std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
-  std::optional<CameraRecord> own;  ///< the whole record of an Alidade camera file
+  std::optional<CameraRecord> own = {};  ///< the whole record of an Alidade camera file
 };
 
 /// A valid camera for which Alidade has no model. In contrast, damage makes a whole file invalid.

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/files/utf8_check.h"
+#include "alidade/files/file_text.h"
 
 #include <algorithm>
-#include <cstddef>
-#include <string_view>
-
-#include "alidade/core/error.h"
+#include <iterator>
+#include <sstream>
 
 namespace alidade::detail {
 namespace {
@@ -39,30 +37,34 @@ std::string shownByte(unsigned byte) {
 std::string shown(std::string_view text, std::size_t at) {
   constexpr std::size_t kBefore = 24;
   constexpr std::size_t kAfter = 8;
-  std::size_t from = at;
-  while (from > 0 && at - from < kBefore && byteAt(text, from - 1) >= ' ' && byteAt(text, from - 1) < 0x7FU)
-    --from;
+  const std::size_t line = text.rfind('\n', at) + 1;  // npos + 1 = 0
+  const std::size_t from = std::max(line, at - std::min(at, kBefore));
+  const std::size_t end = std::min(text.find_first_of("\r\n", at), at + kAfter);
   std::string out;
-  for (std::size_t i = from; i < std::min(text.size(), at + kAfter) && text[i] != '\n' && text[i] != '\r';
-       ++i) {
-    const unsigned byte = byteAt(text, i);
-    if (byte >= ' ' && byte < 0x7FU) {
-      out += text[i];
-    } else {
-      out += shownByte(byte);
-    }
+  for (const char c : text.substr(from, end - from)) {
+    const bool is_ascii = c >= ' ' && c < 0x7F;
+    out += is_ascii ? std::string(1, c) : shownByte(static_cast<unsigned char>(c));
   }
   return out;
 }
 
 }  // namespace
 
+std::vector<std::string> words(std::string_view text) {
+  std::istringstream stream{std::string(text)};
+  return {std::istream_iterator<std::string>(stream), std::istream_iterator<std::string>()};
+}
+
+std::ptrdiff_t lineAt(std::string_view text, std::size_t offset) {
+  const std::string_view before = text.substr(0, offset);
+  return 1 + std::count(before.begin(), before.end(), '\n');
+}
+
 void checkUtf8(const std::string& text, const std::string& file) {
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = lengthOfCharacter(text, at);
     if (length == 0) {
-      const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-      throw inputError({.where = file + ":" + std::to_string(line),
+      throw inputError({.where = file + ":" + std::to_string(lineAt(text, at)),
                         .found = "found bytes that are not UTF-8: \"" + shown(text, at) + "\"",
                         .expected = "text in UTF-8",
                         .next_step = "save the file as UTF-8, or replace these characters by ASCII"});

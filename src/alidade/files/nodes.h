@@ -4,10 +4,22 @@
 #include <string>
 #include <vector>
 
+#include "alidade/camera/any_camera.h"
+#include "alidade/files/camera_file.h"
 #include "alidade/files/yaml_node.h"
 #include "alidade/geometry/se3.h"
 
+// Cameras and poses as YAML nodes.
 namespace alidade::detail {
+
+/// Reads {width: ..., height: ...}, pixels.
+[[nodiscard]] ImageSize readImageSize(const YamlNode& node);
+
+/// Reads the keys model and parameters of a map (other keys are the caller's to check).
+[[nodiscard]] AnyCamera readCamera(const YamlNode& node);
+
+/// Reads a whole camera file of this program's own format.
+[[nodiscard]] CameraRecord readCameraRoot(const YamlNode& root);
 
 /// Reads a pose written in any of the representations that pose_file.h lists. `beside`: keys that may stand
 /// beside them.
