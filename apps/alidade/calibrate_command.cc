@@ -56,6 +56,11 @@ class CalibrateCommand final : public Command {
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
+    app.add_option("--name", name_.name, "Name of the camera, for the camera file");
+    app.add_option("--serial", name_.serial, "Serial number of the camera, for the camera file");
+    app.add_option("--evidence", evidence_,
+                   "JSON file to write: everything that --json prints, the errors of all corners and the "
+                   "effective settings");
     app.add_option("--tolerance", tolerance_,
                    "Error of a projected point that you accept (95 %). The verdict and the severity of "
                    "warnings depend on it")
@@ -79,7 +84,8 @@ class CalibrateCommand final : public Command {
     sources.insert(sources.end(), {board_, cameraFilePath(init_), common_.config});
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
-    checkDrawing(sources);
+    checkFurtherOutput("--next-view", next_view_, "next.svg", sources);
+    checkFurtherOutput("--evidence", evidence_, "evidence.json", sources);
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
     options.jobs = common_.jobs;
     options.tolerance_px = *parsePixels(tolerance_);
@@ -112,10 +118,12 @@ class CalibrateCommand final : public Command {
 
     const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
-    const CameraRecord file = recordOf(
-        result, {.board = given.board, .created_by = programName(), .settings = effectiveSettings(app)});
+    const CameraRecord file =
+        recordOf(result, {.board = given.board, .created_by = programName(), .name = name_});
     const bool to_stdout = output_ == "-";
     if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
+    if (!evidence_.empty())
+      writeFileAtomically(evidence_, evidenceJson(result, given, advice, effectiveSettings(app)));
 
     const auto summary = [&](bool is_terminal) {
       const SummaryStyle style{.tolerance_px = options.tolerance_px,
@@ -145,14 +153,15 @@ class CalibrateCommand final : public Command {
   }
 
  private:
-  void checkDrawing(const std::vector<std::string>& sources) const {
-    if (next_view_.empty()) return;
-    if (next_view_ == "-" || next_view_ == output_) {
-      throw usageError({.where = "--next-view " + next_view_,
-                        .found = next_view_ == "-" ? "standard output" : "the same file as --output",
-                        .expected = "a different file, for example next.svg"});
+  void checkFurtherOutput(const std::string& flag, const std::string& path, const char* example,
+                          const std::vector<std::string>& sources) const {
+    if (path.empty()) return;
+    if (path == "-" || path == output_ || (&path != &next_view_ && path == next_view_)) {
+      throw usageError({.where = flag + " " + path,
+                        .found = path == "-" ? "standard output" : "the same file as another output",
+                        .expected = "a different file, for example " + std::string(example)});
     }
-    checkOutput(next_view_, sources, common_, "--next-view");
+    checkOutput(path, sources, common_, flag);
   }
 
   std::vector<std::string> inputs_;
@@ -168,6 +177,8 @@ class CalibrateCommand final : public Command {
   bool is_verbose_ = false;
   std::string target_sigma_;
   std::string next_view_;
+  std::string evidence_;
+  CameraName name_;
   bool keep_untrustworthy_ = false;
 };
 

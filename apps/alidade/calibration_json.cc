@@ -201,11 +201,12 @@ json uncertaintyJson(const Calibration& result) {
   json document = {
       {"parameters", parametersJson(names, onlyCamera(result.fit).params)},
       {"parameter_order", names},  // that of the covariances; an object has none
-      {"parameter_std", byName([&](int i) { return known.parameterStd(i); })},
+      {"parameter_std", byName([&](int i) { return known.statedStd(i); })},
+      {"parameter_std_by_noise", byName([&](int i) { return known.parameterStd(i); })},
       {"parameter_std_by_view", nullptr},
       {"view_excess", nullptr},
       {"covariance", nullptr},
-      {"stated_covariance", nullptr},
+      {"covariance_by_noise", nullptr},
       {"strongest_correlation", nullptr},
       {"projection_std", nullptr},
   };
@@ -216,8 +217,8 @@ json uncertaintyJson(const Calibration& result) {
                                {"exceeded", known.isNoiseExceeded()}};
   }
   if (known.covariance) {
-    document["covariance"] = lowerTriangle(*known.covariance);
-    document["stated_covariance"] = lowerTriangle(known.statedCovariance());
+    document["covariance"] = lowerTriangle(known.statedCovariance());
+    document["covariance_by_noise"] = lowerTriangle(*known.covariance);
   }
   if (const auto strongest = known.strongestCorrelation()) {
     document["strongest_correlation"] = {{"parameters",
@@ -235,7 +236,9 @@ json uncertaintyJson(const Calibration& result) {
 
 }  // namespace
 
-std::string summaryJson(const Calibration& result, const GivenViews& given, const Advice& advice) {
+namespace {
+
+json documentOf(const Calibration& result, const GivenViews& given, const Advice& advice) {
   const Uncertainty& known = result.uncertainty;
   const SolveSummary& solver = result.fit.summary;
   json document = uncertaintyJson(result);
@@ -293,6 +296,32 @@ std::string summaryJson(const Calibration& result, const GivenViews& given, cons
       {"next_view", nextViewJson(advice.guidance)},
       {"target", targetJson(advice.guidance)},
   });
+  return document;
+}
+
+}  // namespace
+
+std::string summaryJson(const Calibration& result, const GivenViews& given, const Advice& advice) {
+  return jsonText(documentOf(result, given, advice));
+}
+
+std::string evidenceJson(const Calibration& result, const GivenViews& given, const Advice& advice,
+                         const std::vector<Setting>& settings) {
+  json document = documentOf(result, given, advice);
+  for (std::size_t v = 0; v < result.fit.views.size(); ++v) {
+    const FitView& view = result.fit.views[v];
+    json& corners = document["views"][v]["corners"] = json::array();
+    for (std::size_t i = 0; i < view.corners.size(); ++i) {
+      const Observation& corner = view.corners[i];
+      corners.push_back({{"id", corner.id},
+                         {"u", corner.pixel.x()},
+                         {"v", corner.pixel.y()},
+                         {"dx", view.errors[i].x()},
+                         {"dy", view.errors[i].y()}});
+    }
+  }
+  document["settings"] = json::object();
+  for (const auto& [name, values] : settings) document["settings"][name] = values;
   return jsonText(document);
 }
 

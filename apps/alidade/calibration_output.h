@@ -2,11 +2,13 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "alidade/calibrate/calibration.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/guide/guidance.h"
 #include "board_views.h"
+#include "options.h"
 
 namespace alidade {
 
@@ -33,5 +35,9 @@ struct SummaryStyle {
 /// Everything for programs: one JSON document.
 [[nodiscard]] std::string summaryJson(const Calibration& result, const GivenViews& given,
                                       const Advice& advice);
+
+/// The same with the effective settings and the errors of all corners.
+[[nodiscard]] std::string evidenceJson(const Calibration& result, const GivenViews& given,
+                                       const Advice& advice, const std::vector<Setting>& settings);
 
 }  // namespace alidade

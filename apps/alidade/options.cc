@@ -31,9 +31,9 @@ double finiteOrNaN(std::string_view text) {
 }
 
 // Flags that say how a result is shown or where it goes, not what it is.
-const std::set<std::string> kOutsideTheResult = {"help",      "config",      "json",  "quiet",
-                                                 "jobs",      "output",      "input", "keep-untrustworthy",
-                                                 "next-view", "target-sigma"};
+const std::set<std::string> kOutsideTheResult = {
+    "help",      "config",       "json",     "quiet", "jobs",   "output", "input", "keep-untrustworthy",
+    "next-view", "target-sigma", "evidence", "name",  "serial", "verbose"};
 
 std::string longName(const CLI::Option& option) {
   return option.get_lnames().empty() ? std::string() : option.get_lnames().front();

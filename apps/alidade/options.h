@@ -80,6 +80,7 @@ void applySettingsFile(CLI::App& app, const std::string& path);
 
 /// The flags and values in force, without those that cannot change the result (--jobs, --quiet, ...) and
 /// without the inputs, in order of name.
+using Setting = std::pair<std::string, std::vector<std::string>>;
 [[nodiscard]] std::vector<Setting> effectiveSettings(const CLI::App& app);
 
 }  // namespace alidade

@@ -141,14 +141,16 @@ class ValidateCommand final : public Command {
         const Checkerboard& board = given_->board;
         const HeldOutJudgement on_images = judgeOnImages(
             compared(record), board, given_->views,
-            {.is_covariance_by_views = isStatedByViews(record), .jobs = common_.jobs, .cancel = cancel_});
+            {.is_covariance_by_views = record.calibration && record.calibration->is_covariance_by_views,
+             .jobs = common_.jobs,
+             .cancel = cancel_});
         bool is_decided = true;
         for (const Diagnosis& check : heldOutChecks(on_images, tolerance_px_)) {
           add(check).values = valuesOf(check.id, on_images, tolerance_px_);
           is_decided = is_decided && !check.is_undecided;
         }
-        if (record.calibration && !record.calibration->views.empty())
-          add(ownImagesCheck(record.calibration->views, board, on_images.views, on_images.num_views_given));
+        if (record.calibration && !record.calibration->view_centers.empty())
+          add(ownImagesCheck(record.calibration->view_centers, given_->views));
         if (is_decided) judgement.can_show_slips = true;
       });
     }

@@ -12,38 +12,29 @@
 namespace alidade {
 namespace {
 
-// As a fisheye has them in the corners of its image.
-TEST(CameraRecord, ReadsBackAGridWithPixelsWithoutARay) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  CameraRecord file{.camera = AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240}),
-                    .image_size = {.width = 640, .height = 480},
-                    .domain = {},
-                    .self_check = {},
-                    .calibration = CalibrationRecord{},
-                    .created_by = ""};
-  file.calibration->projection_std = ProjectionStdRecord{.center_px = nan,
-                                                         .worst_px = 2,
-                                                         .worst_pixel = {639, 0},
-                                                         .columns = 2,
-                                                         .rows = 2,
-                                                         .std_px = {nan, 2, 1, nan}};
-  const std::string text = cameraFileText(file);
-  EXPECT_THAT(text, testing::HasSubstr("std_px: [~, 2, 1, ~]"));
-  int num_read = 0;
-  // Early files had the word in quotes.
-  std::string quoted = text;
-  for (std::size_t at = 0; (at = quoted.find('~', at)) != std::string::npos; at += 6)
-    quoted.replace(at, 1, "\"null\"");
-  for (const std::string& written : {text, quoted}) {
-    const CameraRecord back = parseCameraFile(written, "camera.yaml");
-    const auto& std_px = back.calibration->projection_std->std_px;
-    ASSERT_EQ(std_px.size(), 4u);
-    EXPECT_TRUE(std::isnan(std_px[0]) && std::isnan(std_px[3]));
-    EXPECT_EQ(std_px[1], 2);
-    EXPECT_TRUE(std::isnan(back.calibration->projection_std->center_px));
-    ++num_read;
+// What files of the first edition state beside the camera is read as far as it is still used.
+TEST(CameraRecord, ReadsTheStatedCovarianceOfTheFirstEdition) {
+  const CameraRecord file = readCameraFile(ALIDADE_SOURCE_DIR "/testdata/camera_files/version_1.yaml");
+  ASSERT_TRUE(file.calibration);
+  ASSERT_EQ(file.calibration->covariance.size(), 45u);
+  for (std::size_t i = 0; i < 9; ++i) {
+    const double std = file.calibration->parameter_std[i];
+    EXPECT_NEAR(file.calibration->covariance[i * (i + 3) / 2], std * std, 1e-9 * std * std);
   }
-  EXPECT_EQ(num_read, 2);
+  const CameraRecord again = parseCameraFile(cameraFileText(file), "again.yaml");
+  EXPECT_EQ(again.calibration->covariance, file.calibration->covariance);
+  EXPECT_EQ(again.calibration->verdict, file.calibration->verdict);
+}
+
+TEST(CameraRecord, KeepsWhatItIsCalled) {
+  CameraRecord file = bareRecord(AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240}),
+                                 {.width = 640, .height = 480}, "test");
+  EXPECT_THAT(cameraFileText(file), testing::Not(testing::HasSubstr("camera:")));
+  file.name = {.name = "left", .serial = "0012", .lens = "6 mm: f/1.4"};
+  const CameraRecord back = parseCameraFile(cameraFileText(file), "camera.yaml");
+  EXPECT_EQ(back.name.name, "left");
+  EXPECT_EQ(back.name.serial, "0012");
+  EXPECT_EQ(back.name.lens, "6 mm: f/1.4");
 }
 
 TEST(CameraRecord, KeepsTheKeysOfTheUser) {

@@ -1,69 +1,59 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/record_of.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "alidade/adjust/errors.h"
+#include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
 
-void takeUncertainty(const Calibration& of, CalibrationRecord& record) {
-  if (!of.uncertainty.covariance) return;
-  for (int i = 0; i < of.uncertainty.covariance->rows(); ++i) {
-    record.parameter_std.push_back(of.uncertainty.parameterStd(i));
-    if (of.uncertainty.by_views && std::isfinite(of.uncertainty.by_views->effectiveStd(i)))
-      record.parameter_std_by_view.push_back(of.uncertainty.by_views->effectiveStd(i));
+// To a tenth of a pixel: enough to recognise an image by.
+std::vector<Eigen::Vector2d> viewCenters(const Fit& fit) {
+  constexpr double kTenths = 10;
+  std::vector<Eigen::Vector2d> centers;
+  for (const FitView& view : fit.views) {
+    if (centers.size() == CalibrationRecord::kMaxViewCenters) break;
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (const Observation& corner : view.corners) sum += corner.pixel;
+    const Eigen::Vector2d mean = sum / static_cast<double>(view.corners.size());
+    centers.emplace_back((kTenths * mean).array().round() / kTenths);
   }
-  // All or none.
-  if (record.parameter_std_by_view.size() != record.parameter_std.size())
-    record.parameter_std_by_view.clear();
-  record.covariance = lowerTriangle(*of.uncertainty.covariance);
-  const Eigen::MatrixXd stated = of.uncertainty.statedCovariance();
-  if (stated != *of.uncertainty.covariance) record.stated_covariance = lowerTriangle(stated);
-  if (of.uncertainty.projection_far) record.projection_std = projectionRecord(*of.uncertainty.projection_far);
+  return centers;
 }
 
-std::vector<ModelRecord> modelRecords(const ModelChoice& choice) {
-  std::vector<ModelRecord> records;
-  for (const ModelCandidate& c : choice.candidates) {
-    records.push_back({.model = c.id,
-                       .num_parameters = c.num_params,
-                       .rms_px = c.rms_px,
-                       .holdout_rms_px = c.holdout_rms_px,
-                       .excess = c.excess,
-                       .excess_std = c.excess_std,
-                       .verdict = c.verdict});
-  }
-  return records;
+// Three digits.
+double rounded(double value) {
+  return std::isfinite(value) ? *parseDouble(numberText("%.3g", value)) : value;
 }
 
-CalibrationRecord calibrationRecord(const Calibration& of, const Checkerboard& board,
-                                    std::vector<Setting> settings) {
-  CalibrationRecord record;
-  record.holdout_rms_px = of.uncertainty.holdout.rms_px;
-  if (of.choice.model) record.model_choice = modelRecords(*of.choice.model);
-  record.rms_px = rms(of.fit);
-  record.verdict = of.verdict();
-  record.num_views = static_cast<int>(of.fit.views.size());
-  record.num_corners = static_cast<int>(numCorners(of.fit));
-  record.num_outliers = static_cast<int>(of.dropped.outliers.size());
-  record.termination =
-      std::string(terminationName(of.fit.summary.termination)) + ": " + of.fit.summary.reason;
-  record.board = specText(board);
-  record.settings = std::move(settings);
-  if (isShapeEstimated(of.fit)) record.warp = WarpRecord{onlyBoard(of.fit).shape, of.uncertainty.bend_std_m};
-  takeUncertainty(of, record);
-  for (const Diagnosis& diagnosis : of.diagnoses) record.findings.push_back(diagnosis.id);
-  const std::vector<ViewSummary> summaries = viewSummaries(of);
-  for (std::size_t v = 0; v < summaries.size(); ++v) {
-    record.views.push_back({.image = summaries[v].image,
-                            .num_corners = summaries[v].num_corners,
-                            .rms_px = summaries[v].rms_px,
-                            .camera_from_board = cameraFromBoard(of.fit, of.fit.views[v])});
+CalibrationRecord calibrationRecord(const Calibration& of, const Checkerboard& board) {
+  const Uncertainty& known = of.uncertainty;
+  CalibrationRecord record{.verdict = of.verdict(),
+                           .rms_px = rms(of.fit),
+                           .holdout_rms_px = known.holdout.rms_px,
+                           .num_views = static_cast<int>(of.fit.views.size()),
+                           .num_corners = static_cast<int>(numCorners(of.fit)),
+                           .board = specText(board),
+                           .view_centers = viewCenters(of.fit)};
+  if (known.accuracy) {
+    record.accuracy_px = rounded(known.accuracy->covered_px);
+    record.covered_share = rounded(known.accuracy->covered_share);
   }
+  if (isShapeEstimated(of.fit)) record.warp = WarpRecord{onlyBoard(of.fit).shape, known.bend_std_m};
+  for (const Diagnosis& diagnosis : of.diagnoses) {
+    if (std::find(record.findings.begin(), record.findings.end(), diagnosis.id) == record.findings.end())
+      record.findings.push_back(diagnosis.id);
+  }
+  if (!known.covariance) return record;
+  record.covariance = lowerTriangle(known.statedCovariance());
+  record.is_covariance_by_views = known.isNoiseExceeded();
+  for (int i = 0; i < known.covariance->rows(); ++i) record.parameter_std.push_back(known.statedStd(i));
   return record;
 }
 
@@ -74,10 +64,11 @@ CameraRecord recordOf(const Calibration& calibration, RecordDetails details) {
   std::vector<SelfCheckPoint> self_check = makeSelfCheck(camera, calibration.imageSize());
   return {.camera = std::move(camera),
           .image_size = calibration.imageSize(),
+          .name = std::move(details.name),
           .domain = DomainClaim{.max_angle_rad = calibration.domain.cone.max_angle_rad,
                                 .full_image = calibration.domain.full_image},
           .self_check = std::move(self_check),
-          .calibration = calibrationRecord(calibration, details.board, std::move(details.settings)),
+          .calibration = calibrationRecord(calibration, details.board),
           .created_by = std::move(details.created_by)};
 }
 

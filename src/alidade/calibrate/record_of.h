@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "alidade/calibrate/calibration.h"
 #include "alidade/record/camera_record.h"
@@ -12,13 +11,13 @@ namespace alidade {
 
 /// What a camera file says beside the result of the calibration.
 struct RecordDetails {
-  Checkerboard board;                  ///< that the views show
-  std::string created_by;              ///< program and version
-  std::vector<Setting> settings = {};  ///< effective settings of the program, if they are to be kept
+  Checkerboard board;      ///< that the views show
+  std::string created_by;  ///< program and version
+  CameraName name = {};
 };
 
 /// All that a camera file holds of a calibration: the camera with its domain and self-check points,
-/// uncertainty, verdict, findings and views. Write it with saveCamera().
+/// accuracy, covariance, verdict and findings. Write it with saveCamera().
 [[nodiscard]] CameraRecord recordOf(const Calibration& calibration, RecordDetails details);
 
 }  // namespace alidade

@@ -94,16 +94,6 @@ int readCount(const YamlNode& node) {
   return count;
 }
 
-ViewRecord readView(const YamlNode& node) {
-  node.allowKeys({"image", "num_corners", "rms_px", "camera_from_board"});
-  ViewRecord view;
-  view.image = node.at("image").text();
-  view.num_corners = readCount(node.at("num_corners"));
-  view.rms_px = node.at("rms_px").number();
-  view.camera_from_board = detail::readPose(node.at("camera_from_board"));
-  return view;
-}
-
 Verdict readVerdict(const YamlNode& node) {
   const auto verdict = verdictOf(node.text());
   if (!verdict)
@@ -119,46 +109,37 @@ WarpRecord readWarp(const YamlNode& node) {
   return warp;
 }
 
-// A sigma, or null where there is no ray, which early files put into quotes.
-double readStd(const YamlNode& node) {
-  if (node.isNull() || (node.isScalar() && node.text() == "null"))
-    return std::numeric_limits<double>::quiet_NaN();
-  const double std = node.number();
-  if (std < 0) throw node.error(std::to_string(std), "a standard deviation, or null where there is no ray");
-  return std;
+CameraName readName(const YamlNode& node) {
+  node.allowKeys({"name", "serial", "lens"});
+  CameraName name;
+  if (const auto n = node.find("name")) name.name = n->text();
+  if (const auto n = node.find("serial")) name.serial = n->text();
+  if (const auto n = node.find("lens")) name.lens = n->text();
+  return name;
 }
 
-ProjectionStdRecord readProjectionStd(const YamlNode& std_px, const YamlNode& grid) {
-  std_px.allowKeys({"center", "worst"});
-  grid.allowKeys({"worst_pixel", "columns", "rows", "std_px"});
-  ProjectionStdRecord record;
-  record.center_px = readStd(std_px.at("center"));
-  record.worst_px = readStd(std_px.at("worst"));
-  const std::vector<double> pixel = grid.at("worst_pixel").numbers(2);
-  record.worst_pixel = {pixel[0], pixel[1]};
-  record.columns = readCount(grid.at("columns"));
-  record.rows = readCount(grid.at("rows"));
-  for (const YamlNode& item : grid.at("std_px").items()) record.std_px.push_back(readStd(item));
-  if (record.std_px.size() !=
-      static_cast<std::size_t>(record.columns) * static_cast<std::size_t>(record.rows)) {
-    throw grid.at("std_px").error(
-        std::to_string(record.std_px.size()) + " numbers",
-        "columns times rows, " + std::to_string(record.columns) + " x " + std::to_string(record.rows));
+// The lower triangle, a row of the matrix an item; files of the first edition have one list of numbers.
+std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
+  const std::vector<YamlNode> items = node.items();
+  if (items.empty() || items.front().isScalar()) return node.numbers(num_rows * (num_rows + 1) / 2);
+  if (items.size() != num_rows) {
+    throw node.error(std::to_string(items.size()) + " rows",
+                     std::to_string(num_rows) + " rows, one for each parameter");
   }
-  return record;
+  std::vector<double> triangle;
+  for (const YamlNode& row : items) {
+    for (const double value : row.numbers(&row - items.data() + 1)) triangle.push_back(value);
+  }
+  return triangle;
 }
 
-ModelRecord readModel(const YamlNode& node) {
-  node.allowKeys({"model", "num_parameters", "rms_px", "holdout_rms_px", "excess", "excess_std", "verdict"});
-  ModelRecord model;
-  model.model = node.at("model").text();
-  model.num_parameters = readCount(node.at("num_parameters"));
-  if (const auto n = node.find("rms_px")) model.rms_px = n->number();
-  if (const auto n = node.find("holdout_rms_px")) model.holdout_rms_px = n->number();
-  if (const auto n = node.find("excess")) model.excess = n->number();
-  if (const auto n = node.find("excess_std")) model.excess_std = n->number();
-  model.verdict = node.at("verdict").text();
-  return model;
+std::vector<Eigen::Vector2d> readPixels(const YamlNode& node) {
+  std::vector<Eigen::Vector2d> pixels;
+  for (const YamlNode& item : node.items()) {
+    const std::vector<double> pixel = item.numbers(2);
+    pixels.emplace_back(pixel[0], pixel[1]);
+  }
+  return pixels;
 }
 
 // The place of a value in the text; an alias has that of its value.
@@ -232,44 +213,42 @@ std::string userKeys(const YAML::Node& root) {
 }
 
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
+  // The last two lines: of the first edition, which are not used any more, but for stated_covariance.
   node.allowKeys(detail::words(
-      "rms_px holdout_rms_px model_choice num_views num_corners num_outliers parameter_std covariance "
-      "parameter_std_by_view stated_covariance projection_std_px projection_std_grid termination verdict "
-      "trustworthy board board_warp findings views settings"));
+      "verdict accuracy_px covered_share rms_px holdout_rms_px num_views num_corners board board_warp "
+      "findings "
+      "parameter_std covariance covariance_by view_centers "
+      "trustworthy stated_covariance model_choice num_outliers parameter_std_by_view projection_std_px "
+      "projection_std_grid termination views settings"));
   CalibrationRecord record;
+  const std::size_t num_params = parameter_names.size();
+  // What files had before they had a verdict.
+  if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
+  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
+  if (const auto n = node.find("accuracy_px")) record.accuracy_px = n->number();
+  if (const auto n = node.find("covered_share")) record.covered_share = n->number();
   record.rms_px = node.at("rms_px").number();
   if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
   record.num_views = readCount(node.at("num_views"));
   record.num_corners = readCount(node.at("num_corners"));
-  if (const auto n = node.find("num_outliers")) record.num_outliers = readCount(*n);
-  const std::size_t triangle = parameter_names.size() * (parameter_names.size() + 1) / 2;
-  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
-  if (const auto n = node.find("covariance")) record.covariance = n->numbers(triangle);
-  if (const auto n = node.find("parameter_std_by_view"))
-    record.parameter_std_by_view = readByName(*n, parameter_names);
-  if (const auto n = node.find("stated_covariance")) record.stated_covariance = n->numbers(triangle);
-  // The one without the other says too little: at() names the one that is missing.
-  if (node.has("projection_std_px") || node.has("projection_std_grid")) {
-    record.projection_std = readProjectionStd(node.at("projection_std_px"), node.at("projection_std_grid"));
-  }
-  if (const auto n = node.find("termination")) record.termination = n->text();
-  // What files had before they had a verdict.
-  if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
-  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
   if (const auto n = node.find("board")) record.board = n->text();
   if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
-  if (const auto n = node.find("model_choice")) {
-    for (const YamlNode& item : n->items()) record.model_choice.push_back(readModel(item));
-  }
   if (const auto n = node.find("findings")) {
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }
-  if (const auto n = node.find("views")) {
-    for (const YamlNode& item : n->items()) record.views.push_back(readView(item));
+  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
+  if (const auto n = node.find("covariance")) record.covariance = readTriangle(*n, num_params);
+  if (const auto n = node.find("covariance_by")) {
+    if (n->text() != "views") throw n->error("'" + n->text() + "'", "'views'");
+    record.is_covariance_by_views = true;
   }
-  if (const auto n = node.find("settings")) {
-    for (const std::string& key : n->keys()) record.settings.emplace_back(key, n->at(key).texts());
+  if (const auto n = node.find("stated_covariance")) {
+    record.covariance = readTriangle(*n, num_params);
+    record.is_covariance_by_views = true;
+    for (std::size_t i = 0; i < record.parameter_std.size(); ++i)
+      record.parameter_std[i] = std::sqrt(record.covariance[i * (i + 3) / 2]);
   }
+  if (const auto n = node.find("view_centers")) record.view_centers = readPixels(*n);
   return record;
 }
 
@@ -319,10 +298,11 @@ CameraRecord detail::readCameraRoot(const YamlNode& root) {
     throw version.error("format version " + version.text(), "1",
                         "the file may come from a newer release of Alidade; update this one");
   }
-  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "conventions", "domain",
+  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "camera", "conventions", "domain",
                   "self_check", "calibration", "created_by"});
   CameraRecord file{.camera = detail::readCamera(root),
                     .image_size = detail::readImageSize(root.at("image_size"))};
+  if (const auto n = root.find("camera")) file.name = readName(*n);
   if (const auto n = root.find("conventions")) checkConventions(*n);
   if (const auto n = root.find("domain")) file.domain = readDomain(*n);
   if (const auto n = root.find("self_check")) file.self_check = readSelfCheck(*n);

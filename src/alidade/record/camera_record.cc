@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/record/camera_record.h"
 
-#include <cmath>
 #include <cstddef>
 #include <utility>
-
-#include "alidade/camera/projection_uncertainty.h"
-#include "alidade/core/number_text.h"
-#include "alidade/core/text.h"
 
 namespace alidade {
 
@@ -18,21 +13,6 @@ CameraRecord bareRecord(const AnyCamera& camera, ImageSize size, std::string cre
           .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
           .self_check = makeSelfCheck(camera, size),
           .created_by = std::move(created_by)};
-}
-
-std::optional<ProjectionStdRecord> projectionRecord(const UncertaintyGrid& grid) {
-  if (!std::isfinite(grid.worst_px)) return std::nullopt;
-  const auto rounded = [](double px) {
-    return std::isfinite(px) ? *parseDouble(numberText("%.4g", px)) : px;
-  };
-  ProjectionStdRecord record{.center_px = rounded(grid.center_px),
-                             .worst_px = rounded(grid.worst_px),
-                             .worst_pixel = grid.worst_pixel,
-                             .columns = grid.columns,
-                             .rows = grid.rows,
-                             .std_px = {}};
-  for (const double std : grid.std_px) record.std_px.push_back(rounded(std));
-  return record;
 }
 
 std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix) {
@@ -54,14 +34,8 @@ DenseMatrix fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n
 
 std::optional<DenseMatrix> statedCovariance(const CameraRecord& record) {
   if (!record.calibration || record.calibration->covariance.empty()) return std::nullopt;
-  const CalibrationRecord& calibration = *record.calibration;
-  return fullMatrix(
-      calibration.stated_covariance.empty() ? calibration.covariance : calibration.stated_covariance,
-      static_cast<Eigen::Index>(record.camera.parameters().size()));
-}
-
-bool isStatedByViews(const CameraRecord& record) {
-  return record.calibration && !record.calibration->stated_covariance.empty();
+  return fullMatrix(record.calibration->covariance,
+                    static_cast<Eigen::Index>(record.camera.parameters().size()));
 }
 
 }  // namespace alidade

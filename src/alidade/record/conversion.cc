@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "alidade/camera/projection_uncertainty.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/size_groups.h"
 
@@ -32,15 +31,9 @@ std::vector<double> carriedStd(const std::vector<double>& std, const Eigen::Matr
   return {result.begin(), result.end()};
 }
 
-SE3 pureRotation(const Eigen::Matrix3d& quarter_turns_about_z) {
-  const double angle = std::atan2(quarter_turns_about_z(1, 0), quarter_turns_about_z(0, 0));
-  return {.rotation = SO3::exp(Eigen::Vector3d(0, 0, angle))};
-}
-
-// What a calibration says of the camera of an edited image. Parameters, covariance and poses follow the edit
-// exactly; RMS values count pixels of the new size, and where the axes were resized unequally take the
-// geometric mean of both scales. What the covariance means in the image is found anew. Image names, counts,
-// board, findings and settings stay: they tell how the calibration came about.
+// What a calibration says of the camera of an edited image. Covariances follow the edit exactly; lengths in
+// pixels are of the new size, and where the axes were resized unequally take the geometric mean of both
+// scales. Counts, board and findings stay. The images are others.
 // @param edit  from the calibrated camera to the new one, all steps in one
 CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera& calibrated,
                                const EditedCamera& edit) {
@@ -50,43 +43,22 @@ CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera&
   const double scale = std::sqrt(after[0] * after[1] / (before[0] * before[1]));
   edited.rms_px *= scale;
   edited.holdout_rms_px *= scale;
-  for (ModelRecord& model : edited.model_choice) {
-    model.rms_px *= scale;
-    model.holdout_rms_px *= scale;
-  }
+  edited.accuracy_px *= scale;
   edited.parameter_std = carriedStd(record.parameter_std, edit.J_new_old);
-  edited.parameter_std_by_view = carriedStd(record.parameter_std_by_view, edit.J_new_old);
   edited.covariance = carried(record.covariance, edit.J_new_old);
-  edited.stated_covariance = carried(record.stated_covariance, edit.J_new_old);
-  // The image is another one, and so is the rotation that fits best over it.
-  edited.projection_std.reset();
-  const auto& stated = edited.stated_covariance.empty() ? edited.covariance : edited.stated_covariance;
-  if (record.projection_std && !stated.empty()) {
-    const ProjectionUncertainty uncertainty(edit.camera, edit.size, std::numeric_limits<double>::infinity());
-    edited.projection_std = projectionRecord(uncertainty.grid(fullMatrix(stated, edit.J_new_old.rows())));
-  }
-  const SE3 new_from_old = pureRotation(edit.new_from_old);
-  const bool is_turned = !edit.new_from_old.isIdentity();
-  for (ViewRecord& view : edited.views) {
-    view.rms_px *= scale;
-    if (is_turned) view.camera_from_board = new_from_old * view.camera_from_board;
-  }
+  if (edit.J_new_old.view() != Eigen::MatrixXd::Identity(edit.J_new_old.rows(), edit.J_new_old.cols()))
+    edited.view_centers.clear();
   return edited;
 }
 
-// What it says of a camera of another model in its place, off by `fit_rms_px`. The old parameters'
-// covariance and the views, whose errors are not the new model's, are left out; the RMS is that of both
-// errors together.
+// What it says of a camera of another model in its place, off by `fit_rms_px`. The covariance of the old
+// parameters is left out; the errors are those of both models together.
 CalibrationRecord refittedRecord(CalibrationRecord record, double fit_rms_px) {
   record.rms_px = std::hypot(record.rms_px, fit_rms_px);
+  record.accuracy_px += fit_rms_px;
   record.holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
-  record.model_choice.clear();
   record.parameter_std.clear();
   record.covariance.clear();
-  record.parameter_std_by_view.clear();
-  record.stated_covariance.clear();
-  record.projection_std.reset();
-  record.views.clear();
   return record;
 }
 
@@ -158,6 +130,7 @@ CameraRecord convertedRecord(const CameraRecord& source, const Conversion& conve
   CameraRecord record{
       .camera = camera,
       .image_size = size,
+      .name = source.name,
       .domain = DomainClaim{.max_angle_rad = domain.cone.max_angle_rad, .full_image = domain.full_image},
       .self_check = makeSelfCheck(camera, size),
       .created_by = std::move(created_by),

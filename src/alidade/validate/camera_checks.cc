@@ -11,7 +11,6 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/geometry/symmetric_eigen.h"
-#include "alidade/validate/projection_std_check.h"
 
 namespace alidade {
 namespace {
@@ -330,9 +329,7 @@ FileCheck checkCovariance(const CameraRecord& record) {
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
   const CalibrationRecord& stated = *record.calibration;
   const Correlations correlations(stated.covariance, n);
-  const bool is_semidefinite =
-      correlations.isSemidefinite() &&
-      (stated.stated_covariance.empty() || Correlations(stated.stated_covariance, n).isSemidefinite());
+  const bool is_semidefinite = correlations.isSemidefinite();
   bool is_consistent = true;
   for (std::size_t i = 0; i < stated.parameter_std.size(); ++i) {
     const double expected = correlations.std(static_cast<Eigen::Index>(i));
@@ -402,9 +399,6 @@ std::vector<FileCheck> checkCamera(const CameraRecord& record, const RecordConte
   if (record.domain) checks.push_back(checkDomainClaim(*record.domain, domain));
   if (!record.calibration) return checks;
   if (!record.calibration->covariance.empty()) checks.push_back(checkCovariance(record));
-  // A warning: the file does not state all that the check needs.
-  if (const auto check = checkProjectionStd(record); check && check->severity != Severity::kWarning)
-    checks.push_back(fileCheck(*check));
   checks.push_back(checkVerdict(record.calibration->verdict));
   return checks;
 }

@@ -24,12 +24,10 @@ inline constexpr double kDefaultTolerancePx = 0.2;
 [[nodiscard]] Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
                                      double tolerance_px);
 
-/// The check `held_out_names`: whether images are those that the camera was made from, which is so where both
-/// name (without folders) and pose of the board are those of a view that the file records.
-/// @param recorded  the file's views, at least one
-/// @param views     of the images, as the tested camera sees them
-/// @param num_given  images with a board
-[[nodiscard]] Diagnosis ownImagesCheck(std::span<const ViewRecord> recorded, const Checkerboard& board,
-                                       std::span<const HeldOutView> views, int num_given);
+/// The check `own_images`: whether the camera was calibrated from these images. It is assumed of an image
+/// whose mean of the corners lies within 0.5 px of a recorded one.
+/// @param recorded  see CalibrationRecord::view_centers
+[[nodiscard]] Diagnosis ownImagesCheck(std::span<const Eigen::Vector2d> recorded,
+                                       std::span<const View> views);
 
 }  // namespace alidade

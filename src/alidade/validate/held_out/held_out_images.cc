@@ -11,8 +11,8 @@
 
 #include "alidade/adjust/cross_validation.h"
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/view_pose.h"
 #include "alidade/adjust/pose_search.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/core/error.h"
@@ -123,7 +123,6 @@ PosedViews poseViews(const ComparedCamera& camera, const Checkerboard& board, co
       if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;
     }
-    view.camera_from_board = *pose;
     addView(fit, v, std::move(corners), *pose);
     posed.weights.push_back(judgement.freed ? weightOf(judgement.freed->fit, v) : 1);
   }

@@ -32,8 +32,6 @@ struct HeldOutView {
   int num_corners = 0;      ///< with an error
   int num_unseen = 0;       ///< that the camera cannot see from the pose of the others
   double rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// The board where the camera has it by all corners; nothing where it does not see them from any pose.
-  std::optional<SE3> camera_from_board = std::nullopt;
 };
 
 /// What one number of the camera would have to be changed by.
