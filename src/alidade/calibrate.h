@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/// Calibrates a camera from corners: calibrate() estimates the camera and its uncertainty and reports
-/// diagnoses. recordOf() converts the result to the record that saveCamera() writes. Component `calibrate`.
-/// Errors are thrown as alidade::Error.
+/// The main header of the component `calibrate`, which needs Ceres.
+///
+/// calibrate() estimates a camera and its uncertainty from corners, and reports diagnoses. recordOf()
+/// converts the result to the record that saveCamera() writes. Errors are thrown as alidade::Error.
 #pragma once
 
 #include "alidade/calibrate/calibrator.h"

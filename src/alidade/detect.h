@@ -3,11 +3,11 @@
 
 /// The main header of the component `detect`, which needs OpenCV.
 ///
-/// findBoard() finds a board in a grey image, whole or in part, with the standard deviation of each corner in
-/// pixels. surveyImages() does this for many image files in parallel and excludes images that must not be
-/// used together. BoardSurvey::views() is the input of a calibration. listImages() lists the image files of a
-/// folder, and readGrayImage() reads one. Pixel (0, 0) is the centre of the top-left pixel. Errors are thrown
-/// as alidade::Error.
+/// findBoard() finds a whole or partly visible board in a grey image, with the standard deviation of each
+/// corner in pixels. surveyImages() does this for many image files in parallel and excludes images that must
+/// not be used together. BoardSurvey::views() is the input of a calibration. listImages() lists the image
+/// files of a folder, and readGrayImage() reads one. Pixel (0, 0) is the centre of the top-left pixel. Errors
+/// are thrown as alidade::Error.
 #include "alidade/core/error.h"
 #include "alidade/detect/checkerboard_detector.h"
 #include "alidade/detect/survey.h"

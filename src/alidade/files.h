@@ -4,7 +4,7 @@
 /// The main header of the component `files`, which needs neither OpenCV nor Ceres.
 ///
 /// loadCamera() reads the only camera of a file of any format, or the camera selected by FILE#NAME.
-/// loadCameras() reads all cameras with remarks about them. saveCamera() writes a camera in any format. The
+/// loadCameras() reads all cameras, with remarks. saveCamera() writes a camera in any format. The
 /// content of a file is a CameraRecord: camera, image size and calibration data, such as statedCovariance().
 /// readCornersFile(), readPoseList() and readBoard() read the other input files. Errors are thrown as
 /// alidade::Error (kInput); the message names the file, line and key.

@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// What a camera file says beside the result of the calibration.
+/// What a camera file contains in addition to the result of the calibration.
 struct RecordDetails {
   Checkerboard board;      ///< that the views show
   std::string created_by;  ///< program and version

@@ -31,8 +31,8 @@ class Camera;
 enum class ProjectStatus : std::uint8_t {
   kOk,
   kBehind,         ///< not in front of a camera that sees only forward
-  kOutsideDomain,  ///< beyond the first fold or the model's domain, or not a point (not finite, or its
-                   ///< distance from the camera is not within 1e-100 to 1e100)
+  kOutsideDomain,  ///< beyond the first fold or the domain of the model, or not a valid point (not
+                   ///< finite, or at a distance outside 1e-100 to 1e100)
 };
 
 /// "ok", "behind" or "outside", as `alidade project` prints it.
@@ -46,13 +46,13 @@ struct Projection {
   [[nodiscard]] bool ok() const { return status == ProjectStatus::kOk; }
 };
 
-/// The cone about the optical axis in which a camera is one-to-one.
+/// The cone around the optical axis in which the projection is one-to-one.
 struct CertifiedCone {
   double max_angle_rad = std::numbers::pi;  ///< largest field angle that may be used
   bool is_limited_by_fold = false;          ///< by a fold or pole; false: by the model itself
 };
 
-/// Ids of all models, in the list's order.
+/// Ids of all models, in the order of the model list.
 [[nodiscard]] const std::vector<std::string>& modelIds();
 
 /// Names of a model's parameters in storage order (fx fy cx cy, then the lens).
@@ -63,8 +63,8 @@ struct CertifiedCone {
 [[nodiscard]] std::optional<std::size_t> parameterIndex(std::span<const std::string_view> names,
                                                         std::string_view name);
 
-/// What parameter `i` (in storage order) of a model has to be, in words for a message: finite, positive for
-/// fx and fy, in its range for the lens. Nothing where `value` is.
+/// Describes for a message what parameter `i` (in storage order) of a model must be: finite, positive (fx and
+/// fy), or in its range (lens). std::nullopt if `value` is valid.
 /// @pre the model has such a parameter
 [[nodiscard]] std::optional<std::string> parameterComplaint(std::string_view model_id, std::size_t i,
                                                             double value);
@@ -74,7 +74,7 @@ struct CertifiedCone {
 /// length.
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
-/// A camera of any model in the list, with value semantics. It is immutable, so copies share memory.
+/// A camera of any model, with value semantics. It is immutable, so copies share memory.
 class AnyCamera {
  public:
   /// Defined in camera_variant.h, which is not installed.
@@ -89,7 +89,7 @@ class AnyCamera {
   /// @throws Error (kUsage) for an unknown id; Error (kInput) for a wrong count, a number that is not finite,
   /// a focal length that is not positive, or a lens parameter out of its range, naming the parameter.
   [[nodiscard]] static AnyCamera make(std::string_view model_id, std::span<const double> params);
-  /// The same from all parameters by name, in any order: make("pinhole", {{"fx", 500}, {"fy", 500}, ...}).
+  /// The same, from all parameters by name in any order: make("pinhole", {{"fx", 500}, {"fy", 500}, ...}).
   /// @throws also Error (kInput) for a missing name; Error (kUsage) for an unknown one
   [[nodiscard]] static AnyCamera make(std::string_view model_id, const std::map<std::string, double>& params);
 
@@ -103,16 +103,16 @@ class AnyCamera {
 
   /// The pixel of a point in the camera frame, in any unit of length, or why it has none. The camera does not
   /// know its image size: the pixel may lie outside the image.
-  /// The row-major Jacobians J_px_cam (2x3) and J_px_params (2xN), null: not wanted, are written only if the
+  /// The row-major Jacobians J_px_cam (2x3) and J_px_params (2xN) may be null. They are written only if the
   /// status is kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
                                    double* J_px_params = nullptr) const;
   /// The unit ray in the camera frame that projects to `pixel`; std::nullopt if no ray of the domain does.
-  /// The row-major Jacobian J_ray_pixel (3x2), null: not wanted, is written only if there is a ray.
+  /// The row-major Jacobian J_ray_pixel (3x2) may be null. It is written only if there is a ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel = nullptr) const;
 
-  /// Projects many points by projectBatch(), which is faster still if the points are stored by coordinate.
+  /// Projects many points. projectBatch() is even faster if there is one array per coordinate.
   void project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const;
 
   /// Calls f(const Camera<M>&) with the type of the model. Defined in camera_variant.h, which is not
@@ -124,7 +124,7 @@ class AnyCamera {
   std::shared_ptr<const detail::CameraVariant> camera_;
 };
 
-/// The domain in which a camera is one-to-one, and how much of the image it covers.
+/// The domain in which the projection is one-to-one, and how much of the image it covers.
 struct DomainCertificate {
   CertifiedCone cone;
   bool full_image = false;                           ///< every pixel of the image has a ray
@@ -142,7 +142,7 @@ struct DomainCertificate {
 /// degrees illuminates the whole image. Pixels more than 90 degrees from the axis are assumed to be the dark
 /// corners of a fisheye image.
 [[nodiscard]] bool foldsInsideImage(const DomainCertificate& domain);
-/// The same of certifyDomain(), which costs more.
+/// The same, but runs certifyDomain() first, which is slower.
 [[nodiscard]] bool foldsInsideImage(const AnyCamera& camera, ImageSize size);
 
 }  // namespace alidade

@@ -30,14 +30,14 @@ struct RayResults {
 /// NaN unless the status is kOk.
 struct PixelJacobians {
   double* by_point = nullptr;   ///< n times 2x3, of the point as given, before the pose
-  double* by_pose = nullptr;    ///< n times 2x6, of the tangent of T Exp([translation, rotation]), see SE3
+  double* by_pose = nullptr;    ///< n times 2x6, of xi = [translation, rotation] in T Exp(xi), see SE3
   double* by_params = nullptr;  ///< n times 2xN, of the N parameters of the camera in storage order
 };
 
-/// Projects many points in the camera frame. The results equal those of AnyCamera::project() to 1e-12
-/// relative. It computes several points at a time, with AVX2 if the processor supports it, which changes
-/// results only by rounding. It allocates no memory.
-/// @pre all arrays have one length
+/// Projects many points in the camera frame. The results agree with those of AnyCamera::project() to 1e-12
+/// relative. It processes several points at a time, with AVX2 if the processor supports it, which may change
+/// the last digits. It allocates no memory.
+/// @pre all arrays have the same length
 void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
                   const PixelJacobians& jacobians = {});
 
@@ -45,9 +45,10 @@ void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const
 void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
                   const PixelResults& pixels, const PixelJacobians& jacobians = {});
 
-/// Rays of many pixels, equal to those of AnyCamera::unproject() to 1e-12. The status is kOutsideDomain if no
-/// ray projects to the pixel. `J_ray_pixel`, if not null, receives n row-major 3x2 Jacobians.
-/// @pre all arrays have one length
+/// Rays of many pixels; they agree with those of AnyCamera::unproject() to 1e-12. The status is
+/// kOutsideDomain if no ray projects to the pixel. `J_ray_pixel`, if not null, receives n row-major 3x2
+/// Jacobians.
+/// @pre all arrays have the same length
 void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,
                     double* J_ray_pixel = nullptr);
 

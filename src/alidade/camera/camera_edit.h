@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// A part of an image: its top-left pixel and its size, pixels.
+/// A part of an image: its top-left pixel and its size in pixels.
 struct PixelRect {
   int x = 0;
   int y = 0;

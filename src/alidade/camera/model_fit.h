@@ -14,12 +14,12 @@ namespace alidade {
 /// A camera of one model fitted to a camera of another model, and the error of the fit.
 ///
 /// The error of a pixel is the distance, in pixels, between it and the new camera's projection of its ray. It
-/// is sampled on a grid of equal cells over the image. `max_error_px` also includes the outer edges of the
+/// is sampled on a uniform grid over the image. `max_error_px` also includes the outer edges of the
 /// image and the places where the domain of one camera ends inside the image. Both are NaN if the new camera
 /// represents none of the pixels.
 struct ModelFit {
   AnyCamera camera;
-  bool is_exact = false;  ///< identical by algebra (same_lens.h), not the result of a fit
+  bool is_exact = false;  ///< an identical lens (same_lens.h), not the result of a fit
   double rms_px = 0;      ///< sqrt(mean of dx^2 + dy^2) over the pixels that are represented
   double max_error_px = 0;
   Eigen::Vector2d worst_pixel = Eigen::Vector2d::Zero();  ///< where the error is largest
@@ -35,8 +35,8 @@ struct ModelFit {
   }
 };
 
-/// The camera of model `model_id` that is closest to `source` over the whole image: an identical lens if
-/// algebra gives one, otherwise the least-squares fit over a uniform grid of pixels from several initial
+/// The camera of model `model_id` that is closest to `source` over the whole image: an identical lens if the
+/// model has one, otherwise the least-squares fit over a uniform grid of pixels from several initial
 /// guesses. The result depends only on the arguments.
 /// @param absent  names of parameters to keep at 0, for formats that cannot represent them
 /// @throws Error (kUsage) for an unknown id; Error (kInput) if almost no pixel of the image has a ray

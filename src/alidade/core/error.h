@@ -8,20 +8,20 @@ namespace alidade {
 
 /// The kind of an Error. Its value is the exit code of the command line program.
 enum class ErrorCode {
-  kInput = 1,    ///< a file, image or value from outside is unusable, or output cannot be written
+  kInput = 1,    ///< an input file, image or value is unusable, or output cannot be written
   kUsage = 2,    ///< the caller asked for something that does not exist
   kVerdict = 3,  ///< the work was done, and the result was rejected
 };
 
 /// What a user needs to know to act on an error. Empty parts do not appear in the message.
 struct ErrorDetail {
-  std::string where{};      ///< file and place in it: "cam.yaml:4: parameters.fx"
+  std::string where{};      ///< file and position: "cam.yaml:4: parameters.fx"
   std::string found{};      ///< what is wrong
   std::string expected{};   ///< what was expected instead
   std::string next_step{};  ///< what to do next
 };
 
-/// The only exception for bad input. Numerical outcomes are fields of results instead.
+/// The only exception for bad input. Poor numerical results do not throw; they are fields of the result.
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const ErrorDetail& detail);

@@ -19,14 +19,14 @@ enum class DetectionReason {
   kPartial,        ///< some corners are covered or unclear; the ids of the others are certain
   kCut,            ///< some corners lie outside the image; the ids of the others are certain
   kNoBoard,        ///< no checkerboard pattern in the image
-  kUnplaced,       ///< a part of a board, but which part is ambiguous
+  kUnplaced,       ///< a part of a board, but it is ambiguous which part
   kLargerBoard,    ///< the pattern has more corners than the expected board
   kOtherBoard,     ///< a whole board with different numbers of corners
   kSeveralBoards,  ///< two or more boards match
   kIrregular,      ///< corners were found, but they do not form a grid after refinement
   kBlurred,        ///< the board is visible, but too blurred to locate its corners
-  kTooSmall,       ///< the board is visible, but its squares are too few pixels wide
-  kDuplicate,      ///< shows the same as another image
+  kTooSmall,       ///< the board is visible, but its squares are too small
+  kDuplicate,      ///< the same corners as an earlier image
   kUnreadable,     ///< the image could not be read
   kOtherSize,      ///< the image size differs from that of most images
 };
@@ -41,7 +41,7 @@ struct SeenGrid {
   int num_corners = 0;
   bool is_closed = false;  ///< the border of the board is visible on all sides, so the counts are exact
 
-  /// Either way round.
+  /// Compares the counts in both orders of columns and rows.
   [[nodiscard]] bool hasCountsOf(const Checkerboard& board) const;
 };
 
@@ -50,7 +50,7 @@ struct ViewMeasures {
   double blur_px =
       std::numeric_limits<double>::quiet_NaN();  ///< median over corners of the edge blur (sigma)
   double spacing_px = std::numeric_limits<double>::quiet_NaN();  ///< median distance between neighbours
-  double area_share = 0;  ///< of the image's area, covered by squares between corners
+  double area_share = 0;  ///< share of the image covered by squares between corners
   /// Median over corners of the apparent tilt of a square seen from afar: arccos of the ratio of the singular
   /// values of [step_u step_v]. It uses no intrinsics, so it has an error of a few degrees for wide lenses.
   double tilt_deg = std::numeric_limits<double>::quiet_NaN();
@@ -67,8 +67,8 @@ struct Detection {
   [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
 };
 
-/// Finds a checkerboard in a grey image, whole or in part, and refines its corners (fitCorner). The search
-/// uses copies of reduced resolution; the full image is used only for refinement. For an unambiguous board,
+/// Finds a whole or partly visible checkerboard in a grey image and refines its corners (fitCorner). The
+/// search uses reduced resolutions, the refinement the full one. For an unambiguous board,
 /// the ids refer to the same physical corners in every view: seen in the image, the rows (y) run a quarter
 /// turn clockwise from the columns (x), and the inner square at corner 0 is dark. For an ambiguous board, the
 /// columns run to the right in the image, or downwards if they are steeper than 45 degrees.

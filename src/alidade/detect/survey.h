@@ -43,7 +43,7 @@ struct SurveyNote {
 struct BoardSurvey {
   Checkerboard board;
   std::vector<std::string> paths;      ///< of the images, as given
-  std::vector<ImageOutcome> outcomes;  ///< one per path; names without the folders that all paths share
+  std::vector<ImageOutcome> outcomes;  ///< one per path; names omit the folders that all paths share
   std::vector<SurveyNote> notes;
 
   /// The number of images with corners, and of those with all corners.
@@ -56,8 +56,8 @@ struct BoardSurvey {
 /// Finds the board in all images, in parallel, and discards the corners of images that must not be used:
 /// - images whose size differs from that of most images with corners (kOtherSize);
 /// - images that may show a part of another board (kOtherBoard). Their board is not completely visible, and
-///   either most complete boards in the images are another one, or none of at least three images shows all
-///   rows and columns and most of them show the same smaller numbers;
+///   either most complete boards in the images have other counts, or there are at least three images, none
+///   shows all rows and columns, and most show the same smaller counts;
 /// - images whose corners agree with those of an earlier image to a quarter of a pixel (RMS; kDuplicate),
 ///   because copies and frames of a static scene would make the uncertainty look too small.
 /// An image that cannot be read has the outcome kUnreadable; the others are still processed.
@@ -66,8 +66,8 @@ struct BoardSurvey {
 [[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,
                                        const DetectImagesOptions& options = {});
 
-/// Looks at the images of one camera together and takes the corners from those that must not be used, see
-/// surveyImages(). Images much more blurred than the others keep their corners and are named.
+/// Compares the images of one camera and discards the corners of those that must not be used, see
+/// surveyImages(). Images that are much more blurred than the others keep their corners and get a note.
 /// @param outcomes  in natural order of their names
 std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board);
 

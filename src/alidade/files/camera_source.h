@@ -26,14 +26,12 @@ struct CameraSource {
 
 /// Reads a camera file of any format in docs/formats.md; the format is detected from the content. `path` may
 /// end in "#NAME" to select one camera of several, by its name or its number from 0.
-/// @throws NotACameraFile for a file that is something else; Error (kInput) for a file that cannot be read,
-/// has no known format although it names a camera, contains no camera, or lacks the selected camera (the
-/// message lists the available ones); for an Alidade camera file that fails its self-check: its points do not
-/// project to its pixels
+/// @throws NotACameraFile for a file that is not a camera file; Error (kInput) for a file that cannot be
+/// read, has no known format although it names a camera, contains no camera, lacks the selected camera (the
+/// message lists the available ones), or fails its self-check (its points do not project to its pixels)
 [[nodiscard]] CameraSource loadCameras(const std::string& path, const ReadOptions& options = {});
 
-/// The same without the self-check, only for reports about the files. Do not compute with these
-/// cameras.
+/// The same without the self-check, for reports about files. Do not compute with these cameras.
 [[nodiscard]] CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options = {});
 
 /// The Error of a file that can be read, has no known format, and does not name a camera: a list of poses, or

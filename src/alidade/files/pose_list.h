@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// The direction of the poses of a file that does not state it.
+/// The direction of poses in a file that does not state it.
 enum class PoseDirection { kCameraFromWorld, kWorldFromCamera };
 
 struct NamedPose {

@@ -13,11 +13,10 @@ struct LoadedImage {
   int bits_per_sample = 8;   ///< of the decoded samples: 8, 16, 32 or 64
 };
 
-/// Reads an image of any kind that OpenCV can decode: grey or colour, with or without alpha. Samples of more
-/// than 8 bits are scaled linearly so that their 0.1 % quantile becomes 0 and their 99.9 % quantile 255, and
-/// clamped: otherwise 10-bit and 12-bit data in 16-bit files would be almost black. A single hot pixel has
-/// little effect. If all samples are equal, they become 0; NaN also becomes 0. Use the result to find
-/// features, not to measure light.
+/// Reads any image that OpenCV can decode: grey or colour, with or without alpha. Samples of more
+/// than 8 bits are scaled linearly and clamped, so that their 0.1 % quantile becomes 0 and their 99.9 %
+/// quantile 255. Otherwise 10-bit and 12-bit data in 16-bit files would be almost black. If all samples are
+/// equal, they become 0; NaN also becomes 0. Use the result to find features, not for photometry.
 /// @throws Error (kInput) if the file is missing, unreadable, empty, truncated, damaged, too large or not an
 /// image, or if it is a TIFF file with an orientation tag.
 [[nodiscard]] LoadedImage readGrayImage(const std::string& path);
