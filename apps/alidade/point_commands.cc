@@ -9,7 +9,6 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
-#include "alidade/files/pose_file.h"
 #include "alidade/files/pose_list.h"
 #include "console.h"
 #include "options.h"

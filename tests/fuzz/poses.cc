@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/files/pose_file.h"
 #include "alidade/files/pose_list.h"
 #include "fuzz.h"
 

@@ -54,20 +54,19 @@ class Lister {
   }
 
   void addNamedFolder(const std::string& folder) {
-    const std::size_t num_before = num_found_;
-    addFolder(folder);
-    if (num_found_ == num_before) {
+    if (addFolder(folder) == 0) {
       throw inputError({.where = folder,
                         .found = "no file with the extension of a camera file",
                         .expected = "yaml, yml, json, xml, txt, cameramodel or cam, also in sub-folders"});
     }
   }
 
-  void addFolder(const std::string& folder) {
+  // Returns how many files it has, with its sub-folders.
+  std::size_t addFolder(const std::string& folder) {
     // A link may lead back to a folder above it.
     std::error_code error;
     const fs::path canonical = fs::canonical(folder, error);
-    if (!error && !open_.insert(canonical.string()).second) return;
+    if (!error && !open_.insert(canonical.string()).second) return 0;
     std::vector<std::string> names;
     std::vector<std::string> folders;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
@@ -89,12 +88,11 @@ class Lister {
     }
     std::sort(names.begin(), names.end(), naturalLess);
     std::sort(folders.begin(), folders.end(), naturalLess);
-    for (const std::string& name : names) {
-      add((fs::path(folder) / name).string(), true);
-      ++num_found_;
-    }
-    for (const std::string& name : folders) addFolder((fs::path(folder) / name).string());
+    std::size_t num_found = names.size();
+    for (const std::string& name : names) add((fs::path(folder) / name).string(), true);
+    for (const std::string& name : folders) num_found += addFolder((fs::path(folder) / name).string());
     open_.erase(canonical.string());
+    return num_found;
   }
 
   static std::vector<std::string> matchesOf(const std::string& pattern) {
@@ -116,7 +114,6 @@ class Lister {
   std::vector<ListedFile> files_;
   std::set<std::string> paths_;
   std::set<std::string> open_;  // folders that are being listed
-  std::size_t num_found_ = 0;
 };
 
 }  // namespace

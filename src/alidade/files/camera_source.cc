@@ -6,13 +6,13 @@
 #include <set>
 #include <utility>
 
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/file_text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
-#include "alidade/files/formats/format_guess.h"
 
 namespace alidade {
 namespace {
@@ -82,11 +82,10 @@ StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
 void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const std::string& where) {
   if (!size) return;
   if (camera.image_size && *camera.image_size != *size) {
-    const auto text = [](ImageSize s) { return std::to_string(s.width) + "x" + std::to_string(s.height); };
     throw inputError(
         {.where = where,
-         .found = "an image size of " + text(*camera.image_size) + " pixels",
-         .expected = text(*size) + " from --image-size",
+         .found = "an image size of " + sizeText(*camera.image_size) + " pixels",
+         .expected = sizeText(*size) + " from --image-size",
          .next_step = "remove --image-size; to change the image size, run: alidade convert --resize"});
   }
   camera.image_size = size;
@@ -116,7 +115,7 @@ bool isFreeText(const std::string& file) {
 [[noreturn]] void throwUnknownFormat(const detail::CameraDocument& document) {
   const std::string& file = document.file();
   const bool is_free_text = isFreeText(file) && !document.isMap();
-  const auto guess = is_free_text ? std::nullopt : detail::guessFormat(document.text());
+  const auto guess = is_free_text ? std::nullopt : guessFormat(document.text());
   if (!document.isTree()) {
     try {
       static_cast<void>(document.root());
@@ -162,7 +161,7 @@ CameraSource parsedAsStated(const std::string& text, const std::string& name, co
   try {
     detail::checkUtf8(text, name);
   } catch (const Error& e) {
-    if (isFreeText(name) || !detail::guessFormat(text)) throw NotACameraFile(e);
+    if (isFreeText(name) || !guessFormat(text)) throw NotACameraFile(e);
     throw;
   }
   const detail::CameraDocument document(text, name);
@@ -206,7 +205,16 @@ std::string cameraText(const std::string& file) {
   }
 }
 
-CameraSource readAsStated(const std::string& path, const ReadOptions& options) {
+CameraSource selfChecked(CameraSource source) {
+  for (const StatedCamera& camera : source.cameras) {
+    if (camera.own) requireSelfCheck(*camera.own, source.path);
+  }
+  return source;
+}
+
+}  // namespace
+
+CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options) {
   const auto [file, name] = splitPath(path);
   const std::string text = cameraText(file);
   ReadOptions one = options;
@@ -220,15 +228,6 @@ CameraSource readAsStated(const std::string& path, const ReadOptions& options) {
   }
   return source;
 }
-
-CameraSource selfChecked(CameraSource source) {
-  for (const StatedCamera& camera : source.cameras) {
-    if (camera.own) requireSelfCheck(*camera.own, source.path);
-  }
-  return source;
-}
-
-}  // namespace
 
 CameraSource parseCameras(const std::string& text, const std::string& name, const ReadOptions& options) {
   return selfChecked(parsedAsStated(text, name, options));
@@ -250,11 +249,7 @@ std::string cameraFilePath(const std::string& path) {
 }
 
 CameraSource loadCameras(const std::string& path, const ReadOptions& options) {
-  return selfChecked(readAsStated(path, options));
-}
-
-CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options) {
-  return readAsStated(path, options);
+  return selfChecked(readCamerasToJudge(path, options));
 }
 
 CameraRecord recordOf(const StatedCamera& camera, const std::string& where) {

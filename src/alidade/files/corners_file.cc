@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include <fmt/format.h>
+
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
@@ -142,18 +144,6 @@ class Parser {
   CornersFile file_;
 };
 
-std::string commentText(const std::string& comment) {
-  std::string text = "# ";
-  for (const char c : comment) {
-    if (c == '\n') {
-      text += "\n# ";
-    } else {
-      text += c == '\r' ? ' ' : c;
-    }
-  }
-  return text + "\n";
-}
-
 // A name as a field. The rows are read line by line, so that a stray quote spoils one row and not the rest.
 std::string nameField(const std::string& name, const char* what) {
   if (name.find_first_of("\r\n") != std::string::npos) {
@@ -169,18 +159,20 @@ std::string nameField(const std::string& name, const char* what) {
 
 std::string cornersFileText(const CornersFile& file) {
   std::string text;
-  for (const std::string& comment : file.comments) text += commentText(comment);
+  for (const std::string& comment : file.comments) {
+    for (const std::string_view line : split(comment, '\n')) text += "# " + std::string(line) + "\n";
+  }
+  std::replace(text.begin(), text.end(), '\r', ' ');
   text += std::string(kHeader) + "\n";
   const std::string spec = specText(file.board);
   for (const View& view : file.views) {
-    const std::string prefix = nameField(file.camera, "camera") + "," + nameField(view.image, "image") + "," +
-                               std::to_string(view.size.width) + "," + std::to_string(view.size.height) +
-                               "," + spec + ",";
-    for (const Corner& corner : view.corners) {
-      text += prefix + std::to_string(corner.id) + "," + std::to_string(corner.id % file.board.columns) +
-              "," + std::to_string(corner.id / file.board.columns) + "," + exactText(corner.pixel.x()) + "," +
-              exactText(corner.pixel.y()) + "," +
-              (std::isnan(corner.sigma_px) ? "" : exactText(corner.sigma_px)) + "\n";
+    const std::string prefix =
+        fmt::format("{},{},{},{},{},", nameField(file.camera, "camera"), nameField(view.image, "image"),
+                    view.size.width, view.size.height, spec);
+    for (const auto& [id, pixel, sigma_px] : view.corners) {
+      text += fmt::format("{}{},{},{},{},{},{}\n", prefix, id, id % file.board.columns,
+                          id / file.board.columns, exactText(pixel.x()), exactText(pixel.y()),
+                          std::isnan(sigma_px) ? "" : exactText(sigma_px));
     }
   }
   return text;

@@ -21,11 +21,11 @@ namespace alidade::detail {
 /// Reads a whole camera file of this program's own format.
 [[nodiscard]] CameraRecord readCameraRoot(const YamlNode& root);
 
-/// Reads a pose written in any of the representations that pose_file.h lists. `beside`: keys that may stand
+/// Reads a pose written in any of the representations that pose_list.h lists. `beside`: keys that may stand
 /// beside them.
 [[nodiscard]] SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside = {});
 
-/// The same, or under a key that names the frames, as pose_file.h says. @returns camera_from_X
+/// The same, or under a key that names the frames, as pose_list.h says. @returns camera_from_X
 struct FramedPose {
   SE3 camera_from_x;
   bool is_framed = false;  ///< it stood under such a key

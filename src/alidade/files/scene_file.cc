@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "alidade/core/size_groups.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
@@ -62,7 +63,7 @@ Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& f
 void checkRenderSize(const YamlNode& node, const ImageSize& size) {
   constexpr std::int64_t kMaxPixels = 100'000'000;
   if (std::int64_t{size.width} * size.height <= kMaxPixels) return;
-  throw node.error("images of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+  throw node.error("images of " + sizeText(size) + " pixels",
                    "at most " + std::to_string(kMaxPixels) + " pixels in total for a scene");
 }
 

@@ -14,7 +14,7 @@ namespace alidade {
 ///   alidade_scene: 1
 ///   camera: camera.yaml            # a camera file, or a map of its model, image_size, parameters
 ///   board: checkerboard:9x6:25mm   # or a board file
-///   views: {random: 12}            # or {poses: [...]}, each as in pose_file.h
+///   views: {random: 12}            # or {poses: [...]}, each as in pose_list.h
 ///   seed: 1
 ///   random: {max_tilt_deg: 45, max_roll_deg: 30, min_fill: 0.35, max_fill: 0.8, margin_px: 4}
 ///   render: {blur_px: 0.8, read_noise: 1.5, full_well_electrons: 10000, dark_level: 30, bright_level: 220,

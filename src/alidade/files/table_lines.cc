@@ -3,17 +3,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <utility>
 
 #include "alidade/core/text.h"
 #include "alidade/files/file_text.h"
 
 namespace alidade::detail {
 namespace {
-
-bool isBlank(char c) {
-  return c == ' ' || c == '\t' || c == '\r';
-}
 
 std::string lowerCase(std::string_view text) {
   std::string lower(text);
@@ -45,17 +40,6 @@ std::optional<std::string> unitBehind(std::string_view field, const std::string&
   rest = rest.substr(first, rest.find_last_not_of(kAround) - first + 1);
   const std::string symbol = unitSymbol(std::string(rest));
   return symbol.empty() ? std::nullopt : std::optional(symbol);
-}
-
-// The first place from `start` on that ends a field, outside of quotes; or the line's end.
-template <class IsEnd>
-std::size_t endOfField(std::string_view line, std::size_t start, const IsEnd& isEnd) {
-  bool is_quoted = false;
-  std::size_t i = start;
-  for (; i < line.size() && (is_quoted || !isEnd(line[i])); ++i) {
-    if (line[i] == '"') is_quoted = !is_quoted;
-  }
-  return i;
 }
 
 }  // namespace
@@ -153,43 +137,38 @@ TableLines::Kind TableLines::take(std::string_view line) {
 void TableLines::split(std::string_view line) {
   fields_.clear();
   unquoted_.clear();
-  bool has_comma = line.find(',') != std::string_view::npos;
-  bool has_semicolon = line.find(';') != std::string_view::npos;
-  bool is_quoted = false;
-  if (line.find('"') != std::string_view::npos) {  // what stands in quotes does not count
-    has_comma = has_semicolon = false;
-    for (const char c : line) {
-      if (c == '"') is_quoted = !is_quoted;
-      if (is_quoted) continue;
-      has_comma = has_comma || c == ',';
-      has_semicolon = has_semicolon || c == ';';
+  // Calls `visit` with the place of each character outside of quotes.
+  const auto visitUnquoted = [line](const auto& visit) {
+    bool is_quoted = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      if (line[i] == '"') is_quoted = !is_quoted;
+      if (!is_quoted) visit(i);
     }
-  }
-  if (is_quoted) throw error("a quote that is not closed", "a closing quote at the end of the field");
+    return is_quoted;
+  };
+  bool has_comma = false;
+  bool has_semicolon = false;
+  const bool is_open = visitUnquoted([&](std::size_t i) {
+    has_comma = has_comma || line[i] == ',';
+    has_semicolon = has_semicolon || line[i] == ';';
+  });
+  if (is_open) throw error("a quote that is not closed", "a closing quote at the end of the field");
   if (has_comma && has_semicolon)
     throw error("both commas and semicolons",
                 "only one of them, between fields, and a decimal point in numbers",
                 "if the numbers have decimal commas, replace them by points");
-  if (has_comma || has_semicolon) return splitAt(line, has_comma ? ',' : ';');
-  splitAtBlanks(line);
-}
-
-void TableLines::splitAt(std::string_view line, char separator) {
-  for (std::size_t start = 0;;) {
-    const std::size_t end = endOfField(line, start, [separator](char c) { return c == separator; });
-    addField(trim(line.substr(start, end - start)));
-    if (end == line.size()) return;
+  const std::string_view separators = has_comma ? "," : has_semicolon ? ";" : " \t\r";
+  const bool are_blanks = separators.size() > 1;
+  std::size_t start = 0;
+  const auto endField = [&](std::size_t end) {
+    const std::string_view field = trim(line.substr(start, end - start));
+    if (!are_blanks || !field.empty()) addField(field);  // several blanks separate as one does
     start = end + 1;
-  }
-}
-
-void TableLines::splitAtBlanks(std::string_view line) {
-  for (std::size_t start = 0; start < line.size();) {
-    const std::size_t end = endOfField(line, start, isBlank);
-    addField(line.substr(start, end - start));
-    start = end;
-    while (start < line.size() && isBlank(line[start])) ++start;
-  }
+  };
+  visitUnquoted([&](std::size_t i) {
+    if (separators.find(line[i]) != std::string_view::npos) endField(i);
+  });
+  endField(line.size());
 }
 
 void TableLines::addField(std::string_view text) {

@@ -67,8 +67,6 @@ class TableLines {
 
  private:
   void split(std::string_view line);
-  void splitAt(std::string_view line, char separator);
-  void splitAtBlanks(std::string_view line);
   void addField(std::string_view text);
 
   std::string name_;

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 // This program's own camera file (docs/files.md).
-#include <algorithm>
-
-#include "alidade/camera/self_check.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"

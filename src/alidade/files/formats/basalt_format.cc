@@ -137,7 +137,8 @@ std::string write(std::span<const NamedCamera> cameras) {
                        {"gyro_bias_std", {0.0001, 0.0001, 0.0001}},
                        {"cam_time_offset_ns", 0},
                        {"vignette", json::array()}};
-  return jsonFileText({{"value0", values}});
+  const json document = {{"value0", values}};
+  return document.dump(2) + "\n";
 }
 
 }  // namespace

@@ -3,13 +3,17 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iomanip>
+#include <sstream>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 
 #include "alidade/core/text.h"
 #include "alidade/files/file_text.h"
-#include "alidade/files/formats/opencv_as_yaml.h"
 
 namespace alidade::detail {
 namespace {
@@ -61,20 +65,6 @@ void keepOneMessage(std::string& text, const std::string& file) {
   text.resize(end);
 }
 
-// YAML has no tabs between values, JSON has. Outside of strings they become blanks.
-void replaceTabs(std::string& text) {
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (in_string && text[i] == '\\') {
-      ++i;
-    } else if (text[i] == '"') {
-      in_string = !in_string;
-    } else if (text[i] == '\t' && !in_string) {
-      text[i] = ' ';
-    }
-  }
-}
-
 // Replaces the value behind each `key` that starts with `opening` by `instead`. `endOf` finds the end of a
 // value that begins at a place. Lines stay.
 template <class EndOf>
@@ -122,13 +112,144 @@ void dropTransformMatrices(std::string& text) {
   });
 }
 
-// Makes YAML of the text.
+// OpenCV's YAML, which starts with %YAML:1.0 and whose parser (modules/core/src/persistence_yml.cpp) ends a
+// key at the colon, whatever comes next. That first line becomes a comment, and where a value stands right
+// behind its key's colon ("data:[1, 2]") and YAML wants a blank between the two, there is one. That goes for
+// keys at the start of a line, perhaps indented, alone: one further along its line, as within { }, still
+// needs its blank. Linear in the text.
+std::string openCvAsYaml(const std::string& text) {
+  const auto isKeyCharacter = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
+  };
+  std::string yaml;
+  for (const std::string_view line : split(text, '\n')) {
+    const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
+    std::size_t end = begin;
+    while (end < line.size() && isKeyCharacter(line[end])) ++end;
+    const bool is_key = end + 1 < line.size() && line[end] == ':' &&
+                        (std::isalpha(static_cast<unsigned char>(line[begin])) != 0 || line[begin] == '_');
+    const bool is_tight = is_key && std::string_view(" \t\r").find(line[end + 1]) == std::string_view::npos;
+    yaml += is_tight ? std::string(line.substr(0, end)) + ": " + std::string(line.substr(end + 1))
+                     : std::string(line);
+    yaml += '\n';
+  }
+  yaml.front() = '#';  // what YAML does not know as a directive stays as a comment
+  return yaml;
+}
+
+constexpr int kMaxDepth = 100;
+
+// Values that blanks separate; what stands in quotation marks is one.
+std::vector<std::string> valuesOf(const char* text) {
+  std::istringstream stream(text);
+  std::vector<std::string> values;
+  for (std::string value; stream >> std::quoted(value, '"', '\0');) values.push_back(value);
+  return values;
+}
+
+// Writes the tree element by element and starts new lines so that each key stands where its element starts.
+class XmlWriter {
+ public:
+  XmlWriter(const std::string& source, const std::string& file) : source_(source), file_(file) {}
+
+  void writeElement(const pugi::xml_node& element, int depth) {
+    if (depth > kMaxDepth) {
+      throw inputError(
+          {.where = file_ + ":" +
+                    std::to_string(lineAt(source_, static_cast<std::size_t>(element.offset_debug()))),
+           .found = "found elements nested deeper than " + std::to_string(kMaxDepth) + " deep",
+           .expected = "a few levels"});
+    }
+    std::vector<pugi::xml_node> children;
+    for (const pugi::xml_node& child : element.children()) {
+      if (child.type() == pugi::node_element) children.push_back(child);
+    }
+    if (children.empty()) {
+      writeValues(valuesOf(element.text().get()));
+      return;
+    }
+    const bool is_list = std::string_view(children.front().name()) == "_";
+    out_ += is_list ? "[" : "{";
+    for (const pugi::xml_node& child : children) {
+      goToLineOf(child);
+      if (!is_list) out_ += quoted(child.name()) + ": ";
+      writeElement(child, depth + 1);
+      out_ += ", ";
+    }
+    out_ += is_list ? "]" : "}";
+  }
+
+  [[nodiscard]] std::string text() && { return std::move(out_); }
+
+ private:
+  // Elements come in the order of the text, so lines are counted once.
+  void goToLineOf(const pugi::xml_node& element) {
+    const auto offset = std::min(static_cast<std::size_t>(element.offset_debug()), source_.size());
+    for (; offset_ < offset; ++offset_) {
+      if (source_[offset_] == '\n') out_ += '\n';
+    }
+  }
+
+  // One value is a scalar. Whoever wants a list of one takes it from a scalar too.
+  void writeValues(const std::vector<std::string>& values) {
+    if (values.size() == 1) {
+      out_ += quoted(values.front());
+      return;
+    }
+    out_ += '[';
+    for (const std::string& value : values) out_ += quoted(value) + ", ";
+    out_ += ']';
+  }
+
+  static std::string quoted(std::string_view value) {
+    std::string text = "\"";
+    for (const char c : value) {
+      if (c == '"' || c == '\\') text += '\\';
+      text += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    }
+    return text + '"';
+  }
+
+  const std::string& source_;
+  const std::string& file_;
+  std::string out_;
+  std::size_t offset_ = 0;
+};
+
+// OpenCV's XML (root <opencv_storage>) as YAML. Elements that hold no element are strings, or lists where
+// blanks separate several values; elements named "_" are the items of a list.
+// @throws Error (kInput) where the text is not XML, or not OpenCV's
+std::string openCvXmlAsYaml(const std::string& text, const std::string& file) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed =
+      document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (!parsed) {
+    throw inputError(
+        {.where = file + ":" + std::to_string(lineAt(text, static_cast<std::size_t>(parsed.offset))),
+         .found = std::string("found text that is not valid XML: ") + parsed.description(),
+         .expected = "XML as OpenCV writes it",
+         .next_step = "correct the file near that line"});
+  }
+  const pugi::xml_node root = document.child("opencv_storage");
+  if (!root) {
+    throw inputError(
+        {.where = file,
+         .found = std::string("found XML with the root <") + document.document_element().name() + ">",
+         .expected = "<opencv_storage>, as OpenCV writes it"});
+  }
+  XmlWriter writer(text, file);
+  writer.writeElement(root, 0);
+  return std::move(writer).text();
+}
+
+// Makes YAML of the text, in which every value stands in the line that it has in the text.
 YamlNode parseTree(std::string text, const std::string& file) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && text[first] == '<') {
     text = openCvXmlAsYaml(text, file);
   } else if (nlohmann::json::accept(text)) {
-    replaceTabs(text);
+    // YAML has no tabs between values, JSON has; within its strings they are escaped.
+    std::replace(text.begin(), text.end(), '\t', ' ');
     dropTransformMatrices(text);
   } else {
     if (text.starts_with("%YAML:")) text = openCvAsYaml(text);

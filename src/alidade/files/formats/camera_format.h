@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -65,6 +66,20 @@ struct CameraFormat {
 /// @throws Error (kInput) if a camera cannot be held exactly, with the reason
 [[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                                      const std::string& path = "");
+
+/// The format that a text of no known format comes nearest to.
+struct FormatGuess {
+  const CameraFormat* format = nullptr;
+  int line = 0;              ///< of `key`, from 1
+  std::string key = {};      ///< the key in the text that names a camera: "camera_matix"
+  std::string meant = {};    ///< the format's key that it is nearest to: "camera_matrix"
+  std::string missing = {};  ///< the first key that the format needs and the text does not have; may be empty
+  std::size_t num_found = 0;  ///< keys of the format that the text has, or nearly has
+};
+
+/// Looks for keys of camera formats, or keys nearly spelled like them, in YAML, JSON or XML, damaged or not.
+/// @returns std::nullopt if the text does not name a camera
+[[nodiscard]] std::optional<FormatGuess> guessFormat(const std::string& text);
 
 /// The formats, each defined in a file of its name (ros_format.cc). Where the facts come from stands there.
 namespace detail::formats {

@@ -3,11 +3,11 @@
 // and groups of parameters by name (camodocal/src/camera_models: PinholeCamera.cc, CataCamera.cc,
 // EquidistantCamera.cc). KANNALA_BRANDT numbers its coefficients from k2, where we number from k1. Pixel (0,
 // 0) is a pixel's centre.
-#include <algorithm>
 #include <array>
 #include <string>
 
-#include "alidade/core/text.h"
+#include <fmt/format.h>
+
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
@@ -64,10 +64,9 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = layoutOf(kLenses, named.camera.modelId());
-  std::string text = "%YAML:1.0\n---\nmodel_type: " + std::string(lens.name) +
-                     "\ncamera_name: " + yamlText(named.name.empty() ? "camera" : named.name) +
-                     "\nimage_width: " + std::to_string(named.image_size.width) +
-                     "\nimage_height: " + std::to_string(named.image_size.height) + "\n";
+  std::string text = fmt::format(
+      "%YAML:1.0\n---\nmodel_type: {}\ncamera_name: {}\nimage_width: {}\nimage_height: {}\n", lens.name,
+      yamlText(named.name.empty() ? "camera" : named.name), named.image_size.width, named.image_size.height);
   const std::vector<double> listed = listedOrder(lens, named.camera);
   std::size_t next = 0;
   for (const Group& group : kGroups) {

@@ -4,10 +4,12 @@
 // image's corner: the centre of the first one is (0.5, 0.5).
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
@@ -119,11 +121,11 @@ Statement parseLine(const Line& line) {
   }
   std::vector<StatedNumber> listed;
   for (std::size_t i = kNumBefore; i < line.words.size(); ++i) {
-    const auto number = parseStated(line.words[i]);
-    if (!number)
+    const auto number = parseDouble(line.words[i]);
+    if (!number || !std::isfinite(*number))
       complain(line, "'" + line.words[i] + "'", "a finite number for " + names[i - kNumBefore],
                "correct it, or remove the camera from the file");
-    listed.push_back(*number);
+    listed.push_back({*number});
   }
   std::vector<StatedNumber> parameters = storageOrder(lens, listed);
   takeOrigin(parameters, kOrigin);
@@ -203,13 +205,14 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
-  std::string text =
-      "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
-  text += "# Number of cameras: " + std::to_string(cameras.size()) + "\n";
+  std::string text = fmt::format(
+      "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
+      "# Number of cameras: {}\n",
+      cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const LensLayout& lens = layoutOf(kLenses, cameras[i].camera.modelId());
-    text += std::to_string(i + 1) + " " + std::string(lens.name) + " " +
-            std::to_string(cameras[i].image_size.width) + " " + std::to_string(cameras[i].image_size.height);
+    text += fmt::format("{} {} {} {}", i + 1, lens.name, cameras[i].image_size.width,
+                        cameras[i].image_size.height);
     for (const double value : listedOrder(lens, cameras[i].camera, kOrigin)) text += " " + exactText(value);
     text += "\n";
   }

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include <nlohmann/json.hpp>
-
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 
 namespace alidade::detail {
@@ -81,14 +80,8 @@ bool isSameStated(const StatedNumber& a, const StatedNumber& b) {
 }
 
 bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const StatedNumber& x, const StatedNumber& y) { return isSameStated(x, y); });
-}
-
-std::optional<StatedNumber> parseStated(std::string_view text) {
-  const auto value = parseDouble(text);
-  if (!value || !std::isfinite(*value)) return std::nullopt;
-  return StatedNumber{.value = *value, .half_unit = halfUnitOf(text)};
+  return std::ranges::equal(a, b,
+                            [](const StatedNumber& x, const StatedNumber& y) { return isSameStated(x, y); });
 }
 
 StatedNumber statedNumber(const YamlNode& node) {
@@ -189,7 +182,7 @@ std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& 
     throw stated.node->error("'" + stated.key + "' without '" + missing.key + "'", "both sides of the image",
                              "add " + missing.key + ", or --image-size WIDTHxHEIGHT");
   }
-  const std::string size = std::to_string(given->width) + "x" + std::to_string(given->height);
+  const std::string size = sizeText(*given);
   if (side != (width.node ? given->width : given->height)) {
     throw stated.node->error(
         "'" + stated.node->text() + "' as '" + stated.key + "' but no '" + missing.key + "'",
@@ -201,8 +194,7 @@ std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& 
 }
 
 const LensLayout* findLayout(std::span<const LensLayout> layouts, std::string_view name) {
-  const auto found = std::find_if(layouts.begin(), layouts.end(),
-                                  [name](const LensLayout& layout) { return layout.name == name; });
+  const auto found = std::ranges::find(layouts, name, &LensLayout::name);
   return found == layouts.end() ? nullptr : &*found;
 }
 
@@ -221,8 +213,7 @@ const LensLayout& layoutNamed(std::span<const LensLayout> layouts, const YamlNod
 }
 
 const LensLayout& layoutOf(std::span<const LensLayout> layouts, std::string_view model) {
-  const auto found = std::find_if(layouts.begin(), layouts.end(),
-                                  [model](const LensLayout& layout) { return layout.model == model; });
+  const auto found = std::ranges::find(layouts, model, &LensLayout::model);
   expect(found != layouts.end(), "the format has a layout for each of its models");
   return *found;
 }
@@ -241,11 +232,9 @@ std::vector<StatedNumber> storageOrder(const LensLayout& layout, std::span<const
 }
 
 std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera, double origin) {
-  const auto names = camera.parameterNames();
   std::vector<double> listed;
   for (const std::string_view name : split(layout.order, ' ')) {
-    const auto index = std::find(names.begin(), names.end(), name) - names.begin();
-    listed.push_back(camera.parameters()[static_cast<std::size_t>(index)]);
+    listed.push_back(camera.parameter(name));
     if (name == "cx" || name == "cy") listed.back() += origin;
   }
   return listed;
@@ -257,12 +246,14 @@ void takeOrigin(std::span<StatedNumber> parameters, double origin) {
 }
 
 StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
-                         std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size) {
+                         std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size,
+                         std::vector<Remark> remarks) {
   std::vector<double> values;
   for (const StatedNumber& number : parameters) values.push_back(number.value);
   return {.name = std::move(name),
           .camera = withPlace(place, [&] { return AnyCamera::make(model, values); }),
-          .image_size = image_size};
+          .image_size = image_size,
+          .remarks = std::move(remarks)};
 }
 
 void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> more) {
@@ -287,10 +278,6 @@ std::string yamlText(const std::string& text) {
   YAML::Emitter out;
   out << text;
   return out.c_str();
-}
-
-std::string jsonFileText(const nlohmann::ordered_json& document) {
-  return document.dump(2) + "\n";
 }
 
 void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera) {

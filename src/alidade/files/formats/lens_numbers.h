@@ -7,8 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "alidade/files/formats/stated_camera.h"
 #include "alidade/files/yaml_node.h"
 
@@ -25,9 +23,6 @@ struct StatedNumber {
 [[nodiscard]] bool isSameStated(const StatedNumber& a, const StatedNumber& b);
 /// The same of lists of the same length.
 [[nodiscard]] bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b);
-
-/// @returns nothing if `text` is not a finite number
-[[nodiscard]] std::optional<StatedNumber> parseStated(std::string_view text);
 
 /// @throws Error (kInput) if the node is no finite number
 [[nodiscard]] StatedNumber statedNumber(const YamlNode& node);
@@ -104,7 +99,7 @@ void takeOrigin(std::span<StatedNumber> parameters, double origin);
 /// no camera
 [[nodiscard]] StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
                                        std::span<const StatedNumber> parameters,
-                                       std::optional<ImageSize> image_size);
+                                       std::optional<ImageSize> image_size, std::vector<Remark> remarks = {});
 
 /// Appends what is in `more`.
 void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> more);
@@ -118,9 +113,6 @@ void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> mo
 
 /// A string as a YAML scalar, in quotation marks where it needs them.
 [[nodiscard]] std::string yamlText(const std::string& text);
-
-/// A JSON document as a file: indented, with an end of line. Doubles read back as the same.
-[[nodiscard]] std::string jsonFileText(const nlohmann::ordered_json& document);
 
 /// A remark if the map has other keys than these.
 void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera);

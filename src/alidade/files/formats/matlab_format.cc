@@ -176,12 +176,13 @@ std::string write(std::span<const NamedCamera> cameras) {
     const auto begin = listed.begin() + static_cast<std::ptrdiff_t>(first);
     return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
   };
-  return jsonFileText({{"FocalLength", list(0, 2)},
-                       {"PrincipalPoint", list(2, 2)},
-                       {"ImageSize", {named.image_size.height, named.image_size.width}},
-                       {"RadialDistortion", list(4, 3)},
-                       {"TangentialDistortion", list(7, 2)},
-                       {"Skew", 0.0}});
+  const nlohmann::ordered_json document = {{"FocalLength", list(0, 2)},
+                                           {"PrincipalPoint", list(2, 2)},
+                                           {"ImageSize", {named.image_size.height, named.image_size.width}},
+                                           {"RadialDistortion", list(4, 3)},
+                                           {"TangentialDistortion", list(7, 2)},
+                                           {"Skew", 0.0}};
+  return document.dump(2) + "\n";
 }
 
 }  // namespace

@@ -5,7 +5,8 @@
 #include <array>
 #include <string>
 
-#include "alidade/core/text.h"
+#include <fmt/format.h>
+
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
@@ -67,11 +68,12 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = layoutOf(kLenses, named.camera.modelId());
-  return "{\n    'lensmodel':  '" + std::string(lens.name) + "',\n\n    # intrinsics are " +
-         std::string(lens.order) + "\n    'intrinsics': " + listText(listedOrder(lens, named.camera)) +
-         ",\n\n    # extrinsics are rt_fromref\n    'extrinsics': [0, 0, 0, 0, 0, 0],\n\n    'imagersize': "
-         "[" +
-         std::to_string(named.image_size.width) + ", " + std::to_string(named.image_size.height) + "]\n}\n";
+  return fmt::format(
+      "{{\n    'lensmodel':  '{}',\n\n    # intrinsics are {}\n    'intrinsics': {},\n\n"
+      "    # extrinsics are rt_fromref\n    'extrinsics': [0, 0, 0, 0, 0, 0],\n\n    'imagersize': [{}, "
+      "{}]\n}}\n",
+      lens.name, lens.order, listText(listedOrder(lens, named.camera)), named.image_size.width,
+      named.image_size.height);
 }
 
 }  // namespace

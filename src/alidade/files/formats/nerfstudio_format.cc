@@ -124,13 +124,11 @@ bool hasAngleAlone(const Intrinsics& intrinsics) {
 }
 
 // The focal length at which an image of `side` pixels sees the field angle of `node`.
-StatedNumber focalOf(const YamlNode& node, int side) {
-  const StatedNumber angle = statedNumber(node);
-  if (!(angle.value > 0 && angle.value < std::numbers::pi))
+double focalOf(const YamlNode& node, int side) {
+  const double angle = node.number();
+  if (!(angle > 0 && angle < std::numbers::pi))
     throw node.error("'" + node.text() + "'", "a field of view in radians between 0 and pi");
-  const double sine = std::sin(0.5 * angle.value);
-  return {.value = 0.5 * side / std::tan(0.5 * angle.value),
-          .half_unit = 0.25 * side / (sine * sine) * angle.half_unit};
+  return 0.5 * side / std::tan(0.5 * angle);
 }
 
 // A field angle beside a focal length says the same, or one of the two is of another camera or image. Of a
@@ -144,7 +142,7 @@ void refuseOtherAngle(const Intrinsics& intrinsics, const char* angle_key, const
   const double focal = statedNumber(*stated).value;
   const auto isSameFocal = [focal](double other) { return std::abs(focal - other) <= kSameShare * other; };
   if (is_fisheye && isSameFocal(side / statedNumber(*angle).value)) return;
-  const double told = focalOf(*angle, side).value;
+  const double told = focalOf(*angle, side);
   if (isSameFocal(told)) return;
   throw angle->error("'" + angle->text() + "', which for " + std::to_string(side) +
                          " pixels means a focal length of " + exactText(told),
@@ -168,9 +166,9 @@ std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_f
   }
   const auto angle_y = intrinsics.find("camera_angle_y");
   const bool has_y = intrinsics.find("fl_y") || angle_y;
-  const StatedNumber fx = focalOf(angle, size->width);
+  const StatedNumber fx = {focalOf(angle, size->width)};
   const StatedNumber fy = intrinsics.find("fl_y") ? intrinsics.number("fl_y")
-                          : angle_y               ? focalOf(*angle_y, size->height)
+                          : angle_y               ? StatedNumber{focalOf(*angle_y, size->height)}
                                                   : fx;
   remarks.push_back({"assumed", angle.where() +
                                     ": there is no fl_x; assumed to be 0.5 w / tan(camera_angle_x / 2) = " +
@@ -179,7 +177,7 @@ std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_f
     if (intrinsics.find(key)) return intrinsics.number(key);
     remarks.push_back(
         {"assumed", angle.where() + ": there is no " + key + "; assumed to be the image centre"});
-    return StatedNumber{.value = 0.5 * side, .half_unit = 0};
+    return StatedNumber{0.5 * side};
   };
   const StatedNumber cx = middle("cx", size->width);
   return {fx, fy, cx, middle("cy", size->height)};
@@ -227,10 +225,10 @@ StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, cons
       !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
                                  [](const StatedNumber& number) { return number.value == 0; });
   const char* telling = hasAngleAlone(intrinsics) ? "camera_angle_x" : "fl_x";
-  StatedCamera camera = stateCamera(intrinsics.find(telling)->where(), name,
-                                    is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
-                                    std::span(parameters).first(is_plain ? 4 : parameters.size()), size);
-  camera.remarks = std::move(remarks);
+  StatedCamera camera =
+      stateCamera(intrinsics.find(telling)->where(), name,
+                  is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
+                  std::span(parameters).first(is_plain ? 4 : parameters.size()), size, remarks);
   if (!intrinsics.find("camera_model") && !intrinsics.find("is_fisheye")) {
     camera.remarks.push_back(
         {"assumed",
@@ -241,9 +239,9 @@ StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, cons
 }
 
 bool saysSame(const YamlNode& a, const YamlNode& b) {
-  const auto x = parseStated(a.text());
-  const auto y = parseStated(b.text());
-  return x && y ? x->value == y->value : a.text() == b.text();
+  const auto x = parseDouble(a.text());
+  const auto y = parseDouble(b.text());
+  return a.text() == b.text() || (x && y && *x == *y);
 }
 
 // The readers of this format differ in whether the top or the frame counts.
@@ -320,7 +318,7 @@ std::string write(std::span<const NamedCamera> cameras) {
     document[key] = values[i];
   }
   document["frames"] = nlohmann::ordered_json::array();
-  return jsonFileText(document);
+  return document.dump(2) + "\n";
 }
 
 }  // namespace

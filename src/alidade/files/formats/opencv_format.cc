@@ -9,6 +9,9 @@
 #include <map>
 #include <string>
 
+#include <fmt/format.h>
+
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
@@ -86,8 +89,7 @@ std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& optio
   std::optional<ImageSize> found;
   const auto requireSame = [&](const YamlNode& place, bool is_same) {
     if (is_same) return;
-    throw place.error("an image size that differs from an earlier one",
-                      std::to_string(found->width) + "x" + std::to_string(found->height),
+    throw place.error("an image size that differs from an earlier one", sizeText(*found),
                       "remove the wrong one");
   };
   const auto take = [&](const YamlNode& place, ImageSize size) {
@@ -153,15 +155,13 @@ std::string statedModel(const YamlNode& root) {
   return flagged;
 }
 
-[[noreturn]] void throwAmbiguous(const YamlNode& node) {
-  throw node.error(
-      "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a fisheye",
-      "a key that states which: 'fisheye_model: 1' or 'fisheye_model: 0'",
-      "add --read-as radtan or --read-as kannala_brandt");
-}
-
 std::string modelOf(const YamlNode& node, std::size_t count, const std::string& stated) {
-  if (count == 4 && stated.empty()) throwAmbiguous(node);
+  if (count == 4 && stated.empty()) {
+    throw node.error(
+        "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a fisheye",
+        "a key that states which: 'fisheye_model: 1' or 'fisheye_model: 0'",
+        "add --read-as radtan or --read-as kannala_brandt");
+  }
   if (stated == "kannala_brandt") {
     if (count == 4) return stated;
     throw node.error(std::to_string(count) + " distortion coefficients", "4 for a fisheye");
@@ -172,19 +172,9 @@ std::string modelOf(const YamlNode& node, std::size_t count, const std::string& 
   throw node.error(std::to_string(count) + " distortion coefficients", "none, 4, 5, 8, 12 or 14");
 }
 
-// k1 k2 p1 p2 and the unified model's xi, as cv::omnidir has them.
-StatedCamera readOmni(const YamlNode& node, const std::string& name, std::vector<StatedNumber> parameters,
-                      const YamlNode& xi, std::span<const StatedNumber> coefficients,
-                      std::optional<ImageSize> size) {
-  if (coefficients.size() != 4)
-    throw node.error(std::to_string(coefficients.size()) + " distortion coefficients", "4 together with xi");
-  parameters.push_back(xi.isMap() ? statedNumbers(xi, 1).front() : statedNumber(xi));
-  append(parameters, coefficients);
-  return stateCamera(node.where(), name, "omni", parameters, size);
-}
-
-StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std::string& read_as,
-                      std::optional<ImageSize> size) {
+StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
+  std::vector<Remark> remarks;
+  const auto size = findSize(root, options, remarks);
   const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
   std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
   const auto key = findKey(root, kCoefficientKeys, suffix);
@@ -197,9 +187,16 @@ StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std
     throw flag->error("'" + flag->text() + "' and 'xi', which belongs to cv::omnidir",
                       "only one of the two lens models", "remove the wrong one");
   }
-  if (root.has("xi")) return readOmni(place, suffix, parameters, root.at("xi"), coefficients, size);
-  const std::string stated = statedModel(root).empty() ? read_as : statedModel(root);
-  const std::string model = modelOf(place, coefficients.size(), stated);
+  std::string model = "omni";
+  if (const auto xi = root.find("xi")) {  // k1 k2 p1 p2 and the unified model's xi, as cv::omnidir has them
+    if (coefficients.size() != 4)
+      throw place.error(std::to_string(coefficients.size()) + " distortion coefficients",
+                        "4 together with xi");
+    parameters.push_back(xi->isMap() ? statedNumbers(*xi, 1).front() : statedNumber(*xi));
+  } else {
+    const std::string stated = statedModel(root);
+    model = modelOf(place, coefficients.size(), stated.empty() ? options.model : stated);
+  }
   if (coefficients.size() == 14) {
     if (coefficients[12].value != 0 || coefficients[13].value != 0) {
       throw UnsupportedCamera(place.error("a tilted sensor (coefficients 13 and 14)",
@@ -210,19 +207,11 @@ StatedCamera readLens(const YamlNode& root, const std::string& suffix, const std
   }
   if (model == "radtan") coefficients.resize(5);
   append(parameters, coefficients);
-  StatedCamera camera = stateCamera(place.where(), suffix, model, parameters, size);
+  StatedCamera camera = stateCamera(place.where(), suffix, model, parameters, size, remarks);
   if (!key)
     camera.remarks.push_back(
         {"assumed", matrix.where() +
                         ": there are no distortion coefficients; the lens is assumed to have no distortion"});
-  return camera;
-}
-
-StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
-  std::vector<Remark> remarks;
-  const auto size = findSize(root, options, remarks);
-  StatedCamera camera = readLens(root, suffix, options.model, size);
-  camera.remarks.insert(camera.remarks.begin(), remarks.begin(), remarks.end());
   return camera;
 }
 
@@ -242,91 +231,72 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   return all;
 }
 
-// A node at the top of a file of OpenCV's FileStorage: a whole number, a real one, or a matrix row by row.
-struct OpenCvNode {
-  std::string key;
-  int whole = 0;
-  int rows = 0;  // 0 = a number: the first of the values, or if there are none `whole`
-  int columns = 0;
-  std::vector<double> values = {};
+// How a dialect of OpenCV's FileStorage writes the nodes at the top of a file, as formats of fmt.
+struct Style {
+  const char* head;
+  const char* number;  // of a key and a number
+  const char* matrix;  // of a key, the numbers of rows and columns, and the values row by row
+  const char* between_values;
+  const char* between_nodes;
+  const char* tail;
 };
+constexpr Style kYaml = {
+    .head = "%YAML:1.0\n---\n",
+    .number = "{}: {}\n",
+    .matrix = "{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
+    .between_values = ", ",
+    .between_nodes = "",
+    .tail = ""};
+constexpr Style kXml = {
+    .head = "<?xml version=\"1.0\"?>\n<opencv_storage>\n",
+    .number = "<{0}>{1}</{0}>\n",
+    .matrix =
+        "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n  <dt>d</dt>\n"
+        "  <data>\n    {3}</data></{0}>\n",
+    .between_values = " ",
+    .between_nodes = "",
+    .tail = "</opencv_storage>\n"};
+constexpr Style kJson = {
+    .head = "{\n",
+    .number = "    \"{}\": {}",
+    .matrix =
+        "    \"{}\": {{\n        \"type_id\": \"opencv-matrix\",\n        \"rows\": {},\n"
+        "        \"cols\": {},\n        \"dt\": \"d\",\n        \"data\": [{}]\n    }}",
+    .between_values = ", ",
+    .between_nodes = ",\n",
+    .tail = "\n}\n"};
 
-std::string valuesText(const OpenCvNode& node, std::string_view separator) {
-  std::vector<std::string> texts;
-  for (const double value : node.values) texts.push_back(realText(value));
-  return join(texts, separator);
-}
-
-std::string numberText(const OpenCvNode& node) {
-  return node.values.empty() ? std::to_string(node.whole) : realText(node.values.front());
-}
-
-std::vector<OpenCvNode> nodesOf(std::span<const NamedCamera> cameras) {
-  const NamedCamera& named = cameras.front();
+std::string textOf(const NamedCamera& named, const Style& style) {
+  std::vector<std::string> nodes;
+  const auto addNumber = [&](const char* key, const std::string& value) {
+    nodes.push_back(fmt::format(fmt::runtime(style.number), key, value));
+  };
+  const auto addMatrix = [&](const char* key, std::size_t rows, std::size_t columns,
+                             std::span<const double> values) {
+    std::vector<std::string> texts;
+    for (const double value : values) texts.push_back(realText(value));
+    nodes.push_back(
+        fmt::format(fmt::runtime(style.matrix), key, rows, columns, join(texts, style.between_values)));
+  };
   const std::span<const double> p = named.camera.parameters();
   const std::string_view model = named.camera.modelId();
-  std::vector<OpenCvNode> nodes = {
-      {.key = "image_width", .whole = named.image_size.width},
-      {.key = "image_height", .whole = named.image_size.height},
-      {.key = "fisheye_model", .whole = model == "kannala_brandt" ? 1 : 0},
-      {.key = "camera_matrix", .rows = 3, .columns = 3, .values = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1}}};
+  addNumber("image_width", std::to_string(named.image_size.width));
+  addNumber("image_height", std::to_string(named.image_size.height));
+  addNumber("fisheye_model", model == "kannala_brandt" ? "1" : "0");
+  addMatrix("camera_matrix", 3, 3, std::array{p[0], 0.0, p[2], 0.0, p[1], p[3], 0.0, 0.0, 1.0});
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (model == "pinhole") coefficients.assign(5, 0.0);
   if (model == "omni") {
-    // A plain number, as the sample omni_calibration writes it.
-    nodes.push_back({.key = "xi", .values = {coefficients.front()}});
+    addNumber("xi", realText(coefficients.front()));  // as the sample omni_calibration writes it
     coefficients.erase(coefficients.begin());
   }
-  nodes.push_back({.key = "distortion_coefficients",
-                   .rows = static_cast<int>(coefficients.size()),
-                   .columns = 1,
-                   .values = coefficients});
-  return nodes;
+  addMatrix("distortion_coefficients", coefficients.size(), 1, coefficients);
+  return style.head + join(nodes, style.between_nodes) + style.tail;
 }
 
-std::string writeYaml(std::span<const NamedCamera> cameras) {
-  std::string text = "%YAML:1.0\n---\n";
-  for (const OpenCvNode& node : nodesOf(cameras)) {
-    text += node.key + ": ";
-    if (node.rows == 0) {
-      text += numberText(node) + "\n";
-    } else {
-      text += "!!opencv-matrix\n   rows: " + std::to_string(node.rows) +
-              "\n   cols: " + std::to_string(node.columns) + "\n   dt: d\n   data: [ " +
-              valuesText(node, ", ") + " ]\n";
-    }
-  }
-  return text;
-}
-
-std::string writeXml(std::span<const NamedCamera> cameras) {
-  std::string text = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
-  for (const OpenCvNode& node : nodesOf(cameras)) {
-    if (node.rows == 0) {
-      text += "<" + node.key + ">" + numberText(node) + "</" + node.key + ">\n";
-    } else {
-      text += "<" + node.key + " type_id=\"opencv-matrix\">\n  <rows>" + std::to_string(node.rows) +
-              "</rows>\n  <cols>" + std::to_string(node.columns) + "</cols>\n  <dt>d</dt>\n  <data>\n    " +
-              valuesText(node, " ") + "</data></" + node.key + ">\n";
-    }
-  }
-  return text + "</opencv_storage>\n";
-}
-
-std::string writeJson(std::span<const NamedCamera> cameras) {
-  std::vector<std::string> parts;
-  for (const OpenCvNode& node : nodesOf(cameras)) {
-    std::string part = "    \"" + node.key + "\": ";
-    if (node.rows == 0) {
-      part += numberText(node);
-    } else {
-      part += "{\n        \"type_id\": \"opencv-matrix\",\n        \"rows\": " + std::to_string(node.rows) +
-              ",\n        \"cols\": " + std::to_string(node.columns) +
-              ",\n        \"dt\": \"d\",\n        \"data\": [" + valuesText(node, ", ") + "]\n    }";
-    }
-    parts.push_back(part);
-  }
-  return "{\n" + join(parts, ",\n") + "\n}\n";
+template <const Style& kStyle>
+std::string write(std::span<const NamedCamera> cameras) {
+  return textOf(cameras.front(), kStyle);
 }
 
 }  // namespace
@@ -339,8 +309,8 @@ const CameraFormat& opencv() {
       .marks = {"camera_matrix", "distortion_coefficients", "dist_coeffs", "intrinsic_matrix"},
       .recognises = recognises,
       .read = read,
-      .write = writeYaml,
-      .dialects = {{".xml", writeXml}, {".json", writeJson}}};
+      .write = write<kYaml>,
+      .dialects = {{".xml", write<kXml>}, {".json", write<kJson>}}};
   return kFormat;
 }
 

@@ -9,6 +9,8 @@
 #include <array>
 #include <string>
 
+#include <fmt/format.h>
+
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
@@ -163,8 +165,7 @@ StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& na
   std::vector<Remark> remarks;
   const auto size = sizeOf(common, options, remarks);
   StatedCamera camera = stateCamera(keys.map.at(names.front()).where(), name, lens.model,
-                                    storageOrder(lens, numbersOf(keys.map, names)), size);
-  camera.remarks = std::move(remarks);
+                                    storageOrder(lens, numbersOf(keys.map, names)), size, remarks);
   if (type.empty()) {
     camera.remarks.push_back({"assumed", common.map.where() + ": there is no " + common.of("type") +
                                              "; assumed to be PinHole, as in ORB-SLAM2"});
@@ -260,12 +261,11 @@ std::string write(std::span<const NamedCamera> cameras) {
   const LensLayout& lens = layoutOf(kWritten, named.camera.modelId());
   const std::vector<std::string> names = words(lens.order);
   const std::vector<double> values = listedOrder(lens, named.camera);
-  std::string text =
-      "%YAML:1.0\n---\nFile.version: \"1.0\"\n\nCamera.type: \"" + std::string(lens.name) + "\"\n";
+  std::string text = fmt::format("%YAML:1.0\n---\nFile.version: \"1.0\"\n\nCamera.type: \"{}\"\n", lens.name);
   for (std::size_t i = 0; i < names.size(); ++i)
-    text += "Camera1." + names[i] + ": " + realText(values[i]) + "\n";
-  return text + "\nCamera.width: " + std::to_string(named.image_size.width) +
-         "\nCamera.height: " + std::to_string(named.image_size.height) + "\n";
+    text += fmt::format("Camera1.{}: {}\n", names[i], realText(values[i]));
+  return text + fmt::format("\nCamera.width: {}\nCamera.height: {}\n", named.image_size.width,
+                            named.image_size.height);
 }
 
 }  // namespace

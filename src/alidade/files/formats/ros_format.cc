@@ -10,6 +10,9 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
@@ -34,16 +37,12 @@ const std::vector<std::string> kKnown = words(
     "image_width image_height camera_name camera_matrix distortion_model distortion_coefficients "
     "rectification_matrix projection_matrix header width height K D R P k d r p binning_x binning_y roi");
 
-// The models of sensor_msgs/CameraInfo, and how many coefficients each has.
-struct Distortion {
-  std::string_view name;
-  std::string_view model;  // ours
-  std::size_t count;
-};
-constexpr std::array<Distortion, 4> kDistortions = {{{"plumb_bob", "radtan", 5},
-                                                     {"rational_polynomial", "rational", 8},
-                                                     {"equidistant", "kannala_brandt", 4},
-                                                     {"fisheye", "kannala_brandt", 4}}};
+// The models of sensor_msgs/CameraInfo, and their coefficients.
+constexpr std::array<LensLayout, 4> kDistortions = {
+    {{"plumb_bob", "radtan", "k1 k2 p1 p2 k3"},
+     {"rational_polynomial", "rational", "k1 k2 p1 p2 k3 k4 k5 k6"},
+     {"equidistant", "kannala_brandt", "k1 k2 k3 k4"},
+     {"fisheye", "kannala_brandt", "k1 k2 k3 k4"}}};
 
 // Is this the INI file that ROS' calibrator writes beside ost.yaml?
 bool isCalibratorIni(const std::string& text) {
@@ -98,7 +97,6 @@ void refuseMixedNames(const YamlNode& root, const Names& names) {
 ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& options,
                  std::vector<Remark>& remarks) {
   const ImageSize given = options.image_size.value_or(ImageSize{});
-  const std::string text = std::to_string(given.width) + "x" + std::to_string(given.height);
   std::string unknown;
   for (const auto& [key, side] :
        {std::pair(names.width, given.width), std::pair(names.height, given.height)}) {
@@ -121,8 +119,8 @@ ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& op
     }
   }
   if (unknown.empty()) return readSize(root.at(names.width), root.at(names.height));
-  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; assumed to be " + text +
-                                    " from --image-size"});
+  remarks.push_back({"assumed", root.where() + ": " + unknown + " missing or 0; assumed to be " +
+                                    sizeText(given) + " from --image-size"});
   return given;
 }
 
@@ -181,13 +179,12 @@ std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
     coefficients.clear();
     return "pinhole";
   }
-  for (const Distortion& distortion : kDistortions) {
-    if (distortion.name != stated) continue;
+  if (const LensLayout* lens = findLayout(kDistortions, stated)) {
+    const std::size_t count = words(lens->order).size();
     if (stated == "plumb_bob" && coefficients.size() == 4) coefficients.resize(5);
-    if (coefficients.size() == distortion.count) return distortion.model;
+    if (coefficients.size() == count) return lens->model;
     throw place.error(std::to_string(coefficients.size()) + " coefficients",
-                      std::to_string(distortion.count) + " for " + stated,
-                      "correct distortion_model, or the list");
+                      std::to_string(count) + " for " + stated, "correct distortion_model, or the list");
   }
   const std::vector<std::string> known = {"plumb_bob", "rational_polynomial", "equidistant"};
   throw name.error(
@@ -219,9 +216,8 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const auto name = root.find("camera_name");
   std::vector<Remark> remarks;
   const ImageSize size = sizeOf(root, names, options, remarks);
-  StatedCamera camera =
-      stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model, parameters, size);
-  camera.remarks = std::move(remarks);
+  StatedCamera camera = stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model,
+                                    parameters, size, remarks);
   remarkUnknownKeys(root, kKnown, camera);
   remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
   remarkProjection(root, names.projection, pinhole, camera);
@@ -230,8 +226,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
 }
 
 std::string matrixText(const std::string& key, int rows, int columns, std::span<const double> values) {
-  return key + ":\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(columns) +
-         "\n  data: " + listText(values) + "\n";
+  return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", key, rows, columns, listText(values));
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
@@ -241,18 +236,16 @@ std::string write(std::span<const NamedCamera> cameras) {
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (model == "pinhole") coefficients.assign(5, 0.0);
   // A pinhole has plumb_bob with zeros.
-  const auto distortion = std::find_if(kDistortions.begin(), kDistortions.end(),
-                                       [model](const Distortion& d) { return d.model == model; });
-  const std::string ros_model(model == "pinhole" ? "plumb_bob" : distortion->name);
+  const std::string_view ros_model = model == "pinhole" ? "plumb_bob" : layoutOf(kDistortions, model).name;
   const std::array<double, 9> K = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
   const std::array<double, 9> R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const std::array<double, 12> P = {p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0};
-  return "image_width: " + std::to_string(named.image_size.width) +
-         "\nimage_height: " + std::to_string(named.image_size.height) +
-         "\ncamera_name: " + yamlText(named.name.empty() ? "camera" : named.name) + "\n" +
-         matrixText("camera_matrix", 3, 3, K) + "distortion_model: " + ros_model + "\n" +
-         matrixText("distortion_coefficients", 1, static_cast<int>(coefficients.size()), coefficients) +
-         matrixText("rectification_matrix", 3, 3, R) + matrixText("projection_matrix", 3, 4, P);
+  return fmt::format(
+      "image_width: {}\nimage_height: {}\ncamera_name: {}\n{}distortion_model: {}\n{}{}{}",
+      named.image_size.width, named.image_size.height, yamlText(named.name.empty() ? "camera" : named.name),
+      matrixText("camera_matrix", 3, 3, K), ros_model,
+      matrixText("distortion_coefficients", 1, static_cast<int>(coefficients.size()), coefficients),
+      matrixText("rectification_matrix", 3, 3, R), matrixText("projection_matrix", 3, 4, P));
 }
 
 }  // namespace
