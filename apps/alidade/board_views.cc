@@ -19,39 +19,10 @@
 #include "alidade/files/table_lines.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
-#include "alidade/target/board_spec.h"
 #include "console.h"
-#include "options.h"
 
 namespace alidade {
 namespace {
-
-[[noreturn]] void throwNoBoard(const BoardSurvey& survey, bool has_debug_flag) {
-  const std::vector<std::string>& paths = survey.paths;
-  std::map<DetectionReason, int> counts;
-  for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.detection.reason];
-  if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
-    const std::string& first = survey.outcomes.front().detection.detail;
-    if (paths.size() == 1) throw inputError({.where = first});
-    throw inputError({.where = fmt::format("{} images", paths.size()),
-                      .found = "none of them can be read",
-                      .expected = "images of a board",
-                      .next_step = "the error of the first one: " + oneLine(first)});
-  }
-  std::vector<std::string> reasons;
-  for (const auto& [reason, count] : counts)
-    reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
-  const auto hint = diagnoseBoard(survey.outcomes, survey.board);
-  throw inputError(
-      {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
-       .found = fmt::format("no board ({})", join(reasons, ", ")),
-       .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", survey.board.columns,
-                               survey.board.rows),
-       .next_step = hint ? hintText(*hint, survey.board)
-                         : "check that the board is in the image, is sharp and has a white margin; " +
-                               std::string(has_debug_flag ? "--debug DIR" : "alidade detect --debug DIR") +
-                               " draws what was detected into the images"});
-}
 
 // Where the debug images go, by path of the input. Names that differ in folders only stay apart, and long
 // ones leave room for what is added to them.
@@ -179,7 +150,30 @@ void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool
     const std::string lines = listed(reasonLines(survey));
     printMessage(lines.substr(0, lines.size() - 1));
   }
-  throwNoBoard(survey, has_debug_flag);
+  const std::vector<std::string>& paths = survey.paths;
+  std::map<DetectionReason, int> counts;
+  for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.detection.reason];
+  if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
+    const std::string& first = survey.outcomes.front().detection.detail;
+    if (paths.size() == 1) throw inputError({.where = first});
+    throw inputError({.where = fmt::format("{} images", paths.size()),
+                      .found = "none of them can be read",
+                      .expected = "images of a board",
+                      .next_step = "the error of the first one: " + oneLine(first)});
+  }
+  std::vector<std::string> reasons;
+  for (const auto& [reason, count] : counts)
+    reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
+  const auto hint = diagnoseBoard(survey.outcomes, survey.board);
+  throw inputError(
+      {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
+       .found = fmt::format("no board ({})", join(reasons, ", ")),
+       .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", survey.board.columns,
+                               survey.board.rows),
+       .next_step = hint ? hintText(*hint, survey.board)
+                         : "check that the board is in the image, is sharp and has a white margin; " +
+                               std::string(has_debug_flag ? "--debug DIR" : "alidade detect --debug DIR") +
+                               " draws what was detected into the images"});
 }
 
 void checkDebugFolder(const std::string& folder, const std::string& output) {

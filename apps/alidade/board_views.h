@@ -9,7 +9,7 @@
 #include "alidade/detect/survey.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
-#include "command.h"
+#include "options.h"
 
 // Views of a board, found in images or read from a corners file.
 

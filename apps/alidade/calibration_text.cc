@@ -9,7 +9,6 @@
 #include "alidade/adjust/errors.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/target/board_spec.h"
 #include "calibration_output.h"
 #include "console.h"
 

@@ -7,7 +7,6 @@
 #include "alidade/core/error.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/table_lines.h"
-#include "alidade/target/board_spec.h"
 #include "board_views.h"
 #include "console.h"
 #include "json_output.h"

@@ -121,11 +121,8 @@ std::string differenceTable(const ProjectionDifference& difference) {
     text += fmt::format("    {:>8.0f}", difference.pixels[at(row, 0)].y());
     for (const int column : columns) {
       const double length = difference.lengthAt(at(row, column));
-      if (length < kRoundingPx) {
-        text += fmt::format(" {:>8}", 0);
-        continue;
-      }
-      text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length) : fmt::format(" {:>8}", "-");
+      text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length < kRoundingPx ? 0.0 : length)
+                                    : fmt::format(" {:>8}", "-");
     }
     text += "\n";
   }

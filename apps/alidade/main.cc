@@ -13,7 +13,6 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/detect_images.h"
-#include "command.h"
 #include "console.h"
 #include "json_output.h"
 #include "options.h"

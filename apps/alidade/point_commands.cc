@@ -1,48 +1,303 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
 #include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
 #include "alidade/files/pose_list.h"
+#include "alidade/files/table_lines.h"
 #include "console.h"
+#include "json_output.h"
 #include "options.h"
-#include "row_streams.h"
 
 // The commands project and unproject.
 
 namespace alidade {
 namespace {
 
+using detail::TableColumn;
+using detail::TableLines;
+
+constexpr std::size_t kReadBytes = std::size_t{1} << 18U;
+constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16U;
+
+bool isStandardInput(const std::string& path) {
+  return path.empty() || path == "-";
+}
+
+int openInput(const std::string& path) {
+  if (isStandardInput(path)) return STDIN_FILENO;
+  struct stat info {};
+  if (stat(path.c_str(), &info) != 0 && errno == ENOENT) throw missingPathError(path);
+  if (S_ISDIR(info.st_mode))
+    throw inputError({.where = path, .found = "a folder", .expected = "a file of points"});
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) throw inputError({.where = path, .found = std::strerror(errno), .expected = "a readable file"});
+  return fd;
+}
+
+std::string namesOf(const std::vector<TableColumn>& columns) {
+  std::vector<std::string> names;
+  for (const TableColumn& column : columns) names.push_back(column.name);
+  return join(names, ",");
+}
+
+// Reads rows of two or three numbers from a file or standard input in constant memory, in the forms of
+// TableLines. A header may name the columns in any order and have further ones, which are ignored; without a
+// header (or a comment in its place) the columns come in order and none is extra.
+class PointReader {
+ public:
+  // Rows that are handed on at a time.
+  static constexpr std::size_t kMaxRows = 512;
+
+  // @param path  a file; "-" or nothing for standard input
+  // @param before_read  called before each read, which may wait for whoever writes the input; all rows read
+  // so far have been handed on by then
+  // @throws Error (kInput)
+  PointReader(const std::string& path, std::vector<TableColumn> columns, std::function<void()> before_read);
+  ~PointReader() {
+    if (fd_ != STDIN_FILENO) ::close(fd_);
+  }
+  PointReader(const PointReader&) = delete;
+  PointReader& operator=(const PointReader&) = delete;
+
+  // The next rows' numbers in the order of `columns` (NaN and infinities are numbers here), with zero for a
+  // third column where there are two. False at the end.
+  // @throws Error (kInput) naming file, line and field
+  bool next(std::vector<Eigen::Vector3d>& rows);
+
+ private:
+  void refill();
+  void readLine(std::vector<Eigen::Vector3d>& rows);
+  std::string findColumns(const std::vector<std::string>& names);
+
+  TableLines lines_;
+  int fd_;
+  std::vector<TableColumn> columns_;
+  std::function<void()> before_read_;
+  std::vector<std::size_t> field_of_column_;  // empty until known
+  std::vector<char> buffer_;
+  // In the buffer: whole lines up to `lines_end_`, and the start of one more up to `end_`.
+  const char* begin_;
+  const char* lines_end_;
+  const char* end_;
+  bool at_end_ = false;
+};
+
+// Writes rows of numbers with a status to standard output, as CSV or as one JSON document, in large pieces.
+// Numbers are written in the fewest digits that read back as the same; NaN is "nan", in JSON null.
+// The JSON is written piece by piece and not as a document of nlohmann-json, which would need memory for all
+// rows.
+// @throws Error (kInput), from any method, when it does not arrive
+class AnswerWriter {
+ public:
+  struct Format {
+    bool is_json = false;
+    bool has_pose = false;             // rows start with the id of a pose
+    std::vector<std::string> values;   // columns before the status
+    std::vector<std::string> details;  // columns behind it
+  };
+
+  explicit AnswerWriter(Format format);
+
+  // Of the rows to come.
+  void setPose(const std::string& id);
+  void row(std::span<const double> values, std::string_view status, std::span<const double> details);
+  void end() {
+    if (format_.is_json) buffer_ += "\n]}\n";
+    flush();
+  }
+  void flush() {
+    has_sent_ = has_sent_ || !buffer_.empty();  // even if not all of it arrives
+    printResult(buffer_);
+    buffer_.clear();
+  }
+
+  // A header alone is no answer.
+  void flushRows() {
+    if (has_rows_) flush();
+  }
+  // Whether anything has left for standard output, so that what follows there must go on with it.
+  [[nodiscard]] bool hasSent() const { return has_sent_; }
+
+ private:
+  void addNumber(const std::string& name, double value);
+
+  Format format_;
+  std::string pose_;
+  std::string buffer_;
+  bool has_rows_ = false;
+  bool has_sent_ = false;
+};
+
+PointReader::PointReader(const std::string& path, std::vector<TableColumn> columns,
+                         std::function<void()> before_read)
+    : lines_(isStandardInput(path) ? "standard input" : path),
+      fd_(openInput(path)),
+      columns_(std::move(columns)),
+      before_read_(std::move(before_read)),
+      buffer_(kReadBytes + 1),  // and the end of a last line that has none
+      begin_(buffer_.data()),
+      lines_end_(begin_),
+      end_(begin_) {}
+
+bool PointReader::next(std::vector<Eigen::Vector3d>& rows) {
+  rows.clear();
+  for (;;) {
+    while (begin_ != lines_end_ && rows.size() < kMaxRows) readLine(rows);
+    if (!rows.empty()) return true;
+    if (at_end_) return false;
+    refill();
+  }
+}
+
+void PointReader::refill() {
+  const auto kept = static_cast<std::size_t>(end_ - begin_);
+  if (kept > kMaxLineBytes) {
+    lines_.countLine();
+    throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
+  }
+  std::memmove(buffer_.data(), begin_, kept);
+  before_read_();
+  ssize_t got = 0;
+  do {
+    got = ::read(fd_, buffer_.data() + kept, kReadBytes - kept);
+  } while (got < 0 && errno == EINTR);
+  if (got < 0) throw lines_.error(std::strerror(errno), "readable data");
+  char* end = buffer_.data() + kept + got;
+  at_end_ = got == 0;
+  if (at_end_ && kept > 0) *end++ = '\n';
+  begin_ = buffer_.data();
+  end_ = end;
+  const auto* last =
+      static_cast<const char*>(::memrchr(begin_, '\n', static_cast<std::size_t>(end_ - begin_)));
+  lines_end_ = last == nullptr ? begin_ : last + 1;
+}
+
+void PointReader::readLine(std::vector<Eigen::Vector3d>& rows) {
+  const auto* stop =
+      static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
+  const std::string_view line(begin_, static_cast<std::size_t>(stop - begin_));
+  begin_ = stop + 1;
+  const TableLines::Kind kind = lines_.take(line);
+  if (kind == TableLines::Kind::kNothing) return;
+  if (kind == TableLines::Kind::kHeader) {
+    if (const std::string complaint = findColumns(lines_.names()); !complaint.empty())
+      throw lines_.error(complaint, "columns " + namesOf(columns_) + " in " + columns_.front().unit);
+    return;
+  }
+  // Without a header: a comment may name the columns, otherwise they come in order.
+  if (field_of_column_.empty() && !findColumns(lines_.commentNames()).empty()) {
+    if (lines_.numFields() != columns_.size()) {
+      throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
+                         std::to_string(columns_.size()) + ": " + namesOf(columns_));
+    }
+    for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
+  }
+  Eigen::Vector3d row = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    row[static_cast<Eigen::Index>(i)] = lines_.number(field_of_column_[i], columns_[i].name);
+  rows.push_back(row);
+}
+
+// Looks each column up among the names of a header. @returns why one is missing; empty if none is
+std::string PointReader::findColumns(const std::vector<std::string>& names) {
+  std::vector<std::size_t> fields;
+  for (const TableColumn& column : columns_) {
+    const detail::ColumnSearch search = detail::findColumn(names, column);
+    if (!search.index) return search.complaint.empty() ? "the header " + join(names, ",") : search.complaint;
+    fields.push_back(*search.index);
+  }
+  field_of_column_ = std::move(fields);
+  return {};
+}
+
+AnswerWriter::AnswerWriter(Format format) : format_(std::move(format)) {
+  if (format_.is_json) {
+    buffer_ += "{\"points\": [";
+    return;
+  }
+  std::vector<std::string> names = format_.values;
+  if (format_.has_pose) names.insert(names.begin(), "pose");
+  names.emplace_back("status");
+  names.insert(names.end(), format_.details.begin(), format_.details.end());
+  buffer_ += join(names, ",") + "\n";
+}
+
+void AnswerWriter::setPose(const std::string& id) {
+  pose_ = format_.is_json
+              ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
+              : detail::csvField(id) + ",";
+}
+
+void AnswerWriter::row(std::span<const double> values, std::string_view status,
+                       std::span<const double> details) {
+  constexpr std::size_t kBufferBytes = std::size_t{1} << 17U;
+  const bool is_json = format_.is_json;
+  const std::string_view separator = is_json ? ", " : ",";
+  if (is_json) buffer_ += has_rows_ ? ",\n{" : "\n{";
+  buffer_ += pose_;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    addNumber(format_.values[i], values[i]);
+    buffer_ += separator;
+  }
+  if (is_json) buffer_ += "\"status\": \"";
+  buffer_ += status;
+  if (is_json) buffer_ += '"';
+  for (std::size_t i = 0; i < details.size(); ++i) {
+    buffer_ += separator;
+    addNumber(format_.details[i], details[i]);
+  }
+  buffer_ += is_json ? '}' : '\n';
+  has_rows_ = true;
+  if (buffer_.size() >= kBufferBytes) flush();
+}
+
+// In JSON behind its name.
+void AnswerWriter::addNumber(const std::string& name, double value) {
+  if (format_.is_json) buffer_.append("\"").append(name).append("\": ");
+  if (std::isnan(value) || (format_.is_json && std::isinf(value))) {
+    buffer_ += format_.is_json ? "null" : "nan";
+    return;
+  }
+  std::array<char, 32> digits{};  // the shortest that reads back as the same has at most 24 characters
+  char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  buffer_.append(digits.data(), end);
+}
+
 const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kOk), "out_of_image",
                                                       statusId(ProjectStatus::kBehind),
                                                       statusId(ProjectStatus::kOutsideDomain)};
 
-// Rows of up to three numbers as one array a column, for the batch functions; memory is kept between blocks.
-class Columns {
- public:
-  void resize(std::size_t count) {
-    for (auto& column : columns_) column.resize(count);
-  }
-  void assign(std::span<const Eigen::Vector3d> rows) {
-    resize(rows.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      for (std::size_t c = 0; c < 3; ++c) columns_[c][i] = rows[i][static_cast<Eigen::Index>(c)];
-    }
-  }
-  [[nodiscard]] std::vector<double>& operator[](std::size_t c) { return columns_[c]; }
-  [[nodiscard]] Eigen::Vector3d row(std::size_t i) const {
-    return {columns_[0][i], columns_[1][i], columns_[2][i]};
-  }
+// Rows of numbers, one array a column, for the batch functions; memory is kept between blocks.
+using Columns = Eigen::MatrixX3d;
 
- private:
-  std::array<std::vector<double>, 3> columns_;
-};
+std::span<double> column(Columns& columns, Eigen::Index c) {
+  return {columns.col(c).data(), static_cast<std::size_t>(columns.rows())};
+}
+
+void assign(std::span<const Eigen::Vector3d> rows, Columns& columns) {
+  columns.resize(static_cast<Eigen::Index>(rows.size()), Eigen::NoChange);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    columns.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
+}
 
 // What project and unproject share: a camera file, rows in, rows out, counts by status at the end.
 class StreamCommand : public Command {
@@ -52,11 +307,8 @@ class StreamCommand : public Command {
     const CameraRecord file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
     prepare(file);
     AnswerWriter& out = out_.emplace(format(file));
-    // Whoever writes the points may wait for these rows before writing more. A header alone is no answer.
-    PointReader reader(points_path_, columns_, [&] {
-      if (out.hasRows()) out.flush();
-    });
-    out.begin();
+    // Whoever writes the points may wait for these rows before writing more.
+    PointReader reader(points_path_, columns_, [&] { out.flushRows(); });
     std::vector<Eigen::Vector3d> rows;
     while (reader.next(rows)) take(file, rows, out);
     finish(file, out);
@@ -72,7 +324,7 @@ class StreamCommand : public Command {
   enum class Status { kOk, kOutOfImage, kBehind, kOutside };
 
   // The options of both; `points` describes the input, which has these columns.
-  void setUpStream(CLI::App& app, const char* points, std::vector<detail::TableColumn> columns) {
+  void setUpStream(CLI::App& app, const char* points, std::vector<TableColumn> columns) {
     columns_ = std::move(columns);
     app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
     app.add_option("points", points_path_, points);
@@ -124,7 +376,7 @@ class StreamCommand : public Command {
     return text.empty() ? "no points" : text;
   }
 
-  std::vector<detail::TableColumn> columns_;
+  std::vector<TableColumn> columns_;
   std::optional<AnswerWriter> out_;
   std::string camera_path_;
   CameraOptions camera_;
@@ -223,11 +475,11 @@ class ProjectCommand final : public StreamCommand {
 
   void project(const CameraRecord& file, const std::optional<SE3>& camera_from_points,
                std::span<const Eigen::Vector3d> rows, AnswerWriter& out) {
-    points_.assign(rows);
-    pixels_.resize(rows.size());
+    assign(rows, points_);
+    pixels_.resizeLike(points_);
     statuses_.resize(rows.size());
-    const PointColumns points{points_[0], points_[1], points_[2]};
-    const PixelResults pixels{pixels_[0], pixels_[1], statuses_};
+    const PointColumns points{column(points_, 0), column(points_, 1), column(points_, 2)};
+    const PixelResults pixels{column(pixels_, 0), column(pixels_, 1), statuses_};
     if (has_jacobian_) {
       // First, as the pixels are to have the same digits with and without.
       by_point_.resize(6 * rows.size());
@@ -242,7 +494,7 @@ class ProjectCommand final : public StreamCommand {
       projectBatch(file.camera, points, pixels);
     }
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      Eigen::Vector2d pixel(pixels_[0][i], pixels_[1][i]);
+      Eigen::Vector2d pixel = pixels_.row(static_cast<Eigen::Index>(i)).head<2>().transpose();
       const Status status = statusOf(statuses_[i], pixel, file.image_size);
       const bool has_pixel = hasNumbers(status);
       if (!has_pixel) pixel.setConstant(kNone);
@@ -305,15 +557,16 @@ class UnprojectCommand final : public StreamCommand {
   }
 
   void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
-    pixels_.assign(rows);
-    rays_.resize(rows.size());
+    assign(rows, pixels_);
+    rays_.resizeLike(pixels_);
     statuses_.resize(rows.size());
     J_ray_pixel_.resize(has_jacobian_ ? 6 * rows.size() : 0);
-    unprojectBatch(file.camera, {pixels_[0], pixels_[1]}, {rays_[0], rays_[1], rays_[2], statuses_},
+    unprojectBatch(file.camera, {column(pixels_, 0), column(pixels_, 1)},
+                   {column(rays_, 0), column(rays_, 1), column(rays_, 2), statuses_},
                    has_jacobian_ ? J_ray_pixel_.data() : nullptr);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const Status status = statusOf(statuses_[i], rows[i].head<2>(), file.image_size);
-      Eigen::Vector3d ray = rays_.row(i);
+      Eigen::Vector3d ray = rays_.row(static_cast<Eigen::Index>(i)).transpose();
       const auto J =
           std::span<double>(J_ray_pixel_).subspan(has_jacobian_ ? 6 * i : 0, has_jacobian_ ? 6 : 0);
       if (!hasNumbers(status)) {

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"

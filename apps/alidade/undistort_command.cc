@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/size_groups.h"
@@ -45,35 +44,6 @@ bool isBelow(const fs::path& path, const fs::path& folder) {
   return false;
 }
 
-// Names of the output images in one folder, by the images' short names: the same with the extension .png, or
-// as it is for JPEG files; folders become a part of the name. Where that would be the same for several
-// images, these keep their own extension before .png.
-std::vector<std::string> outputNames(const std::vector<std::string>& image_names) {
-  std::vector<std::string> flat;
-  std::vector<std::string> names;
-  std::map<std::string, int> counts;
-  for (std::string name : image_names) {
-    std::replace(name.begin(), name.end(), '/', '_');
-    flat.push_back(name);
-    names.push_back(hasJpegName(name) ? name : fs::path(name).replace_extension(".png").string());
-    ++counts[names.back()];
-  }
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (counts.at(names[i]) > 1 && !hasJpegName(flat[i])) names[i] = flat[i] + ".png";
-  }
-  std::map<std::string, std::string> sources;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto [earlier, is_new] = sources.emplace(names[i], image_names[i]);
-    if (is_new) continue;
-    throw inputError(
-        {.where = image_names[i],
-         .found = "this image and " + earlier->second + " would both be written to '" + names[i] + "'",
-         .expected = "different output names",
-         .next_step = "undistort them in two runs with different output folders"});
-  }
-  return names;
-}
-
 // Refuses a folder for the output that holds, at any depth, one of the files that are read, by its own name
 // or by that of the file that it links to. Sources that do not exist do not matter.
 void refuseFolderOfInputs(const std::string& folder, const std::vector<std::string>& sources) {
@@ -98,6 +68,38 @@ struct UndistortedImage {
   std::string reason;  // why there is no output; empty = there is
   int exif_orientation = 1;
 };
+
+// The images by their short names, and their names in the output folder: the same with the extension .png, or
+// as it is for JPEG files; folders become a part of the name. Where that would be the same for several
+// images, these keep their own extension before .png.
+std::vector<UndistortedImage> namedImages(const std::vector<std::string>& paths) {
+  const auto flat = [](std::string name) {
+    std::replace(name.begin(), name.end(), '/', '_');
+    return name;
+  };
+  if (paths.empty()) return {};
+  std::vector<UndistortedImage> images;
+  std::map<std::string, int> counts;
+  for (const std::string& name : shortNames(paths)) {
+    const std::string file = flat(name);
+    images.push_back({.image = name, .output = file, .reason = {}});
+    if (!hasJpegName(file)) images.back().output = fs::path(file).replace_extension(".png").string();
+    ++counts[images.back().output];
+  }
+  std::map<std::string, std::string> sources;
+  for (UndistortedImage& image : images) {
+    const std::string file = flat(image.image);
+    if (counts.at(image.output) > 1 && !hasJpegName(file)) image.output = file + ".png";
+    const auto [earlier, is_new] = sources.emplace(image.output, image.image);
+    if (is_new) continue;
+    throw inputError(
+        {.where = image.image,
+         .found = "this image and " + earlier->second + " would both be written to '" + image.output + "'",
+         .expected = "different output names",
+         .next_step = "undistort them in two runs with different output folders"});
+  }
+  return images;
+}
 
 class UndistortCommand final : public Command {
  public:
@@ -141,7 +143,7 @@ class UndistortCommand final : public Command {
     std::vector<std::string> sources = paths;
     sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
-    std::vector<UndistortedImage> images = namesOf(paths);
+    std::vector<UndistortedImage> images = namedImages(paths);
 
     const ViewChoice choice = chooseView(source.camera, source.image_size, request(app));
     std::set<std::string> own_names = {kCameraName, kProjectionName};
@@ -199,16 +201,6 @@ class UndistortCommand final : public Command {
     if (keep_ == "valid") request.extent = ViewExtent::kValid;
     request.size = parseSize(size_);
     return request;
-  }
-
-  static std::vector<UndistortedImage> namesOf(const std::vector<std::string>& paths) {
-    std::vector<UndistortedImage> images;
-    if (paths.empty()) return images;
-    const std::vector<std::string> names = shortNames(paths);
-    const std::vector<std::string> outputs = outputNames(names);
-    for (std::size_t i = 0; i < paths.size(); ++i)
-      images.push_back({.image = names[i], .output = outputs[i], .reason = {}});
-    return images;
   }
 
   // An image that cannot be used gets a reason; one that cannot be written ends the work.

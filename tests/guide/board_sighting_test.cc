@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/guide/board_sighting.h"
+#include "alidade/guide/coverage.h"
 
 #include <cmath>
 #include <numbers>

@@ -8,7 +8,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/detect/checkerboard_detector.h"
-#include "alidade/guide/next_view.h"
+#include "alidade/guide/guidance.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/render.h"
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/guide/next_view.h"
 
 #include <algorithm>
 #include <limits>

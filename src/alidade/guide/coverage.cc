@@ -4,28 +4,56 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <ranges>
 #include <set>
 #include <utility>
 
 #include <fmt/format.h>
+#include <Eigen/LU>
 
 #include "alidade/core/error.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
 
+using RayJacobian = Eigen::Matrix<double, 3, 2, Eigen::RowMajor>;
+
+// Logarithm of the solid angle that a pixel sees, or nothing without a ray.
+std::optional<double> logSolidAngle(const AnyCamera& camera, const Eigen::Vector2d& pixel) {
+  RayJacobian J;
+  if (!camera.unproject(pixel, J.data())) return std::nullopt;
+  return std::log(J.col(0).cross(J.col(1)).norm());
+}
+
+// Its derivative by the pixel; zero along an axis along which a neighbour has no ray.
+Eigen::Vector2d solidAngleSlope(const AnyCamera& camera, const Eigen::Vector2d& pixel) {
+  Eigen::Vector2d slope(0, 0);
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d step = Eigen::Vector2d::Unit(axis);
+    const auto before = logSolidAngle(camera, pixel - step);
+    const auto behind = logSolidAngle(camera, pixel + step);
+    if (before && behind) slope(axis) = 0.5 * (*behind - *before);
+  }
+  return slope;
+}
+
+// The facing pose, upright in the image: where the lens' own is not known. A ray that is none has no pose,
+// and any will do.
+SO3 facingPose(const Eigen::Vector3d& ray) {
+  if (!ray.allFinite()) return {};
+  return SO3::fromQuaternion(shortestTurn(Eigen::Vector3d::UnitZ(), ray));
+}
+
 constexpr int kCellsAlong = 8;
 constexpr double kEmptyShare = 0.25;  // of a region's cells: fewer hold corners
 
-// The cells, and which of them can be seen at all.
 struct CellGrid {
-  CellGrid(const AnyCamera& camera, ImageSize image) : size(image) {
+  explicit CellGrid(ImageSize image) : size(image) {
     const double cell = static_cast<double>(std::max(size.width, size.height)) / kCellsAlong;
     columns = std::max(1, static_cast<int>(std::lround(size.width / cell)));
     rows = std::max(1, static_cast<int>(std::lround(size.height / cell)));
-    for (int row = 0; row < rows; ++row) {
-      for (int column = 0; column < columns; ++column) has_ray.push_back(hasRay(camera, column, row));
-    }
   }
 
   [[nodiscard]] std::size_t cellOf(const Eigen::Vector2d& pixel) const {
@@ -35,22 +63,11 @@ struct CellGrid {
     return index(at(pixel.x(), size.width, columns), at(pixel.y(), size.height, rows));
   }
   [[nodiscard]] std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
-           static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row * columns + column);
   }
   [[nodiscard]] Eigen::Vector2d pixelAt(double column, double row) const {
     return {column / columns * size.width - 0.5, row / rows * size.height - 0.5};
   }
-  [[nodiscard]] bool isBorder(int column, int row) const {
-    return column == 0 || row == 0 || column == columns - 1 || row == rows - 1;
-  }
-
-  ImageSize size;
-  int columns = 0;
-  int rows = 0;
-  std::vector<bool> has_ray;
-
- private:
   [[nodiscard]] bool hasRay(const AnyCamera& camera, int column, int row) const {
     constexpr std::array<std::pair<double, double>, 5> kPlaces = {
         {{0.5, 0.5}, {0, 0}, {1, 0}, {0, 1}, {1, 1}}};
@@ -58,6 +75,10 @@ struct CellGrid {
       return camera.unproject(pixelAt(column + place.first, row + place.second)).has_value();
     });
   }
+
+  ImageSize size;
+  int columns = 0;
+  int rows = 0;
 };
 
 struct Share {
@@ -73,19 +94,22 @@ struct Share {
   }
 };
 
-void measureCells(const CellGrid& grid, CoverageReport& report) {
+void measureCells(const AnyCamera& camera, const CellGrid& grid, CoverageReport& report) {
   Share all;
   Share border;
   std::array<Share, 9> regions;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
-      const int count = report.num_corners[grid.index(column, row)];
-      if (count < 0) continue;
+      int& count = report.num_corners[grid.index(column, row)];
+      if (count == 0 && !grid.hasRay(camera, column, row)) {
+        count = -1;
+        continue;
+      }
       all.add(count > 0);
-      if (grid.isBorder(column, row)) border.add(count > 0);
-      const bool is_in_corner =
-          (column == 0 || column == grid.columns - 1) && (row == 0 || row == grid.rows - 1);
-      if (is_in_corner && count > 0) ++report.num_image_corners;
+      const bool is_at_side = column == 0 || column == grid.columns - 1;
+      const bool is_at_end = row == 0 || row == grid.rows - 1;
+      if (is_at_side || is_at_end) border.add(count > 0);
+      if (is_at_side && is_at_end && count > 0) ++report.num_image_corners;
       const ImageRegion region = regionAt(grid.pixelAt(column + 0.5, row + 0.5), grid.size);
       regions[static_cast<std::size_t>(3 * region.row + region.column)].add(count > 0);
     }
@@ -129,6 +153,71 @@ std::string sidesWithoutTilt(const TiltCounts& tilts) {
 
 }  // namespace
 
+double BoardTilt::total() const {
+  return std::atan(std::hypot(std::tan(right_rad), std::tan(lower_rad)));
+}
+
+std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pixel) {
+  RayJacobian J;
+  const auto ray = camera.unproject(pixel, J.data());
+  if (!ray) return std::nullopt;
+  // A pixel of solid angle w sees the area w s^2 / cos(a) of a plane at the distance s = c / (n ray) along
+  // its ray, with the cosine of the angle to the normal n: n ray. The area is stationary, so that no side
+  // appears larger, where 3 n J = (n ray) slope of log w. With n ray = 1 that gives n's part across the ray.
+  const Eigen::Vector2d slope = solidAngleSlope(camera, pixel);
+  const Eigen::Matrix2d gram = J.transpose() * J;
+  Eigen::Vector3d across = J * (gram.inverse() * slope) / 3;
+  // Near the rim of its domain a lens may compress so much that it would show only a board seen from its edge
+  // as square; nobody finds corners on that.
+  constexpr double kMaxTan = 1.7320508075688772;  // 60 degrees between the square pose and the facing one
+  const double tan = across.norm();
+  if (!std::isfinite(tan)) return facingPose(*ray);  // at a fold
+  if (tan > kMaxTan) across *= kMaxTan / tan;
+  const Eigen::Vector3d n = (*ray + across).normalized();
+  const Eigen::Vector3d right = J.col(0) - *ray * (n.dot(J.col(0)) / n.dot(*ray));  // along the plane
+  if (!right.allFinite() || right.isZero(0)) return facingPose(*ray);
+  Eigen::Matrix3d R;
+  R.col(2) = n;
+  R.col(0) = right.normalized();
+  R.col(1) = n.cross(R.col(0));
+  return SO3::fromQuaternion(Eigen::Quaterniond(R));
+}
+
+BoardSighting sightBoard(const AnyCamera& camera, const Checkerboard& board, const SE3& camera_from_board) {
+  BoardSighting sighting;
+  const Eigen::Vector3d middle = camera_from_board * board.middle();
+  sighting.middle_px = camera.project(middle).pixel;
+  sighting.distance_m = middle.norm();
+  const auto square = squarePose(camera, sighting.middle_px);
+  const SO3 camera_from_square = square ? *square : facingPose(middle.normalized());
+  const Eigen::Vector3d n =
+      camera_from_square.inverse() * (camera_from_board.rotation * Eigen::Vector3d::UnitZ());
+  sighting.tilt = {.right_rad = std::atan2(n.x(), n.z()), .lower_rad = std::atan2(n.y(), n.z())};
+  return sighting;
+}
+
+SO3 tiltedBoard(const BoardTilt& tilt) {
+  // The shortest way from the square pose keeps the board upright in the image. A normal that leans to the
+  // right brings the right side nearer.
+  return facingPose(Eigen::Vector3d(std::tan(tilt.right_rad), std::tan(tilt.lower_rad), 1).normalized());
+}
+
+std::string tiltText(const BoardTilt& tilt) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  constexpr double kLeastDegrees = 5;
+  const double across = kDegrees * std::abs(tilt.right_rad);
+  const double along = kDegrees * std::abs(tilt.lower_rad);
+  const bool is_across = across >= kLeastDegrees;
+  const bool is_along = along >= kLeastDegrees;
+  if (!is_across && !is_along) return "not tilted";
+  const char* side = tilt.right_rad > 0 ? "right" : "left";
+  const char* end = tilt.lower_rad > 0 ? "lower" : "upper";
+  if (!is_along) return fmt::format("its {} side turned {:.0f} degrees towards the camera", side, across);
+  if (!is_across) return fmt::format("its {} side turned {:.0f} degrees towards the camera", end, along);
+  return fmt::format("its {} side turned {:.0f} degrees and its {} side {:.0f} degrees towards the camera",
+                     side, across, end, along);
+}
+
 ImageRegion regionAt(const Eigen::Vector2d& pixel, ImageSize size) {
   const auto third = [](double at, int length) {
     return static_cast<int>(std::clamp(std::floor(3 * (at + 0.5) / length), 0.0, 2.0));
@@ -147,6 +236,11 @@ std::string regionName(const ImageRegion& region) {
 std::string placeName(const ImageRegion& region) {
   const bool is_border = (region.row == 1) != (region.column == 1);
   return (is_border ? "at the " : "in the ") + regionName(region);
+}
+
+double fillOf(const Eigen::AlignedBox2d& box, ImageSize size) {
+  if (box.isEmpty()) return 0;
+  return std::max(box.sizes().x() / size.width, box.sizes().y() / size.height);
 }
 
 std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibration,
@@ -170,11 +264,11 @@ CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& bo
                           std::span<const View> views) {
   const AnyCamera camera = calibration.camera();
   const Fit& fit = calibration.fit;
-  const CellGrid grid(camera, calibration.imageSize());
+  const CellGrid grid(calibration.imageSize());
   CoverageReport report;
   report.columns = grid.columns;
   report.rows = grid.rows;
-  report.num_corners.assign(grid.has_ray.size(), 0);
+  report.num_corners.assign(grid.index(0, grid.rows), 0);
   const auto corners = usedCorners(calibration, views);
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
     Eigen::AlignedBox2d box;
@@ -182,26 +276,20 @@ CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& bo
       ++report.num_corners[grid.cellOf(pixel)];
       box.extend(pixel);
     }
-    const Eigen::Vector2d span = box.isEmpty() ? Eigen::Vector2d(0, 0) : Eigen::Vector2d(box.sizes());
     report.views.push_back({.image = fit.views[v].image,
                             .sighting = sightBoard(camera, board, cameraFromBoard(fit, fit.views[v])),
-                            .fill = std::max(span.x() / grid.size.width, span.y() / grid.size.height)});
+                            .fill = fillOf(box, grid.size)});
     countTilt(report.views.back().sighting.tilt, report);
   }
-  for (std::size_t i = 0; i < grid.has_ray.size(); ++i) {
-    if (!grid.has_ray[i] && report.num_corners[i] == 0) report.num_corners[i] = -1;
-  }
-  measureCells(grid, report);
+  measureCells(camera, grid, report);
   if (report.views.empty()) return report;
-  const auto [nearest, farthest] = std::minmax_element(
-      report.views.begin(), report.views.end(),
-      [](const auto& a, const auto& b) { return a.sighting.distance_m < b.sighting.distance_m; });
-  report.nearest_m = nearest->sighting.distance_m;
-  report.farthest_m = farthest->sighting.distance_m;
-  const auto [smallest, largest] = std::minmax_element(
-      report.views.begin(), report.views.end(), [](const auto& a, const auto& b) { return a.fill < b.fill; });
-  report.smallest_fill = smallest->fill;
-  report.largest_fill = largest->fill;
+  const auto distances = std::ranges::minmax(
+      report.views | std::views::transform([](const auto& view) { return view.sighting.distance_m; }));
+  report.nearest_m = distances.min;
+  report.farthest_m = distances.max;
+  const auto fills = std::ranges::minmax(report.views | std::views::transform(&ViewCoverage::fill));
+  report.smallest_fill = fills.min;
+  report.largest_fill = fills.max;
   return report;
 }
 

@@ -2,15 +2,235 @@
 #include "alidade/guide/guidance.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 
+#include "alidade/adjust/corner_groups.h"
+#include "alidade/adjust/view_kernel.h"
 #include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
 namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kPartPenalty = 1.1;  // on the standard deviation that a board seen in part leaves
+constexpr double kLeastGain = 1e-6;   // relative, below which a view tells nothing
+
+constexpr int kPlacesAlong = 7;
+constexpr int kPlacesAcross = 5;
+constexpr std::array<double, 3> kSpans = {0.3, 0.6, 0.95};  // of the image's smaller side
+constexpr std::array<double, 5> kTiltsDeg = {0, -20, 20, -40, 40};
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+constexpr double kMargin = 0.02;           // of the image's smaller side
+constexpr double kLeastSquarePx = 6;       // below, corners are not found reliably
+constexpr double kLeastSine = 0.25881905;  // of 15 degrees, between a line of sight and the board
+constexpr double kPaper = 0.3;             // squares that must be seen of the paper beyond the squares
+constexpr int kMaxAlong = 12;              // corners that stand for a row or column of the board
+
+// Indices 0 to count - 1, or kMaxAlong of them evenly spaced.
+std::vector<int> someOf(int count) {
+  std::vector<int> indices;
+  const int num = std::min(count, kMaxAlong);
+  for (int i = 0; i < num; ++i) indices.push_back((2 * i * (count - 1) + num - 1) / (2 * (num - 1)));
+  return indices;
+}
+
+class CandidateMaker {
+ public:
+  CandidateMaker(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+                 const CandidateLimits& limits)
+      : camera_(camera), size_(size), limits_(limits), middle_(board.middle()) {
+    columns_ = someOf(board.columns);
+    rows_ = someOf(board.rows);
+    for (const int row : rows_) {
+      for (const int column : columns_) points_board_.push_back(board.corner(row * board.columns + column));
+    }
+    const double beyond = (1 + kPaper) * board.square_m;
+    const Eigen::Vector3d last = board.corner(board.numCorners() - 1);
+    ends_ = {{{-beyond, -beyond, 0},
+              {last.x() + beyond, -beyond, 0},
+              {last.x() + beyond, last.y() + beyond, 0},
+              {-beyond, last.y() + beyond, 0}}};
+    weight_ = static_cast<double>(board.numCorners()) / static_cast<double>(points_board_.size());
+    points_camera_.resize(points_board_.size());
+    projections_.resize(points_board_.size());
+    if (limits.is_upright) roll_ = SO3::exp({0, 0, std::numbers::pi / 2});
+  }
+
+  void addAt(const Eigen::Vector2d& pixel, std::vector<ViewCandidate>& candidates) {
+    const auto ray = camera_.unproject(pixel);
+    const auto square = squarePose(camera_, pixel);
+    if (!ray || !square) return;
+    for (const double span : kSpans) {
+      const auto distance = distanceFor(span, *ray, *square);
+      if (!distance || *distance < limits_.nearest_m || *distance > limits_.farthest_m) continue;
+      for (const double across : kTiltsDeg) {
+        for (const double along : kTiltsDeg) {
+          const BoardTilt tilt = {.right_rad = kRadPerDeg * across, .lower_rad = kRadPerDeg * along};
+          const SE3 pose = poseOf(*square * tiltedBoard(tilt), *distance * *ray);
+          if (auto candidate = look(pose)) candidates.push_back(std::move(*candidate));
+        }
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] SE3 poseOf(const SO3& camera_from_upright, const Eigen::Vector3d& middle_camera) const {
+    const SO3 rotation = camera_from_upright * roll_;
+    return {rotation, middle_camera - rotation * middle_};
+  }
+
+  void project(const SE3& camera_from_board) {
+    for (std::size_t i = 0; i < points_board_.size(); ++i)
+      points_camera_[i] = camera_from_board * points_board_[i];
+    camera_.project(points_camera_, projections_);
+  }
+
+  // The distance at which the untilted board spans this share of the smaller side, as if nothing cut it off.
+  [[nodiscard]] std::optional<double> distanceFor(double span, const Eigen::Vector3d& ray,
+                                                  const SO3& square) {
+    // From afar, where every lens is a pinhole, and then nearer as the lens shows it.
+    constexpr double kAfar = 100;
+    constexpr int kNumSteps = 4;
+    double distance = kAfar * 2 * middle_.norm();
+    for (int i = 0; i < kNumSteps; ++i) {
+      project(poseOf(square, distance * ray));
+      Eigen::AlignedBox2d box;
+      for (const Projection& projection : projections_) {
+        // Of a board this near the lens does not show all, and how much it would span cannot be told better.
+        if (!projection.ok()) return i > 0 ? std::optional(distance) : std::nullopt;
+        box.extend(projection.pixel);
+      }
+      distance *= box.sizes().maxCoeff() / (span * std::min(size_.width, size_.height));
+    }
+    return distance;
+  }
+
+  [[nodiscard]] bool isInside(const Projection& projection) const {
+    const double margin = kMargin * std::min(size_.width, size_.height);
+    return projection.ok() && projection.pixel.minCoeff() >= margin - 0.5 &&
+           projection.pixel.x() < size_.width - 0.5 - margin &&
+           projection.pixel.y() < size_.height - 0.5 - margin;
+  }
+
+  // Neighbouring corners of the selection stand for one or more squares; the least pixels a square.
+  [[nodiscard]] double leastSquarePx() const {
+    const auto at = [&](std::size_t row, std::size_t column) -> const Projection& {
+      return projections_[row * columns_.size() + column];
+    };
+    double least = kInfinity;
+    const auto measure = [&](const Projection& a, const Projection& b, int num_squares) {
+      if (isInside(a) && isInside(b)) least = std::min(least, (a.pixel - b.pixel).norm() / num_squares);
+    };
+    for (std::size_t row = 0; row < rows_.size(); ++row) {
+      for (std::size_t column = 0; column < columns_.size(); ++column) {
+        if (column > 0)
+          measure(at(row, column - 1), at(row, column), columns_[column] - columns_[column - 1]);
+        if (row > 0) measure(at(row - 1, column), at(row, column), rows_[row] - rows_[row - 1]);
+      }
+    }
+    return least;
+  }
+
+  [[nodiscard]] std::optional<ViewCandidate> look(const SE3& pose) {
+    project(pose);
+    ViewCandidate candidate{.camera_from_board = pose, .corners = {}};
+    const Eigen::Vector3d normal = pose.rotation * Eigen::Vector3d::UnitZ();
+    for (std::size_t i = 0; i < projections_.size(); ++i) {
+      if (!isInside(projections_[i])) continue;
+      if (normal.dot(points_camera_[i]) < kLeastSine * points_camera_[i].norm()) return std::nullopt;
+      candidate.corners.push_back({.p_board = points_board_[i],
+                                   .pixel = projections_[i].pixel,
+                                   .sigma_px = std::numeric_limits<double>::quiet_NaN(),
+                                   .weight = weight_});
+    }
+    candidate.is_whole = candidate.corners.size() == projections_.size();
+    if (2 * candidate.corners.size() < projections_.size() || leastSquarePx() < kLeastSquarePx)
+      return std::nullopt;
+    if (!candidate.is_whole && !showsASide(pose)) return std::nullopt;
+    return candidate;
+  }
+
+  // Which corners a part of a board shows can be told from a side of which both ends are seen, the paper
+  // beyond the squares too.
+  [[nodiscard]] bool showsASide(const SE3& pose) const {
+    std::array<bool, 4> is_seen{};
+    for (std::size_t i = 0; i < 4; ++i) is_seen[i] = isInside(camera_.project(pose * ends_[i]));
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (is_seen[i] && is_seen[(i + 1) % 4]) return true;
+    }
+    return false;
+  }
+
+  const AnyCamera& camera_;
+  ImageSize size_;
+  CandidateLimits limits_;
+  Eigen::Vector3d middle_;
+  SO3 roll_;
+  std::vector<int> columns_;  // of the board that points_board_ has
+  std::vector<int> rows_;
+  double weight_ = 1;
+  std::array<Eigen::Vector3d, 4> ends_;  // of the squares and a little paper, in turn around the board
+  std::vector<Eigen::Vector3d> points_board_;
+  std::vector<Eigen::Vector3d> points_camera_;  // of the last projection, as the next
+  std::vector<Projection> projections_;
+};
+
+// Larger eigenvalue of the covariance of one pixel with corners of variance 1.
+double largerVariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::MatrixXd& inverse) {
+  double a = 0;
+  double b = 0;
+  double c = 0;
+  for (Eigen::Index i = 0; i < inverse.cols(); ++i) {
+    const double u = inverse.col(i).dot(jacobian.col(0));
+    const double v = inverse.col(i).dot(jacobian.col(1));
+    a += u * jacobian(i, 0);
+    b += u * jacobian(i, 1);
+    c += v * jacobian(i, 1);
+  }
+  const double half = 0.5 * (a - c);
+  return 0.5 * (a + c) + std::sqrt(half * half + b * b);
+}
+
+// The largest variance over the image, pixel by pixel in the order of how often one has decided before.
+class WorstPixel {
+ public:
+  explicit WorstPixel(const Eigen::MatrixXd& jacobians) : jacobians_(jacobians) {
+    for (Eigen::Index i = 0; i < jacobians.cols() / 2; ++i) order_.push_back(i);
+  }
+
+  // Exact below `limit`, and otherwise some number that is not below it; infinite for a singular information.
+  [[nodiscard]] double variance(const Eigen::MatrixXd& information, double limit) {
+    cholesky_.compute(information);
+    if (cholesky_.info() != Eigen::Success) return kInfinity;
+    inverse_.setIdentity(information.rows(), information.cols());
+    cholesky_.solveInPlace(inverse_);
+    double largest = 0;
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+      const double variance = largerVariance(jacobians_.middleCols<2>(2 * order_[i]), inverse_);
+      if (!(variance < kInfinity)) return kInfinity;
+      largest = std::max(largest, variance);
+      if (largest < limit) continue;
+      // What refuses one candidate is likely to refuse the next.
+      std::rotate(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(i),
+                  order_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+      return largest;
+    }
+    return largest;
+  }
+
+ private:
+  const Eigen::MatrixXd& jacobians_;
+  std::vector<Eigen::Index> order_;
+  Eigen::LLT<Eigen::MatrixXd> cholesky_;
+  Eigen::MatrixXd inverse_;
+};
 
 constexpr double kReach = 2;  // how much nearer and farther than so far a user can go
 
@@ -26,7 +246,7 @@ bool isHeldUpright(const Fit& fit) {
 // Worst uncertainty by the stated covariance over that by noise alone, 1 or more.
 double inflationOf(const AnyCamera& camera, ImageSize size, const Uncertainty& known) {
   if (!known.covariance) return 1;
-  const ProjectionUncertainty uncertainty(camera, size, std::numeric_limits<double>::infinity());
+  const ProjectionUncertainty uncertainty(camera, size, kInfinity);
   const double ratio =
       uncertainty.worst(known.statedCovariance()).std_px / uncertainty.worst(*known.covariance).std_px;
   return std::isfinite(ratio) ? std::max(1.0, ratio) : 1;
@@ -49,6 +269,101 @@ TargetReport forecast(NextViewSearch search, const Guidance& guidance, double ta
 }
 
 }  // namespace
+
+std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+                                          const CandidateLimits& limits) {
+  CandidateMaker maker(camera, size, board, limits);
+  const bool is_wide = size.width >= size.height;
+  const int columns = is_wide ? kPlacesAlong : kPlacesAcross;
+  const int rows = is_wide ? kPlacesAcross : kPlacesAlong;
+  std::vector<ViewCandidate> candidates;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      maker.addAt({(column + 0.5) / columns * size.width - 0.5, (row + 0.5) / rows * size.height - 0.5},
+                  candidates);
+    }
+  }
+  return candidates;
+}
+
+Eigen::MatrixXd viewInformation(const AnyCamera& camera, const SE3& camera_from_board,
+                                const std::vector<Observation>& corners) {
+  const CornerGroups groups{std::span<const Observation>(corners)};
+  return paramsInformation(*viewFactor(viewKernel(camera.modelId()), camera.parameters(), camera_from_board,
+                                       groups.view(0), kNoLoss, Unseen::kLeaveOut));
+}
+
+NextViewSearch::NextViewSearch(const CameraKnowledge& known, const Checkerboard& board,
+                               const CandidateLimits& limits)
+    : known_(known),
+      board_(board),
+      limits_(limits),
+      information_(known.directions.transpose() * known.information * known.directions),
+      candidates_(viewCandidates(known.camera, known.size, board, limits)) {
+  const Eigen::MatrixXd& directions = known_.directions;
+  const ProjectionUncertainty uncertainty(known_.camera, known_.size, kInfinity);
+  const int num_pixels = uncertainty.columns() * uncertainty.rows();
+  jacobians_.resize(directions.cols(), 2 * static_cast<Eigen::Index>(num_pixels));
+  Eigen::Index used = 0;
+  for (int i = 0; i < num_pixels; ++i) {
+    if (!uncertainty.hasRay(i)) continue;
+    jacobians_.middleCols<2>(2 * used++) =
+        (Eigen::MatrixXd(uncertainty.jacobian(i)) * directions).transpose();
+  }
+  jacobians_.conservativeResize(Eigen::NoChange, 2 * used);
+  addPriorIfUndetermined();
+  for (const ViewCandidate& candidate : candidates_) {
+    gains_.emplace_back(directions.transpose() *
+                        viewInformation(known_.camera, candidate.camera_from_board, candidate.corners) *
+                        directions);
+  }
+}
+
+void NextViewSearch::addPriorIfUndetermined() {
+  // To first order a standard deviation beyond the image says no more than that nothing is known.
+  const double diagonal = std::hypot(known_.size.width, known_.size.height);
+  is_determined_ = worst() < diagonal;
+  if (is_determined_ || jacobians_.cols() == 0) return;
+  for (Eigen::Index i = 0; i < jacobians_.rows(); ++i) {
+    const double px_per_unit = jacobians_.row(i).cwiseAbs().maxCoeff();
+    information_(i, i) += px_per_unit * px_per_unit / (diagonal * diagonal);
+  }
+}
+
+double NextViewSearch::worst() const {
+  if (jacobians_.cols() == 0) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt(known_.variance) * std::sqrt(WorstPixel(jacobians_).variance(information_, kInfinity));
+}
+
+std::optional<NextView> NextViewSearch::best() const {
+  if (information_.size() == 0 || jacobians_.size() == 0) return std::nullopt;
+  WorstPixel worst(jacobians_);
+  const double now = worst.variance(information_, kInfinity);
+  double best = now * (1 - kLeastGain);  // what is left, with the penalty
+  std::optional<std::size_t> chosen;
+  Eigen::MatrixXd sum;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const double penalty = candidates_[i].is_whole ? 1 : kPartPenalty * kPartPenalty;
+    sum = information_ + gains_[i];
+    const double left = penalty * worst.variance(sum, best / penalty);
+    if (!(left < best)) continue;
+    best = left;
+    chosen = i;
+  }
+  if (!chosen) return std::nullopt;
+  const ViewCandidate& candidate = candidates_[*chosen];
+  const double penalty = candidate.is_whole ? 1 : kPartPenalty * kPartPenalty;
+  Eigen::AlignedBox2d box;
+  for (const Observation& corner : candidate.corners) box.extend(corner.pixel);
+  return NextView{.camera_from_board = candidate.camera_from_board,
+                  .sighting = sightBoard(known_.camera, board_, candidate.camera_from_board),
+                  .fill = fillOf(box, known_.size),
+                  .is_whole = candidate.is_whole,
+                  .is_on_end = (board_.columns > board_.rows && limits_.is_upright) ||
+                               (board_.columns < board_.rows && !limits_.is_upright),
+                  .worst_px = std::sqrt(known_.variance) * std::sqrt(best / penalty),
+                  .candidate = *chosen};
+}
 
 Guidance guide(const Calibration& calibration, const Checkerboard& board, const CoverageReport& coverage,
                std::optional<double> target_px) {

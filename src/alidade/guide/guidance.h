@@ -3,13 +3,108 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include <Eigen/Core>
+
+#include "alidade/adjust/observation.h"
 #include "alidade/calibrate/calibration.h"
+#include "alidade/camera/any_camera.h"
 #include "alidade/guide/coverage.h"
-#include "alidade/guide/next_view.h"
 #include "alidade/target/checkerboard.h"
 
 namespace alidade {
+
+/// A view that someone could take.
+struct ViewCandidate {
+  SE3 camera_from_board;
+  /// Some of the corners that would be seen, evenly over the board, at the pixels where the camera puts them;
+  /// their weights sum to the number of all that would be seen.
+  std::vector<Observation> corners;
+  bool is_whole = false;  ///< all corners would be seen
+};
+
+/// What a user can do.
+struct CandidateLimits {
+  double nearest_m = 0;  ///< distances of the board's middle
+  double farthest_m = 0;
+  bool is_upright = false;  ///< the board is held with its columns along the image's height
+};
+
+/// Poses of a board all over the image: its middle at places 7 x 5 (along the longer and the shorter side),
+/// at three distances within the limits, spanning 30, 60 and 95 % of the image's smaller side without tilt,
+/// and tilted by 0, 20 or 40 degrees to each side. At least half of the corners lie inside the image, with a
+/// margin of a fiftieth of its smaller side, on squares of which none appears narrower than 6 pixels, and
+/// none are seen from less than 15 degrees above the board. A board of which a part lies outside shows at
+/// least one side from end to end, by which detection tells the part. In an order that depends on the
+/// arguments alone.
+[[nodiscard]] std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size,
+                                                        const Checkerboard& board,
+                                                        const CandidateLimits& limits);
+
+/// What is known of a camera.
+struct CameraKnowledge {
+  AnyCamera camera;
+  ImageSize size;
+  /// N x N: of the parameters, with everything else free; per px^2, so that covariance = variance *
+  /// information^-1 along `directions`. May be singular.
+  Eigen::MatrixXd information;
+  Eigen::MatrixXd directions;  ///< what is free among the parameters, one a column: N x M
+  double variance = 1;         ///< of a corner's coordinate, px^2
+};
+
+/// A view to take, and what it brings.
+struct NextView {
+  SE3 camera_from_board;
+  BoardSighting sighting;
+  double fill = 0;            ///< as ViewCoverage::fill
+  bool is_whole = false;      ///< all corners are seen
+  bool is_on_end = false;     ///< the board stands on its short side
+  double worst_px = 0;        ///< NextViewSearch::worst() with this view among the others
+  std::size_t candidate = 0;  ///< among those of the search
+};
+
+/// Looks for the view that lowers the worst projection uncertainty most: among viewCandidates(), the one for
+/// which the largest standard deviation over the image (ProjectionUncertainty, at infinity) is least once the
+/// view's normal equations, its pose eliminated, are added to the information. A board of which a part lies
+/// outside of the image must be better by a tenth than one that is seen as a whole.
+///
+/// This is G-optimal design (Kiefer and Wolfowitz 1960, The equivalence of two extremum problems), one
+/// observation at a time. Where the views leave a direction undetermined, so that some pixel is uncertain by
+/// more than the image's diagonal, a prior is added: corners of variance 1 px^2 would know each parameter to
+/// what moves some pixel by the diagonal. The largest gain is then that in the weakest direction.
+class NextViewSearch {
+ public:
+  /// Builds all candidates and their information, once for any number of searches.
+  NextViewSearch(const CameraKnowledge& known, const Checkerboard& board, const CandidateLimits& limits);
+
+  /// False where the prior was needed.
+  [[nodiscard]] bool isDetermined() const { return is_determined_; }
+  /// The largest standard deviation of a pixel over the image, px; with the prior where that is needed. NaN
+  /// where no pixel has a ray.
+  [[nodiscard]] double worst() const;
+  /// Nothing where no candidate can be taken, or none tells anything.
+  [[nodiscard]] std::optional<NextView> best() const;
+  /// Goes on as if a candidate had been taken.
+  void take(const NextView& view) { information_ += gains_[view.candidate]; }
+
+ private:
+  void addPriorIfUndetermined();
+
+  CameraKnowledge known_;
+  Checkerboard board_;
+  CandidateLimits limits_;
+  bool is_determined_ = true;
+  Eigen::MatrixXd information_;  // M x M, along the directions
+  Eigen::MatrixXd jacobians_;    // of pixels by the directions: M x 2 for each that has a ray, side by side
+  std::vector<ViewCandidate> candidates_;
+  std::vector<Eigen::MatrixXd> gains_;  // M x M
+};
+
+/// What one view says about the parameters with its pose free: N x N, per px^2. Corners that the camera does
+/// not show are left out.
+[[nodiscard]] Eigen::MatrixXd viewInformation(const AnyCamera& camera, const SE3& camera_from_board,
+                                              const std::vector<Observation>& corners);
 
 /// Most further views for which a forecast is made.
 inline constexpr int kMaxForecast = 20;

@@ -2,16 +2,13 @@
 #include "alidade/report/difference_svg.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
-#include "alidade/core/size_groups.h"
 #include "alidade/report/svg_canvas.h"
 
 namespace alidade {
@@ -206,28 +203,27 @@ void addWorst(SvgCanvas& drawing, const ProjectionDifference& difference) {
 void addLegend(SvgCanvas& drawing, const CellGrid& grid, const ProjectionDifference& difference,
                double scale_end, double longest_arrow) {
   const double unit = drawing.unit();
-  const double top = drawing.takeRow(3) - 2 * unit;
-  const double end = drawing.addRamp(top);
-  const double base = top + 1.7 * unit;
-  drawing.addLabel({7 * unit, base}, "#111", "0 px", "end");
+  const auto nextRow = [&] { return drawing.takeRow(3) - 2 * unit; };
+  const auto addText = [&](double x, double top, const std::string& text) {
+    drawing.addLabel({x, top + 1.7 * unit}, "#111", text, "start");
+  };
+  const double top = nextRow();
+  const double end = drawing.addRamp(top, "0 px", fmt::format("{:g} px", scale_end));
+  const double x = end + unit + 8 * unit;
   const bool goes_beyond = difference.max_px > scale_end;
-  double x = end + unit;
-  drawing.addLabel({x, base}, "#111", fmt::format("{:g} px", scale_end), "start");
   if (goes_beyond) {
-    x += 8 * unit;
     drawing.addRect({x, top}, {x + 3 * unit, top + 2 * unit}, kBeyondColour);
-    drawing.addLabel({x + 4 * unit, base}, "#111", "more", "start");
+    addText(x + 4 * unit, top, "more");
   }
-  const double arrow_top = drawing.takeRow(3) - 2 * unit;
+  const double arrow_top = nextRow();
   addArrow(drawing, {8 * unit - longest_arrow, arrow_top + unit}, {longest_arrow, 0});
-  drawing.addLabel({9 * unit, arrow_top + 1.7 * unit}, "#111",
-                   fmt::format("{:g} px{}, from the projection by A to the projection by B", scale_end,
-                               goes_beyond ? " or more" : ""),
-                   "start");
+  addText(9 * unit, arrow_top,
+          fmt::format("{:g} px{}, from the projection by A to the projection by B", scale_end,
+                      goes_beyond ? " or more" : ""));
   const auto addBox = [&](const char* fill, const char* text) {
-    const double box_top = drawing.takeRow(3) - 2 * unit;
+    const double box_top = nextRow();
     drawing.addRect({4 * unit, box_top}, {8 * unit, box_top + 2 * unit}, fill);
-    drawing.addLabel({9 * unit, box_top + 1.7 * unit}, "#111", text, "start");
+    addText(9 * unit, box_top, text);
   };
   if (grid.has(Sight::kOne)) addBox("url(#one)", "seen by only one of the cameras");
   if (grid.has(Sight::kNeither)) addBox("url(#neither)", "seen by neither camera");

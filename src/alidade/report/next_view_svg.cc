@@ -38,15 +38,9 @@ void addMap(const UncertaintyGrid& grid, double inflation, SvgCanvas& drawing) {
                     rampColour(std::log(grid.std_px[i] / least) / range));
   }
   drawing.addText("</g>\n");
-  const double unit = drawing.unit();
-  const double top = drawing.takeRow(3) + unit;
-  const double end = drawing.addRamp(top);
-  const double base = top + 1.7 * unit;
-  drawing.addLabel({7 * unit, base}, "#111", fmt::format("{:.2g} px", inflation * least), "end");
-  drawing.addLabel(
-      {end + unit, base}, "#111",
-      fmt::format("{:.2g} px projection uncertainty (one standard deviation)", inflation * grid.worst_px),
-      "start");
+  drawing.addRamp(
+      drawing.takeRow(3) + drawing.unit(), fmt::format("{:.2g} px", inflation * least),
+      fmt::format("{:.2g} px projection uncertainty (one standard deviation)", inflation * grid.worst_px));
 }
 
 struct BoardSide {

@@ -129,7 +129,7 @@ double SvgCanvas::takeRow(double height) {
   return top;
 }
 
-double SvgCanvas::addRamp(double top) {
+double SvgCanvas::addRamp(double top, const std::string& least, const std::string& most) {
   constexpr int kSteps = 24;
   const double step = 1.25 * unit_;
   const Eigen::Vector2d size(1.05 * step, 2 * unit_);
@@ -137,7 +137,11 @@ double SvgCanvas::addRamp(double top) {
     const Eigen::Vector2d low(8 * unit_ + i * step, top);
     addRect(low, low + size, rampColour(i / (kSteps - 1.0)));
   }
-  return 8 * unit_ + kSteps * step;
+  const double end = 8 * unit_ + kSteps * step;
+  const double base = top + 1.7 * unit_;
+  addLabel({7 * unit_, base}, "#111", least, "end");
+  addLabel({end + unit_, base}, "#111", most, "start");
+  return end;
 }
 
 Eigen::Vector2d SvgCanvas::inside(const Eigen::Vector2d& at) const {

@@ -40,8 +40,9 @@ class SvgCanvas {
   void addCaption(const std::string& text);
   /// Makes room under what is drawn so far, of this many units, and returns its upper edge.
   double takeRow(double height);
-  /// A bar of the ramp's colours at the upper edge `top`, from 8 units on. @returns its right end
-  double addRamp(double top);
+  /// A bar of the ramp's colours at the upper edge `top`, from 8 units on, between what it begins and ends
+  /// at. @returns its right end
+  double addRamp(double top, const std::string& least, const std::string& most);
 
   /// The nearest place at which a word can be read as a whole.
   [[nodiscard]] Eigen::Vector2d inside(const Eigen::Vector2d& at) const;

@@ -245,10 +245,11 @@ TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
       const double truth = c.change == CameraChange::kCenterX || c.change == CameraChange::kCenterY
                                ? -c.amount
                                : -c.amount / (1 + c.amount);
-      EXPECT_NEAR(change.refined->amount, truth, 4 * change.refined->effectiveStd()) << c.complaint;
+      EXPECT_NEAR(change.refined->estimate.amount, truth, 4 * change.refined->estimate.effectiveStd())
+          << c.complaint;
       // Two digits are what a message has.
       EXPECT_THAT(check.cause, HasSubstr(std::string(c.complaint).substr(0, 10)));
-      EXPECT_NEAR(change.refined_rms_px, judgement.freed_rms_px, 0.2 * judgement.freed_rms_px);
+      EXPECT_NEAR(change.refined->rms_px, judgement.freed_rms_px, 0.2 * judgement.freed_rms_px);
       ++num_named;
     }
   }

@@ -8,7 +8,6 @@
 #include <gmock/gmock.h>
 
 #include "alidade/adjust/view_pose.h"
-#include "alidade/validate/held_out/camera_change.h"
 #include "support/fit_set.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"

@@ -2,12 +2,10 @@
 #include "alidade/validate/held_out/held_out_checks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <string>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -91,7 +89,7 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
 }
 
 std::string textOf(const NeededChange& change) {
-  const StepEstimate& estimate = change.refined ? *change.refined : change.estimate;
+  const StepEstimate& estimate = change.refined ? change.refined->estimate : change.estimate;
   return fmt::format("{} ({:.1f} sigma)",
                      complaintOf(change.change, estimate.amount, estimate.effectiveStd()), estimate.sigmas);
 }
@@ -221,10 +219,10 @@ class ImagesAgree {
   // Whether the errors that a change leaves are about those that are left with all parameters free. Where
   // what remains is larger than the images' own errors (in squares, so that together they are 1.4 times as
   // long), the camera is not the images' one after the change either, and whoever made it would have been
-  // misled.
+  // misled. Of changes that were brought to rest.
   [[nodiscard]] bool isCloseToFreed(const NeededChange& change) const {
     const double freed_px = std::max(judgement_.freed_rms_px, std::numbers::sqrt2 * kFinestPx);
-    return beyond(change.refined_rms_px, freed_px) <= freed_px;
+    return beyond(change.refined->rms_px, freed_px) <= freed_px;
   }
 
   // The needed change that by itself explains most of what the images have against the camera: of the mean
@@ -241,7 +239,7 @@ class ImagesAgree {
     double best_share = kMost;
     for (const NeededChange& change : judgement_.changes) {
       if (!isNeeded(change) || !change.refined || !isCloseToFreed(change)) continue;
-      const double share = excess > 0 ? (fixed - square(change.refined_rms_px)) / excess : 0.0;
+      const double share = excess > 0 ? (fixed - square(change.refined->rms_px)) / excess : 0.0;
       if (!(share >= best_share)) continue;
       best_share = share;
       best = &change;

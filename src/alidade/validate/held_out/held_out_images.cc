@@ -96,8 +96,10 @@ double weightOf(const Fit& freed, std::size_t view) {
 PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
   PosedViews posed = held;
   onlyCamera(posed.fit).params = onlyCamera(freed).params;
-  for (const FitView& view : posed.fit.views)
+  for (FitView& view : posed.fit.views) {
     setCameraFromBoard(posed.fit, view, cameraFromBoard(freed, freed.views[view.source]));
+    view.errors = viewErrors(posed.fit, view);
+  }
   return posed;
 }
 
@@ -131,7 +133,8 @@ PosedViews poseViews(const ComparedCamera& camera, const Checkerboard& board, co
 }
 
 // Asks what the camera predicts.
-void predictCorners(const PosedViews& held, HuberLoss loss, HeldOutJudgement& judgement) {
+void predictCorners(const PosedViews& held, const PosedViews* freed, HuberLoss loss,
+                    HeldOutJudgement& judgement) {
   const Fit& fit = held.fit;
   Fit robust = fit;
   robust.loss = loss;
@@ -160,11 +163,9 @@ void predictCorners(const PosedViews& held, HuberLoss loss, HeldOutJudgement& ju
   if (numCorners(fit) == 0) return;
   judgement.fixed_rms_px = rms(fit);
   judgement.noise_sigma_px = localSigma(fit);
-  if (judgement.freed) {
-    PosedViews freed = posedByFreed(held, judgement.freed->fit);
-    for (FitView& view : freed.fit.views) view.errors = viewErrors(freed.fit, view);
-    judgement.noise_sigma_px = std::min(judgement.noise_sigma_px, localSigma(freed.fit));
-    judgement.misfit_sigmas = misfitSigmas(held, freed);
+  if (freed != nullptr) {
+    judgement.noise_sigma_px = std::min(judgement.noise_sigma_px, localSigma(freed->fit));
+    judgement.misfit_sigmas = misfitSigmas(held, *freed);
   }
   judgement.noise_rms_px = heldOutNoise(judgement.noise_sigma_px, fit);
 }
@@ -191,10 +192,7 @@ NeededChange measured(CameraChange change, const StepEstimate& estimate, const C
   NeededChange needed{.change = change, .estimate = estimate};
   if (!needed.isHint()) return needed;
   needed.p95_px = std::numeric_limits<double>::infinity();
-  if (const auto refit = refitChange(*tested.camera, change, evidence)) {
-    needed.refined = refit->estimate;
-    needed.refined_rms_px = refit->rms_px;
-  }
+  needed.refined = refitChange(*tested.camera, change, evidence);
   const auto other = changed(*tested.camera, change, estimate.amount);
   if (!other) return needed;
   const ProjectionDifference difference =
@@ -203,20 +201,15 @@ NeededChange measured(CameraChange change, const StepEstimate& estimate, const C
   return needed;
 }
 
-void testAsItIs(const ComparedCamera& tested, const PosedViews& held,
+void testAsItIs(const ComparedCamera& tested, const PosedViews& held, const PosedViews* freed,
                 const std::vector<Eigen::Vector2d>& covered, HeldOutJudgement& judgement) {
   if (covered.size() < kFewestPixels || !std::isfinite(judgement.noise_sigma_px)) return;
-  std::optional<PosedViews> freed;
-  if (judgement.freed) freed = posedByFreed(held, judgement.freed->fit);
   const double sigma_px = std::max(judgement.noise_sigma_px, kFinestPx);
-  const auto scores = HeldScores::make(*tested.camera, held, freed ? &*freed : nullptr, sigma_px * sigma_px,
-                                       tested.covariance);
+  const auto scores = HeldScores::make(*tested.camera, held, freed, sigma_px * sigma_px, tested.covariance);
   if (!scores) return;
   judgement.overall = scores->overall();
-  const ChangeEvidence evidence{.held = &held,
-                                .freed = freed ? &*freed : nullptr,
-                                .noise_variance = sigma_px * sigma_px,
-                                .covariance = tested.covariance};
+  const ChangeEvidence evidence{
+      .held = &held, .freed = freed, .noise_variance = sigma_px * sigma_px, .covariance = tested.covariance};
   for (const CameraChange change : kAllCameraChanges) {
     const Eigen::VectorXd direction = directionOf(change, *tested.camera);
     const auto estimate = direction.size() > 0 ? scores->along(direction) : std::nullopt;
@@ -264,7 +257,10 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   const HuberLoss loss = judgement.freed ? judgement.freed->fit.loss : startLoss(camera.size);
   const std::vector<View> used = usedViews(views, judgement.freed);
   const PosedViews held = poseViews(camera, board, used, loss, judgement);
-  predictCorners(held, loss, judgement);
+  std::optional<PosedViews> posed_by_freed;
+  if (judgement.freed) posed_by_freed = posedByFreed(held, judgement.freed->fit);
+  const PosedViews* const freed = posed_by_freed ? &*posed_by_freed : nullptr;
+  predictCorners(held, freed, loss, judgement);
   const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
   const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);
   judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
@@ -278,7 +274,7 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
   if (tested.covariance && !options.is_covariance_by_views)
     tested.covariance = DenseMatrix(variance_ratio * tested.covariance->view());
   if (judgement.freed) compareWithFreed(tested, covered, variance_ratio, judgement);
-  testAsItIs(tested, held, covered, judgement);
+  testAsItIs(tested, held, freed, covered, judgement);
   return judgement;
 }
 

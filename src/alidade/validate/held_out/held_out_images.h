@@ -13,7 +13,6 @@
 #include "alidade/geometry/se3.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
-#include "alidade/validate/held_out/camera_change.h"
 #include "alidade/validate/held_out/held_scores.h"
 
 namespace alidade {
@@ -41,11 +40,9 @@ struct NeededChange {
   /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %;
   /// infinity where it makes a camera that cannot be, or cannot be compared. NaN if it is not even a hint.
   double p95_px = std::numeric_limits<double>::quiet_NaN();
-  /// The change in all, brought to rest with the poses refitted, where it is a hint: `estimate` is only its
-  /// first step. Nothing where that does not succeed.
-  std::optional<StepEstimate> refined = std::nullopt;
-  /// RMS of all corners once it is made, px; NaN without `refined`.
-  double refined_rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// The change brought to rest, where it is a hint: `estimate` is only its first step. Nothing where that
+  /// does not succeed.
+  std::optional<ChangeRefit> refined = std::nullopt;
 
   /// Whether it is worth mentioning: beyond two standard deviations.
   [[nodiscard]] bool isHint() const { return estimate.sigmas > 2; }
