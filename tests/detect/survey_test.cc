@@ -211,8 +211,8 @@ TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
 
 TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {
   const GrayImage image{.size = kSize, .pixels = std::vector<std::uint8_t>(640 * 480, 90)};
-  const ColorImage plain = drawDetection(image, {}, kBoard);
-  const ColorImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
+  const RasterImage plain = drawDetection(image, {}, kBoard);
+  const RasterImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
   EXPECT_EQ(drawn.size, kSize);
   ASSERT_EQ(drawn.rgb.size(), 3U * 640 * 480);
   int num_coloured = 0;
