@@ -214,9 +214,10 @@ TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {
   const RasterImage plain = drawDetection(image, {}, kBoard);
   const RasterImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
   EXPECT_EQ(drawn.size, kSize);
-  ASSERT_EQ(drawn.rgb.size(), 3U * 640 * 480);
+  ASSERT_EQ(drawn.bytes.size(), 3U * 640 * 480);
   int num_coloured = 0;
-  for (std::size_t i = 0; i < drawn.rgb.size(); ++i) num_coloured += drawn.rgb[i] != plain.rgb[i] ? 1 : 0;
+  for (std::size_t i = 0; i < drawn.bytes.size(); ++i)
+    num_coloured += drawn.bytes[i] != plain.bytes[i] ? 1 : 0;
   EXPECT_GT(num_coloured, 54 * 40);
 }
 
