@@ -163,6 +163,7 @@ GrayImage halved(const GrayImage& image) {
 
 SmoothImage smoothed(const GrayImage& image) {
   SmoothImage out{.size = image.size, .values = std::vector<std::uint16_t>(image.pixels.size())};
+  if (image.empty()) return out;
   cv::Mat smooth(image.size.height, image.size.width, CV_16UC1, out.values.data());
   cv::Mat scaled;
   viewOf(image).convertTo(scaled, CV_16U, 256);
