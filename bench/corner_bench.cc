@@ -17,8 +17,8 @@
 #include <Eigen/LU>
 
 #include "alidade/detect/corner/corner_fit.h"
+#include "alidade/detect/corner/corner_task.h"
 #include "alidade/detect/corner/edge_model.h"
-#include "alidade/detect/corner/edge_window.h"
 #include "support/board_photo.h"
 #include "support/degrade.h"
 

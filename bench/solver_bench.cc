@@ -22,8 +22,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/view_pose.h"
 #include "alidade/adjust/solve.h"
+#include "alidade/adjust/view_pose.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/radtan.h"
 #include "alidade/simulate/observe.h"

@@ -124,7 +124,7 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
     debug_paths = debugPaths(debug_folder, paths, shortNames(paths));
     detect_options.inspect = [&](const GrayImage& image, const ImageOutcome& outcome) {
       try {
-        writeColorPng(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, board));
+        writeImage(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, board));
       } catch (const Error& error) {
         const std::lock_guard lock(mutex);
         debug_complaint = oneLine(error.what());

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "alidade/compare/difference_significance.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"

@@ -128,8 +128,8 @@ class SimulateCommand final : public Command {
       RenderOptions options = scene.render;
       options.num_jobs = common_.jobs;
       options.seed = streamSeed(scene.seed, 1'000'000 + i);
-      writeGrayPng(folder.path("images/" + names[i]),
-                   renderer.render(scene.board, poses[i], options, cancel));
+      GrayImage image = renderer.render(scene.board, poses[i], options, cancel);
+      writeImage(folder.path("images/" + names[i]), {.size = image.size, .bytes = std::move(image.pixels)});
       bar.update(i + 1, poses.size());
     }
   }

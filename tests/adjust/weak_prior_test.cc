@@ -9,8 +9,8 @@
 #include <limits>
 #include <vector>
 
-#include "alidade/adjust/robust_weighting.h"
 #include "alidade/adjust/manifolds.h"
+#include "alidade/adjust/robust_weighting.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/camera_variant.h"
 #include "support/fit_set.h"

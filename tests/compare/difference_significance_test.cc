@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/compare/difference_significance.h"
+#include "alidade/compare/projection_difference.h"
 
 #include <cmath>
 

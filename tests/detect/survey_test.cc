@@ -211,12 +211,13 @@ TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
 
 TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {
   const GrayImage image{.size = kSize, .pixels = std::vector<std::uint8_t>(640 * 480, 90)};
-  const ColorImage plain = drawDetection(image, {}, kBoard);
-  const ColorImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
+  const RasterImage plain = drawDetection(image, {}, kBoard);
+  const RasterImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
   EXPECT_EQ(drawn.size, kSize);
-  ASSERT_EQ(drawn.rgb.size(), 3U * 640 * 480);
+  ASSERT_EQ(drawn.bytes.size(), 3U * 640 * 480);
   int num_coloured = 0;
-  for (std::size_t i = 0; i < drawn.rgb.size(); ++i) num_coloured += drawn.rgb[i] != plain.rgb[i] ? 1 : 0;
+  for (std::size_t i = 0; i < drawn.bytes.size(); ++i)
+    num_coloured += drawn.bytes[i] != plain.bytes[i] ? 1 : 0;
   EXPECT_GT(num_coloured, 54 * 40);
 }
 

@@ -13,6 +13,7 @@
 #include "alidade/imagery/undistortion_view.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
+#include "support/pixel_from_ray.h"
 
 namespace alidade {
 namespace {
@@ -173,16 +174,17 @@ CornerErrors cornerErrors(ViewProjection projection, Interpolation interpolation
   RandomViewOptions options;
   options.min_fill = 0.7;
   CornerErrors errors;
+  const Renderer renderer(camera, size);
   for (const SE3& camera_from_board : randomViews(camera, size, board, 2, random, options)) {
-    GrayImage seen = renderBoard(camera, size, board, camera_from_board,
-                                 {.read_noise = 0, .full_well_electrons = 0, .samples = 233});
+    GrayImage seen = renderer.render(board, camera_from_board,
+                                     {.read_noise = 0, .full_well_electrons = 0, .samples = 233});
     const GrayImage image{view.size,
                           remap(table, {.size = size, .bytes = std::move(seen.pixels)}, interpolation).bytes};
     std::vector<Eigen::Vector2d> truth;
     for (int id = 0; id < board.numCorners(); ++id) {
       const Eigen::Vector3d point = camera_from_board * board.corner(id);
       truth.push_back(projection == ViewProjection::kRectilinear ? pinholeOf(view).project(point).pixel
-                                                                 : view.pixelFromRay(point).value());
+                                                                 : pixelFromRay(view, point).value());
     }
     const auto stepAt = [&](int id, int stride, int index, int count) -> Eigen::Vector2d {
       const auto at = [&](int k) { return truth[static_cast<std::size_t>(k)]; };
@@ -196,7 +198,7 @@ CornerErrors cornerErrors(ViewProjection projection, Interpolation interpolation
       const CornerGuess guess{.pixel = expected + Eigen::Vector2d(0.7, -0.4),
                               .step_u = stepAt(id, 1, id % board.columns, board.columns),
                               .step_v = stepAt(id, board.columns, id / board.columns, board.rows)};
-      const auto fit = fitCorner(image, guess);
+      const auto fit = CornerFitter().fit(image, guess);
       if (!fit) continue;
       ++errors.num_found;
       const double error = (fit->pixel - expected).norm();

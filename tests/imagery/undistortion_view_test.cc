@@ -13,6 +13,7 @@
 #include "alidade/core/error.h"
 #include "alidade/imagery/remap.h"
 #include "support/model_fixture.h"
+#include "support/pixel_from_ray.h"
 
 namespace alidade {
 namespace {
@@ -206,7 +207,7 @@ TYPED_TEST(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
       std::size_t num_outside = 0;
       std::size_t num_shown = 0;
       for (const auto& ray : rays) {
-        const auto pixel = ray ? view.pixelFromRay(*ray) : std::nullopt;
+        const auto pixel = ray ? pixelFromRay(view, *ray) : std::nullopt;
         if (!pixel || !isWithinKeptAngle(view, *pixel)) continue;
         low = low.min(pixel->array());
         high = high.max(pixel->array());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/simulate/board_pattern.h"
+#include "alidade/simulate/render.h"
 
 #include <gtest/gtest.h>
 

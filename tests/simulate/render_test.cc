@@ -14,7 +14,6 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/random.h"
-#include "alidade/simulate/board_pattern.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 
@@ -40,6 +39,11 @@ SE3 facingAt(const Eigen::Vector2d& corner_px) {
   return {{}, {10 * corner_px.x() / 200, 10 * corner_px.y() / 200, 10}};
 }
 constexpr Checkerboard kFacingBoard = {.columns = 8, .rows = 6, .square_m = 1};
+
+GrayImage renderBoard(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+                      const SE3& camera_from_board, const RenderOptions& options) {
+  return Renderer(camera, size, options.num_jobs).render(board, camera_from_board, options);
+}
 
 TEST(Render, CoversPixelsAtAnEdgeByTheirArea) {
   RenderOptions options = withoutNoise();

@@ -2,6 +2,7 @@
 #include "alidade/compare/image_match.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -42,13 +43,14 @@ double placeAt(int i, int count, int length, int coarse) {
 }  // namespace
 
 Eigen::Matrix3d ImageMatch::frameTurn() const {
-  Eigen::Matrix3d quarter;
-  quarter << 0, -1, 0,  //
-      1, 0, 0,          //
+  constexpr std::array<double, 4> kSine = {0, 1, 0, -1};
+  const double sine = kSine[static_cast<std::size_t>(quarter_turns)];
+  const double cosine = kSine[static_cast<std::size_t>(quarter_turns + 1) % 4];
+  Eigen::Matrix3d turn;
+  turn << cosine, -sine, 0,  //
+      sine, cosine, 0,       //
       0, 0, 1;
-  Eigen::Matrix3d all = Eigen::Matrix3d::Identity();
-  for (int i = 0; i < quarter_turns; ++i) all = quarter * all;
-  return all;
+  return turn;
 }
 
 std::vector<int> possibleTurns(ImageSize a, ImageSize b) {

@@ -104,21 +104,6 @@ bool isOneOfSeveral(const std::vector<BoardCandidate>& candidates, const BoardCa
   });
 }
 
-// Halved copies of an image, made when asked for. Level 0 is the caller's image.
-class Pyramid {
- public:
-  explicit Pyramid(const GrayImage& image) : image_(image) {}
-  const GrayImage& level(int k) {
-    while (static_cast<int>(halves_.size()) < k)
-      halves_.push_back(halved(level(static_cast<int>(halves_.size()))));
-    return k == 0 ? image_ : halves_[static_cast<std::size_t>(k - 1)];
-  }
-
- private:
-  const GrayImage& image_;
-  std::vector<GrayImage> halves_;
-};
-
 std::vector<int> levelsToSearch(const GrayImage& image) {
   std::vector<int> levels;
   const auto side = [&](int level) { return std::max(image.size.width, image.size.height) >> level; };
@@ -230,6 +215,9 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
     detection.reason = DetectionReason::kFound;
     return;
   }
+  constexpr double kMarginPx = 3;  // nearer to the border no corner is seen
+  const Eigen::AlignedBox2d visible(Vector2d(kMarginPx, kMarginPx),
+                                    Vector2d(size.width - 1 - kMarginPx, size.height - 1 - kMarginPx));
   // Corners of the board next to those found, which the mesh can predict: inside the image or not.
   int num_inside = 0;
   int num_outside = 0;
@@ -241,11 +229,7 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
       if (!is_on_board || mesh.find({i, j}) != nullptr) continue;
       const auto place = mesh.predict({i, j});
       if (!place) continue;
-      constexpr double kMarginPx = 3;  // nearer to the border no corner is seen
-      const bool is_outside = place->x() < kMarginPx || place->y() < kMarginPx ||
-                              place->x() > size.width - 1 - kMarginPx ||
-                              place->y() > size.height - 1 - kMarginPx;
-      ++(is_outside ? num_outside : num_inside);
+      ++(visible.contains(*place) ? num_inside : num_outside);
     }
   }
   const bool is_cut = num_outside > num_inside;
@@ -387,10 +371,15 @@ bool SeenGrid::hasCountsOf(const Checkerboard& board) const {
 
 Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");
-  Pyramid pyramid(image);
+  std::vector<GrayImage> halves;  // made when asked for
+  const auto imageAt = [&](int level) -> const GrayImage& {
+    while (static_cast<int>(halves.size()) < level)
+      halves.push_back(halved(halves.empty() ? image : halves.back()));
+    return level == 0 ? image : halves[static_cast<std::size_t>(level - 1)];
+  };
   std::vector<BoardCandidate> candidates;
   for (const int level : levelsToSearch(image)) {
-    searchLevel(pyramid.level(level), level, board, candidates);
+    searchLevel(imageAt(level), level, board, candidates);
     std::stable_sort(
         candidates.begin(), candidates.end(), [](const BoardCandidate& a, const BoardCandidate& b) {
           return a.mesh.size() != b.mesh.size() ? a.mesh.size() > b.mesh.size() : a.level < b.level;

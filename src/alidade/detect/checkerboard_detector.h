@@ -67,7 +67,7 @@ struct Detection {
   [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
 };
 
-/// Finds a whole or partly visible checkerboard in a grey image and refines its corners (fitCorner). The
+/// Finds a whole or partly visible checkerboard in a grey image and refines its corners (CornerFitter). The
 /// search uses reduced resolutions, the refinement the full one. For an unambiguous board,
 /// the ids refer to the same physical corners in every view: seen in the image, the rows (y) run a quarter
 /// turn clockwise from the columns (x), and the inner square at corner 0 is dark. For an ambiguous board, the

@@ -47,7 +47,7 @@ std::string summary(const Detection& detection) {
 
 }  // namespace
 
-ColorImage drawDetection(const GrayImage& image, const Detection& detection, const Checkerboard& board) {
+RasterImage drawDetection(const GrayImage& image, const Detection& detection, const Checkerboard& board) {
   // OpenCV has no view of constant data; cvtColor does not write to its input.
   const cv::Mat gray(image.size.height, image.size.width, CV_8U,
                      const_cast<std::uint8_t*>(image.pixels.data()));
@@ -85,7 +85,9 @@ ColorImage drawDetection(const GrayImage& image, const Detection& detection, con
   }
   write(canvas, summary(detection), scale * Vector2d(8, 20), 0.5 * scale,
         detection.hasCorners() ? kGreen : kRed);
-  return {.size = image.size, .rgb = std::vector<std::uint8_t>(canvas.datastart, canvas.dataend)};
+  return {.size = image.size,
+          .num_channels = 3,
+          .bytes = std::vector<std::uint8_t>(canvas.datastart, canvas.dataend)};
 }
 
 }  // namespace alidade

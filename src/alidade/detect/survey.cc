@@ -2,6 +2,7 @@
 #include "alidade/detect/survey.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <utility>
 
@@ -271,20 +272,16 @@ std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, c
             detection.reason == DetectionReason::kOtherBoard) &&
            detection.seen && !detection.seen->hasCountsOf(asked);
   };
+  std::map<std::array<int, 3>, int> counts;  // whole boards first
+  for (const ImageOutcome& outcome : outcomes) {
+    const std::optional<SeenGrid>& seen = outcome.detection.seen;
+    if (speaks(outcome.detection)) ++counts[{seen->is_closed ? 0 : 1, seen->columns, seen->rows}];
+  }
   std::optional<BoardHint> best;
-  for (const bool is_closed : {true, false}) {
-    std::map<std::pair<int, int>, int> counts;
-    for (const ImageOutcome& outcome : outcomes) {
-      const Detection& detection = outcome.detection;
-      if (!speaks(detection) || detection.seen->is_closed != is_closed) continue;
-      ++counts[{detection.seen->columns, detection.seen->rows}];
-    }
-    for (const auto& [size, count] : counts) {
-      if (best && count <= best->num_images) continue;
-      best =
-          BoardHint{.columns = size.first, .rows = size.second, .num_images = count, .is_closed = is_closed};
-    }
-    if (best) break;
+  for (const auto& [grid, count] : counts) {
+    const bool is_closed = grid[0] == 0;
+    if (best && (best->is_closed != is_closed || count <= best->num_images)) continue;
+    best = {.columns = grid[1], .rows = grid[2], .num_images = count, .is_closed = is_closed};
   }
   return best;
 }

@@ -2,6 +2,7 @@
 #include "alidade/imagery/image_container.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <limits>
 #include <string_view>
@@ -164,6 +165,11 @@ ContainerInfo parseImageContainer(std::span<const std::uint8_t> bytes) {
   if (tiffByteOrder(bytes)) {
     return {.format = ContainerInfo::Format::kTiff, .exif_orientation = tiffOrientation(bytes)};
   }
+  const auto riff_kind = slice(bytes, 8, 4);
+  const bool is_webp = startsWith(bytes, "RIFF") && (!riff_kind || startsWith(*riff_kind, "WEBP"));
+  const bool is_pnm = bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6' &&
+                      std::isspace(bytes[2]) != 0;
+  if (is_webp || is_pnm || startsWith(bytes, "BM")) return {.format = ContainerInfo::Format::kOther};
   return {};
 }
 

@@ -12,8 +12,14 @@ namespace alidade {
 /// What the frame of an image file says about it, without decoding a pixel. Decoders fill the missing part of
 /// a truncated JPEG with grey and say nothing, so this has to be known before.
 struct ContainerInfo {
-  enum class Format { kJpeg, kPng, kTiff, kOther };
-  Format format = Format::kOther;
+  enum class Format {
+    kUnknown,  ///< the first bytes are those of no kind below
+    kJpeg,
+    kPng,
+    kTiff,   ///< not BigTIFF
+    kOther,  ///< BMP, WebP, PBM, PGM or PPM
+  };
+  Format format = Format::kUnknown;
   /// The end of the image is there (JPEG, PNG; true for others). Bytes after it do not matter.
   bool complete = true;
   /// The checksums of the chunks that a decoder needs are right (PNG; true for others).

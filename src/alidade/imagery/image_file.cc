@@ -36,7 +36,7 @@ constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
 Error imageError(const std::string& path, std::string found, std::string next_step) {
   return inputError({.where = path,
                      .found = std::move(found),
-                     .expected = "an image (JPEG, PNG, TIFF, BMP, PGM, WebP)",
+                     .expected = "an image (JPEG, PNG, TIFF, BMP, PNM, WebP)",
                      .next_step = std::move(next_step)});
 }
 
@@ -46,7 +46,7 @@ Error damagedError(const std::string& path, std::string found) {
       "copy or record the image again, convert it to an 8-bit PNG, or remove it from the inputs");
 }
 
-/// Says what a file that no decoder took begins with: text is worth quoting, since it often says what
+/// Says what a file of no known kind begins with: text is worth quoting, since it often says what
 /// happened (a web page instead of a download, a pointer instead of large file storage).
 std::string describeStart(std::string_view bytes) {
   constexpr std::size_t kMaxQuoted = 20;
@@ -60,13 +60,6 @@ std::string describeStart(std::string_view bytes) {
     return "the file starts with '" + start + "', not an image";
   }
   return "not an image, or an image of an unknown kind";
-}
-
-/// The first bytes of the formats that parseImageContainer does not know: BMP, WebP and the PNM family.
-bool hasImageSignature(std::string_view bytes) {
-  const bool is_pnm =
-      bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '7' && bytes[2] <= ' ';
-  return is_pnm || bytes.starts_with("BM") || bytes.starts_with("RIFF");
 }
 
 void checkSize(const std::string& path, const ImageSize& size) {
@@ -83,6 +76,11 @@ void checkSize(const std::string& path, const ImageSize& size) {
 ContainerInfo checkContainer(const std::string& path, std::string_view content) {
   const ContainerInfo info =
       parseImageContainer({reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
+  // OpenCV would try other decoders, some of which fail badly on damaged files.
+  if (info.format == ContainerInfo::Format::kUnknown) {
+    throw imageError(path, describeStart(content),
+                     "open it in an image viewer; copy it again, or remove it from the inputs");
+  }
   if (!info.complete) {
     throw damagedError(path, "the image is truncated after " + std::to_string(content.size()) + " bytes");
   }
@@ -116,14 +114,9 @@ cv::Mat decode(const std::string& path, std::string& content, int flags) {
   return image;
 }
 
-struct SampleRange {
-  double low = 0;
-  double high = 0;
-};
-
-/// What all but the least and the greatest 0.1 % of the finite samples span, so that a hot or dead pixel does
-/// not decide. Images of up to 1000 pixels lose none.
-SampleRange robustRange(const cv::Mat& image) {
+/// Both ends of what all but the least and the greatest 0.1 % of the finite samples span, so that a hot or
+/// dead pixel does not decide. Images of up to 1000 pixels lose none.
+std::pair<double, double> robustRange(const cv::Mat& image) {
   constexpr std::size_t kMaxSamples = 1'000'000;  // of larger images, every k-th pixel
   constexpr double kTail = 0.001;
   const std::size_t step = (image.total() + kMaxSamples - 1) / kMaxSamples;
@@ -147,7 +140,7 @@ SampleRange robustRange(const cv::Mat& image) {
   std::nth_element(samples.begin(), low, samples.end());
   const double low_value = *low;
   std::nth_element(low, high, samples.end());
-  return {.low = low_value, .high = *high};
+  return {low_value, *high};
 }
 
 GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
@@ -190,13 +183,8 @@ DecodedFile decodeFile(const std::string& path, int flags) {
   if (content.empty()) throw damagedError(path, "the file is empty (0 bytes)");
   const ContainerInfo info = checkContainer(path, content);
   const cv::Mat image = decode(path, content, flags);
-  if (image.empty()) {
-    if (info.format == ContainerInfo::Format::kOther && !hasImageSignature(content)) {
-      throw imageError(path, describeStart(content),
-                       "open it in an image viewer; copy it again, or remove it from the inputs");
-    }
+  if (image.empty())
     throw damagedError(path, "the image cannot be decoded: it is damaged, or of an unusual kind");
-  }
   return {.image = image, .exif_orientation = info.exif_orientation};
 }
 
@@ -220,37 +208,9 @@ RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
                      .num_channels = pixels.channels(),
                      .bits_per_sample = static_cast<int>(pixels.elemSize1()) * kBitsPerByte,
                      .bytes = {}};
-  raster.bytes.reserve(pixels.total() * pixels.elemSize());
-  for (int y = 0; y < pixels.rows; ++y) {
-    const auto* row = pixels.ptr<std::uint8_t>(y);
-    raster.bytes.insert(raster.bytes.end(), row,
-                        row + static_cast<std::size_t>(pixels.cols) * pixels.elemSize());
-  }
+  raster.bytes.resize(pixels.total() * pixels.elemSize());
+  pixels.copyTo(cv::Mat(pixels.size(), pixels.type(), raster.bytes.data()));
   return raster;
-}
-
-/// An image as the codecs take it.
-cv::Mat pixelsOf(ImageSize size, int type, const std::vector<std::uint8_t>& bytes) {
-  // OpenCV has no view of constant data; imencode does not write to it.
-  const cv::Mat stored(size.height, size.width, type, const_cast<std::uint8_t*>(bytes.data()));
-  expect(!bytes.empty() && bytes.size() == stored.total() * stored.elemSize(),
-         "an image has all its samples");
-  return withRedAndBlueSwapped(stored);
-}
-
-void writeEncoded(const std::string& path, const std::string& extension, const cv::Mat& image,
-                  const std::vector<int>& options) {
-  std::vector<std::uint8_t> encoded;
-  try {
-    cv::imencode(extension, image, encoded, options);
-  } catch (const cv::Exception& exception) {
-    throw inputError(
-        {.where = path,
-         .found = "the image cannot be encoded (" + exception.err + ")",
-         .expected = "an image that fits in a " + std::string(extension == ".png" ? "PNG" : "JPEG") + " file",
-         .next_step = "use a smaller image"});
-  }
-  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
 
 }  // namespace
@@ -258,10 +218,7 @@ void writeEncoded(const std::string& path, const std::string& extension, const c
 LoadedImage readGrayImage(const std::string& path) {
   const DecodedFile file =
       decodeFile(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
-  constexpr int kBitsPerByte = 8;
-  return {.image = toGrayImage(path, file.image),
-          .exif_orientation = file.exif_orientation,
-          .bits_per_sample = static_cast<int>(file.image.elemSize1()) * kBitsPerByte};
+  return {.image = toGrayImage(path, file.image), .exif_orientation = file.exif_orientation};
 }
 
 LoadedRaster readImage(const std::string& path) {
@@ -276,24 +233,32 @@ bool hasJpegName(const std::string& path) {
 void writeImage(const std::string& path, const RasterImage& image) {
   expect(image.num_channels != 2, "an image file has 1, 3 or 4 channels");
   const int depth = image.bits_per_sample == 8 ? CV_8U : CV_16U;
-  const cv::Mat pixels = pixelsOf(image.size, CV_MAKETYPE(depth, image.num_channels), image.bytes);
-  if (!hasJpegName(path)) return writeEncoded(path, ".png", pixels, {});
-  if (depth != CV_8U || image.num_channels == 4) {
+  expect(!image.bytes.empty() && image.bytes.size() == image.numPixels() * image.bytesPerPixel(),
+         "an image has all its samples");
+  // OpenCV has no view of constant data; imencode does not write to it.
+  const cv::Mat stored(image.size.height, image.size.width, CV_MAKETYPE(depth, image.num_channels),
+                       const_cast<std::uint8_t*>(image.bytes.data()));
+  const cv::Mat pixels = withRedAndBlueSwapped(stored);
+  const bool is_jpeg = hasJpegName(path);
+  if (is_jpeg && (depth != CV_8U || image.num_channels == 4)) {
     throw inputError({.where = path,
                       .found = depth != CV_8U ? "samples of 16 bits" : "an image with an alpha channel",
                       .expected = "8 bits and no alpha channel in a JPEG file",
                       .next_step = "choose a file name that ends with .png"});
   }
   constexpr int kQuality = 95;
-  writeEncoded(path, ".jpg", pixels, {cv::IMWRITE_JPEG_QUALITY, kQuality});
-}
-
-void writeGrayPng(const std::string& path, const GrayImage& image) {
-  writeEncoded(path, ".png", pixelsOf(image.size, CV_8UC1, image.pixels), {});
-}
-
-void writeColorPng(const std::string& path, const ColorImage& image) {
-  writeEncoded(path, ".png", pixelsOf(image.size, CV_8UC3, image.rgb), {});
+  std::vector<std::uint8_t> encoded;
+  try {
+    // PNG has no use for the quality.
+    cv::imencode(is_jpeg ? ".jpg" : ".png", pixels, encoded, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+  } catch (const cv::Exception& exception) {
+    throw inputError(
+        {.where = path,
+         .found = "the image cannot be encoded (" + exception.err + ")",
+         .expected = std::string("an image that fits in a ") + (is_jpeg ? "JPEG" : "PNG") + " file",
+         .next_step = "use a smaller image"});
+  }
+  writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
 
 std::string describeExifOrientation(int orientation) {

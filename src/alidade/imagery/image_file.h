@@ -10,13 +10,13 @@ namespace alidade {
 struct LoadedImage {
   GrayImage image;           ///< the pixels as stored; the orientation tag is ignored
   int exif_orientation = 1;  ///< Exif's 1 to 8; readGrayImage() does not apply it
-  int bits_per_sample = 8;   ///< of the decoded samples: 8, 16, 32 or 64
 };
 
-/// Reads any image that OpenCV can decode: grey or colour, with or without alpha. Samples of more
-/// than 8 bits are scaled linearly and clamped, so that their 0.1 % quantile becomes 0 and their 99.9 %
-/// quantile 255. Otherwise 10-bit and 12-bit data in 16-bit files would be almost black. If all samples are
-/// equal, they become 0; NaN also becomes 0. Use the result to find features, not for photometry.
+/// Reads a JPEG, PNG, TIFF, BMP, PNM (PBM, PGM, PPM) or WebP file, by its first bytes: grey or colour, with
+/// or without alpha. Samples of more than 8 bits are scaled linearly and clamped, so that their 0.1 %
+/// quantile becomes 0 and their 99.9 % quantile 255. Otherwise 10-bit and 12-bit data in 16-bit files would
+/// be almost black. If all samples are equal, they become 0; NaN also becomes 0. Use the result to find
+/// features, not for photometry.
 /// @throws Error (kInput) if the file is missing, unreadable, empty, truncated, damaged, too large or not an
 /// image, or if it is a TIFF file with an orientation tag.
 [[nodiscard]] LoadedImage readGrayImage(const std::string& path);
@@ -40,13 +40,6 @@ struct LoadedRaster {
 /// @throws Error (kInput) if the file cannot be written, and for a JPEG file with 16 bits or alpha;
 /// std::logic_error for an empty image.
 void writeImage(const std::string& path, const RasterImage& image);
-
-/// Writes a PNG file, regardless of the extension, by writeFileAtomically().
-/// @throws Error (kInput) if the file cannot be written; std::logic_error for an empty image.
-void writeGrayPng(const std::string& path, const GrayImage& image);
-
-/// The same for a colour image.
-void writeColorPng(const std::string& path, const ColorImage& image);
 
 /// How a viewer transforms the stored pixels to show them upright, in words: "rotated 90 degrees clockwise"
 /// for 6.

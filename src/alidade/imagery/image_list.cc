@@ -153,8 +153,7 @@ std::vector<std::string> listImages(std::span<const std::string> inputs) {
   for (const std::string& input : inputs) addInput(input, paths);
 
   // Sorted first, so that which of two spellings of a path stays does not depend on the inputs' order.
-  std::sort(paths.begin(), paths.end(),
-            [](const std::string& a, const std::string& b) { return naturalLess(a, b); });
+  std::sort(paths.begin(), paths.end(), naturalLess);
   std::set<fs::path> seen;
   std::erase_if(paths, [&seen](const std::string& path) {
     std::error_code error;
@@ -165,16 +164,15 @@ std::vector<std::string> listImages(std::span<const std::string> inputs) {
 }
 
 std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
-  const std::string& first = paths.front();
-  std::size_t shared = first.rfind('/') == std::string::npos ? 0 : first.rfind('/') + 1;
+  std::string shared = paths.front().substr(0, paths.front().rfind('/') + 1);
   for (const std::string& path : paths) {
-    while (shared > 0 && path.compare(0, shared, first, 0, shared) != 0) {
-      const std::size_t slash = shared < 2 ? std::string::npos : first.rfind('/', shared - 2);
-      shared = slash == std::string::npos ? 0 : slash + 1;
+    while (!path.starts_with(shared)) {
+      shared.pop_back();
+      shared.resize(shared.rfind('/') + 1);  // 0 without a slash
     }
   }
   std::vector<std::string> names;
-  for (const std::string& path : paths) names.push_back(path.substr(shared));
+  for (const std::string& path : paths) names.push_back(path.substr(shared.size()));
   return names;
 }
 

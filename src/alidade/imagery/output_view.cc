@@ -61,12 +61,6 @@ std::optional<Eigen::Vector3d> rayFromPlane(ViewProjection projection, const Eig
   return Eigen::Vector3d(std::sin(x) * std::cos(y), std::sin(y), std::cos(x) * std::cos(y));
 }
 
-std::optional<Eigen::Vector2d> OutputView::pixelFromRay(const Eigen::Vector3d& ray) const {
-  const auto plane = planeFromRay(projection, ray);
-  if (!plane) return std::nullopt;
-  return Eigen::Vector2d(scale_px.cwiseProduct(*plane) + axis_px);
-}
-
 double OutputView::horizontalFieldRad() const {
   const double left = planeFromPixel({-0.5, axis_px.y()}).x();
   const double right = planeFromPixel({size.width - 0.5, axis_px.y()}).x();

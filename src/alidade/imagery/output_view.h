@@ -51,7 +51,6 @@ struct OutputView {
   [[nodiscard]] std::optional<Eigen::Vector3d> rayFromPixel(const Eigen::Vector2d& pixel) const {
     return rayFromPlane(projection, planeFromPixel(pixel));
   }
-  [[nodiscard]] std::optional<Eigen::Vector2d> pixelFromRay(const Eigen::Vector3d& ray) const;
 
   /// Angle between the leftmost and the rightmost edge of the pixels in the row of the axis, radians; at most
   /// a full turn.

@@ -54,20 +54,18 @@ RayLattice::Basis::Basis() {
   }
   // Row k: coefficients of t^m for node k's weight.
   const Eigen::Matrix<double, kNumNodes, kNumNodes> powers = vandermonde.inverse().transpose();
-  Eigen::Matrix<double, kNumNodes, 2> end_monomials;
-  for (int m = 0; m < kNumNodes; ++m) end_monomials.row(m) << (m % 2 == 0 ? 1 : -1), 1;
-  at_ends = powers * end_monomials;
   constexpr double kPixel = 2.0 / kBlock;  // in t
-  for (int i = 0; i < kBlock; ++i) {
-    const double t = (i + 0.5) * kPixel - 1;
+  const auto weightsAt = [&](double t) -> Eigen::Matrix<double, kNumNodes, 3> {
     Eigen::Matrix<double, kNumNodes, 3> monomials;
     for (int m = 0; m < kNumNodes; ++m) {
       monomials(m, 0) = std::pow(t, m);
       monomials(m, 1) = m < 1 ? 0 : m * std::pow(t, m - 1) * kPixel;
       monomials(m, 2) = m < 2 ? 0 : 0.5 * m * (m - 1) * std::pow(t, m - 2) * kPixel * kPixel;
     }
-    at_pixel[static_cast<std::size_t>(i)] = powers * monomials;
-  }
+    return powers * monomials;
+  };
+  at_ends << weightsAt(-1).col(0), weightsAt(1).col(0);
+  for (int i = 0; i < kBlock; ++i) at_pixel[static_cast<std::size_t>(i)] = weightsAt((i + 0.5) * kPixel - 1);
 }
 
 RayLattice::RayLattice(const AnyCamera& camera, ImageSize size, int num_jobs)

@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <vector>
+#include <cstdint>
+#include <numbers>
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/random.h"
-#include "alidade/simulate/board_pattern.h"
 #include "alidade/simulate/observe.h"
-#include "alidade/simulate/point_spread.h"
 
 namespace alidade {
 namespace {
@@ -113,7 +111,95 @@ std::uint8_t withNoise(double light, const RenderOptions& options, Random& rando
   return static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, kMaxLevel)));
 }
 
+// Where pointSpreadShare() is `share`, by bisection; share in (0, 0.5].
+double leftQuantile(double share, double blur_px) {
+  if (blur_px == 0) return share - 0.5;
+  double low = -0.5 - 10 * blur_px;  // the share there is below 1e-23
+  double high = 0;
+  constexpr int kNumBisections = 60;
+  for (int i = 0; i < kNumBisections; ++i) {
+    const double middle = 0.5 * (low + high);
+    (pointSpreadShare(middle, blur_px) < share ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 }  // namespace
+
+BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board) {
+  const double x = point_board.x() / board.square_m;
+  const double y = point_board.y() / board.square_m;
+  // Written so that NaN fails, and before the conversion to int, for which the value must be in range.
+  if (!(x >= -2 && x < board.columns + 1 && y >= -2 && y < board.rows + 1)) return BoardTone::kBackground;
+  if (x < -1 || x >= board.columns || y < -1 || y >= board.rows) return BoardTone::kBright;
+  const int i = static_cast<int>(x + 1);  // from 0 at the outermost square
+  const int j = static_cast<int>(y + 1);
+  return (i + j) % 2 == 0 ? BoardTone::kDark : BoardTone::kBright;
+}
+
+double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board) {
+  const double x = point_board.x() / board.square_m;
+  const double y = point_board.y() / board.square_m;
+  // How far the point is outside the squares, then outside the paper; negative is inside.
+  const double beyond_x = std::max(-1 - x, x - board.columns);
+  const double beyond_y = std::max(-1 - y, y - board.rows);
+  const auto distanceToBox = [](double dx, double dy) {
+    return dx > 0 && dy > 0 ? std::hypot(dx, dy) : std::abs(std::max(dx, dy));
+  };
+  const double to_paper = distanceToBox(beyond_x - 1, beyond_y - 1);
+  double distance = to_paper;
+  if (beyond_x <= 0 && beyond_y <= 0) {
+    distance = std::min(std::abs(x - std::round(x)), std::abs(y - std::round(y)));
+  } else if (beyond_x <= 1 && beyond_y <= 1) {
+    distance = std::min(distanceToBox(beyond_x, beyond_y), to_paper);
+  }
+  return distance * board.square_m;
+}
+
+double pointSpreadShare(double x_px, double blur_px) {
+  if (blur_px == 0) return std::clamp(x_px + 0.5, 0.0, 1.0);
+  // The integral of the normal distribution function; the share is its rise over the pixel's width.
+  const auto integral = [blur_px](double t) {
+    const double z = t / blur_px;
+    const double density = std::exp(-0.5 * z * z) * std::numbers::inv_sqrtpi / std::numbers::sqrt2;
+    const double distribution = 0.5 * std::erfc(-z / std::numbers::sqrt2);
+    return t * distribution + blur_px * density;
+  };
+  return integral(x_px + 0.5) - integral(x_px - 0.5);
+}
+
+PointSpread makePointSpread(double blur_px, int min_samples) {
+  constexpr int kMaxSamples = 1'000'000;
+  expect(blur_px >= 0, "a blur that is not negative");
+  expect(min_samples >= 1 && min_samples <= kMaxSamples, "1 to 1e6 samples");
+  std::int64_t generator = 1;
+  std::int64_t count = 1;
+  while (count < min_samples) {
+    const std::int64_t next = generator + count;
+    generator = count;
+    count = next;
+  }
+
+  // Coordinate k of an axis is the quantile of (2 k + 1) / (2 count); the second half mirrors the first.
+  std::vector<double> quantiles(static_cast<std::size_t>(count), 0.0);
+  for (std::size_t k = 0; k < quantiles.size() / 2; ++k) {
+    const double share = (static_cast<double>(k) + 0.5) / static_cast<double>(count);
+    quantiles[k] = leftQuantile(share, blur_px);
+    quantiles[quantiles.size() - 1 - k] = -quantiles[k];
+  }
+
+  PointSpread spread;
+  // The offset of y puts the lattice point of index count - 1 - i opposite to that of i, and keeps the
+  // numerator odd (of a generator and a count next to each other, at most one is even).
+  const std::int64_t offset = generator + (generator % 2 == 0 ? count : 0);
+  for (std::int64_t i = 0; i < count; ++i) {
+    const std::int64_t numerator = (2 * i * generator + offset) % (2 * count);
+    spread.x.push_back(quantiles[static_cast<std::size_t>(i)]);
+    spread.y.push_back(quantiles[static_cast<std::size_t>(numerator / 2)]);
+    spread.radius_px = std::max(spread.radius_px, std::hypot(spread.x.back(), spread.y.back()));
+  }
+  return spread;
+}
 
 GrayImage Renderer::render(const Checkerboard& board, const SE3& camera_from_board,
                            const RenderOptions& options, const CancelFlag* cancel) const {
@@ -146,11 +232,6 @@ GrayImage Renderer::render(const Checkerboard& board, const SE3& camera_from_boa
       },
       cancel);
   return image;
-}
-
-GrayImage renderBoard(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
-                      const SE3& camera_from_board, const RenderOptions& options) {
-  return Renderer(camera, size, options.num_jobs).render(board, camera_from_board, options);
 }
 
 }  // namespace alidade

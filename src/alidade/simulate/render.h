@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
@@ -10,6 +15,45 @@
 #include "alidade/target/checkerboard.h"
 
 namespace alidade {
+
+/// What is seen at a place of the board's plane.
+enum class BoardTone {
+  kDark,        ///< a dark square
+  kBright,      ///< a bright square or the paper's margin, one square wide, around the squares
+  kBackground,  ///< beyond the paper
+};
+
+/// Around columns x rows inner corners lie (columns + 1) x (rows + 1) squares. The one between the corners
+/// (0, 0) and (1, 1) is dark, and so is its diagonal neighbour beyond corner 0: that is what tells corner 0.
+/// `point_board`: x and y in the board frame, metres; anything not finite is background.
+[[nodiscard]] BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board);
+
+/// Distance in metres from `point_board` to the nearest line across which the tone may change: the tone is
+/// the same everywhere nearer than that. All sides of squares count, also those between a bright square and
+/// the margin. NaN for NaN.
+[[nodiscard]] double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board);
+
+/// How light from one point spreads along an axis of the image: a Gaussian of standard deviation `blur_px`
+/// convolved with the pixel's own width of 1. Returns the share of the light left of `x_px`.
+[[nodiscard]] double pointSpreadShare(double x_px, double blur_px);
+
+/// Places of equal weight over which a pixel's light is averaged, relative to the pixel's centre, in pixels.
+///
+/// A Fibonacci lattice (a rank-1 lattice of F_k points with generator F_{k-1}; Niederreiter 1992, section 5)
+/// carried through the inverse of pointSpreadShare(). Each axis has as many different coordinates as there
+/// are places, so that an edge along an axis is off by at most half a sample; and the lattice is symmetric
+/// about the centre, so that it moves no edge.
+struct PointSpread {
+  std::vector<double> x;
+  std::vector<double> y;
+  double radius_px = 0;  ///< of the place farthest from the centre
+
+  [[nodiscard]] std::size_t size() const { return x.size(); }
+};
+
+/// At least `min_samples` places: the number is raised to the next Fibonacci number.
+/// `blur_px` >= 0, `min_samples` in [1, 1e6].
+[[nodiscard]] PointSpread makePointSpread(double blur_px, int min_samples);
 
 /// Renders views of checkerboards by one camera: the board and its margin (see boardTone()) before an even
 /// background. Anything seen from behind is background; pixels without a ray get no light.
@@ -30,9 +74,5 @@ class Renderer {
  private:
   RayLattice rays_;
 };
-
-/// The same for a single image.
-[[nodiscard]] GrayImage renderBoard(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
-                                    const SE3& camera_from_board, const RenderOptions& options);
 
 }  // namespace alidade

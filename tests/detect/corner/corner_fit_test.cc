@@ -259,7 +259,7 @@ TEST(FitCorner, TellsDarkFromBrightHoweverTheStepsAreGiven) {
         guess.step_u *= su;
         guess.step_v *= sv;
         if (swapped) std::swap(guess.step_u, guess.step_v);
-        const auto fit = fitCorner(image, guess);
+        const auto fit = CornerFitter().fit(image, guess);
         ASSERT_TRUE(fit);
         EXPECT_NEAR(fit->contrast, su * sv * 160, 6);
         EXPECT_NEAR(fit->blur_px, std::hypot(0.9, std::sqrt(1.0 / 12)), 0.05);
@@ -281,7 +281,7 @@ TEST(FitCorner, UsesWhatABorderLeaves) {
     const double from_border = random.uniform(1, 8);
     board.corner = i % 2 == 0 ? Eigen::Vector2d(from_border, random.uniform(30, 50))
                               : Eigen::Vector2d(random.uniform(30, 50), 79 - from_border);
-    fits.push_back(fitCorner(paintBoard(board, 2, static_cast<std::uint64_t>(i)), board.guess()));
+    fits.push_back(CornerFitter().fit(paintBoard(board, 2, static_cast<std::uint64_t>(i)), board.guess()));
     truth.push_back(board.corner);
   }
   const Outcome outcome = outcomeOf(fits, truth);
@@ -307,7 +307,7 @@ TEST(FitCorner, LeavesOutWhatABoardOfHalfSquaresEndsIn) {
                                     const Eigen::Vector2d at = board.shares(x, y);
                                     return at.x() < -0.5 || at.y() < -0.5 ? 1.0 : board.tone(x, y);
                                   });
-    fits.push_back(fitCorner(image, board.guess()));
+    fits.push_back(CornerFitter().fit(image, board.guess()));
     truth.push_back(board.corner);
     ASSERT_TRUE(fits.back());
     EXPECT_LE(fits.back()->window, 0.5);
@@ -334,7 +334,7 @@ TEST(FitCorner, TrustsLessWhatIsPartlyCovered) {
                                     const double along = i % 2 == 0 ? at.x() + 0.3 * at.y() : at.x();
                                     return along > 0.35 ? 0.3 : board.tone(x, y);
                                   });
-    const auto fit = fitCorner(image, board.guess({0.5, 0.5}));
+    const auto fit = CornerFitter().fit(image, board.guess({0.5, 0.5}));
     ++num_checked;
     if (!fit) continue;
     ++num_fits;
@@ -355,7 +355,7 @@ TEST(FitCorner, ManagesSquaresOfAFewPixels) {
     board.step_u *= side / board.step_u.norm();
     board.step_v *= side / board.step_v.norm();
     const Eigen::Vector2d off(random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6));
-    fits.push_back(fitCorner(paintBoard(board, 2, static_cast<std::uint64_t>(i)), board.guess(off)));
+    fits.push_back(CornerFitter().fit(paintBoard(board, 2, static_cast<std::uint64_t>(i)), board.guess(off)));
     truth.push_back(board.corner);
     ASSERT_TRUE(fits.back()) << side;
     EXPECT_GT(fits.back()->contrast, 40);
@@ -397,7 +397,7 @@ TEST(FitCorner, RefusesWhatIsNoCorner) {
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
       Random random(seed);
       const GrayImage image = paint({.width = 90, .height = 80}, 0.9, 3, seed, tone);
-      const auto fit = fitCorner(image, board.guess({random.uniform(-2, 2), random.uniform(-2, 2)}));
+      const auto fit = CornerFitter().fit(image, board.guess({random.uniform(-2, 2), random.uniform(-2, 2)}));
       EXPECT_FALSE(fit) << name << " " << seed << (fit ? fit->sigma_px : 0);
       if (!fit) ++num_refused;
     }
@@ -420,7 +420,7 @@ TEST(FitCorner, RefusesNoiseOfAnyStrengthNearlyAlways) {
       for (int i = 0; i < 90 * 80; ++i)
         image.pixels.push_back(
             static_cast<std::uint8_t>(std::clamp(128 + noise * random.normal(), 0.0, 255.0)));
-      if (fitCorner(image, board.guess())) ++num_fits;
+      if (CornerFitter().fit(image, board.guess())) ++num_fits;
       ++num_checked;
     }
   }
@@ -438,14 +438,14 @@ TEST(FitCorner, TakesAnyArguments) {
     for (int i = 0; i < 6; ++i) {
       CornerGuess guess = board.guess();
       (i < 2 ? guess.pixel : i < 4 ? guess.step_u : guess.step_v)[i % 2] = bad;
-      (void)fitCorner(image, guess);  // must only come back
+      (void)CornerFitter().fit(image, guess);  // must only come back
       ++num_checked;
     }
   }
   EXPECT_EQ(num_checked, 30);
-  EXPECT_FALSE(fitCorner(GrayImage{}, board.guess()));
+  EXPECT_FALSE(CornerFitter().fit(GrayImage{}, board.guess()));
   const GrayImage dot{.size = {.width = 1, .height = 1}, .pixels = {77}};
-  EXPECT_FALSE(fitCorner(dot, {.pixel = {0, 0}, .step_u = {10, 0}, .step_v = {0, 10}}));
+  EXPECT_FALSE(CornerFitter().fit(dot, {.pixel = {0, 0}, .step_u = {10, 0}, .step_v = {0, 10}}));
 }
 
 TEST(FitCorner, GivesTheSameOnEveryThread) {
@@ -456,7 +456,7 @@ TEST(FitCorner, GivesTheSameOnEveryThread) {
   std::vector<std::optional<CornerFit>> alone;
   for (const CornerGuess& guess : guesses) alone.push_back(fitter.fit(image, guess));
   std::vector<std::optional<CornerFit>> together(guesses.size());
-  parallelFor(guesses.size(), 4, [&](std::size_t i) { together[i] = fitCorner(image, guesses[i]); });
+  parallelFor(guesses.size(), 4, [&](std::size_t i) { together[i] = CornerFitter().fit(image, guesses[i]); });
   int num_checked = 0;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     ASSERT_TRUE(alone[i] && together[i]);

@@ -74,22 +74,15 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
 }
 
 MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direction) {
-  const bool runs_along_j = direction % 2 == 0;
-  const int line = direction == 0   ? mesh.max().i
-                   : direction == 1 ? mesh.max().j
-                   : direction == 2 ? mesh.min().i
-                                    : mesh.min().j;
-  const int first = runs_along_j ? mesh.min().j : mesh.min().i;
-  const int last = runs_along_j ? mesh.max().j : mesh.max().i;
-  const auto node = [&](int k) { return runs_along_j ? MeshNode{line, k} : MeshNode{k, line}; };
+  const std::vector<MeshNode> nodes = sideNodes(mesh, direction);
   // Of bright and of dark squares.
   std::array<int, 2> num_seen{};
   std::array<int, 2> num_closing{};
   std::array<int, 2> num_continuing{};
   int num_outside = 0;
-  for (int k = first; k < last; ++k) {
+  for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
     OuterSquare square;
-    const Visibility visibility = lookAtSquare(image, mesh, node(k), node(k + 1), direction, square);
+    const Visibility visibility = lookAtSquare(image, mesh, nodes[k], nodes[k + 1], direction, square);
     num_outside += visibility == Visibility::kOutside ? 1 : 0;
     if (visibility != Visibility::kSeen) continue;
     const std::size_t colour = square.is_dark ? 1 : 0;
@@ -104,7 +97,7 @@ MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direct
     return counts[0] >= kMost * num_seen[0] && counts[1] >= kMost * num_seen[1];
   };
   constexpr double kShareSeen = 0.5;
-  const int num_squares = last - first;
+  const int num_squares = static_cast<int>(nodes.size()) - 1;
   const int num_all = num_seen[0] + num_seen[1];
   const bool is_enough = num_seen[0] > 0 && num_seen[1] > 0 && num_all >= std::min(3, num_squares);
   if (is_enough && num_all >= kShareSeen * num_squares && are_most(num_closing)) return MeshSide::kCloses;
@@ -112,40 +105,25 @@ MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direct
   return 2 * num_outside >= num_squares ? MeshSide::kOutside : MeshSide::kUnclear;
 }
 
-// The cell that a turn of the board, one that keeps its counts, carries to the place of `cell`.
-std::array<int, 2> turned(const Checkerboard& board, std::array<int, 2> cell, int quarter_turns) {
-  switch (quarter_turns) {
-    case 0:
-      return cell;
-    case 1:
-      return {cell[1], board.columns - 1 - cell[0]};
-    case 2:
-      return {board.columns - 1 - cell[0], board.rows - 1 - cell[1]};
-    default:
-      return {board.columns - 1 - cell[1], cell[0]};
-  }
+// Where a cell of a grid of `columns` x `rows` lies, counted along the directions after that many quarter
+// turns.
+std::array<int, 2> turned(std::array<int, 2> cell, int columns, int rows, int quarter_turns) {
+  const std::array<int, 4> along = {cell[0], cell[1], columns - 1 - cell[0], rows - 1 - cell[1]};
+  const auto first = static_cast<std::size_t>(quarter_turns);
+  return {along[first % 4], along[(first + 1) % 4]};
 }
 
 }  // namespace
 
 MeshSides lookAtSides(const SmoothImage& image, const CornerMesh& mesh) {
-  MeshSides sides{};
-  for (int direction = 0; direction < 4; ++direction)
-    sides[static_cast<std::size_t>(direction)] = lookAtSide(image, mesh, direction);
-  return sides;
+  return {lookAtSide(image, mesh, 0), lookAtSide(image, mesh, 1), lookAtSide(image, mesh, 2),
+          lookAtSide(image, mesh, 3)};
 }
 
 std::array<int, 2> Placement::cell(const CornerMesh& mesh, MeshNode node) const {
-  switch (quarter_turns & 3) {
-    case 0:
-      return {column + node.i - mesh.min().i, row + node.j - mesh.min().j};
-    case 1:
-      return {column + node.j - mesh.min().j, row + mesh.max().i - node.i};
-    case 2:
-      return {column + mesh.max().i - node.i, row + mesh.max().j - node.j};
-    default:
-      return {column + mesh.max().j - node.j, row + node.i - mesh.min().i};
-  }
+  const auto [along, across] =
+      turned({node.i - mesh.min().i, node.j - mesh.min().j}, mesh.length(0), mesh.length(1), quarter_turns);
+  return {column + along, row + across};
 }
 
 std::vector<Placement> possiblePlacements(const CornerMesh& mesh, const MeshSides& sides,
@@ -185,13 +163,12 @@ bool areEquivalent(const std::vector<Placement>& placements, const CornerMesh& m
                    const Checkerboard& board) {
   if (placements.empty()) return false;
   const Placement& first = placements.front();
-  const MeshNode low = mesh.min();
-  const MeshNode high = mesh.max();
   return std::all_of(placements.begin(), placements.end(), [&](const Placement& other) {
     for (int turns = 0; turns < 4; turns += board.symmetryStep()) {
-      if (turned(board, first.cell(mesh, low), turns) == other.cell(mesh, low) &&
-          turned(board, first.cell(mesh, high), turns) == other.cell(mesh, high))
-        return true;
+      const auto agrees = [&](MeshNode node) {
+        return turned(first.cell(mesh, node), board.columns, board.rows, turns) == other.cell(mesh, node);
+      };
+      if (agrees(mesh.min()) && agrees(mesh.max())) return true;
     }
     return false;
   });

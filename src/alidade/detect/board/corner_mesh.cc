@@ -49,6 +49,15 @@ void CornerMesh::shrink() {
   *this = std::move(inner);
 }
 
+std::vector<MeshNode> sideNodes(const CornerMesh& mesh, int direction, int lines_in) {
+  const int along = direction % 2 == 0 ? 1 : 0;
+  MeshNode node{direction == 0 ? mesh.max().i : mesh.min().i, direction == 1 ? mesh.max().j : mesh.min().j};
+  for (int k = 0; k < lines_in; ++k) node = step(node, direction + 2);
+  std::vector<MeshNode> nodes;
+  for (int k = 0; k < mesh.length(along); ++k, node = step(node, along)) nodes.push_back(node);
+  return nodes;
+}
+
 std::optional<Vector2d> CornerMesh::stepAt(MeshNode node, int direction) const {
   const auto direct = [&](MeshNode at) -> std::optional<Vector2d> {
     const MeshCorner* here = find(at);

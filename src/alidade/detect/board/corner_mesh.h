@@ -78,6 +78,9 @@ class CornerMesh {
   std::size_t size_ = 0;
 };
 
+/// The nodes of the mesh's bounding box on its side in a direction, or so many lines further in.
+[[nodiscard]] std::vector<MeshNode> sideNodes(const CornerMesh& mesh, int direction, int lines_in = 0);
+
 /// Calls `visit(node, corner)` for every corner of `mesh`, row by row.
 template <class Visit>
 void forEachNode(const CornerMesh& mesh, Visit visit) {

@@ -20,8 +20,14 @@ struct Link {
   int corner = kNone;
   int edge = kNone;
   [[nodiscard]] bool exists() const { return corner != kNone; }
+  friend bool operator==(const Link&, const Link&) = default;
 };
 using Links = std::vector<std::array<Link, 4>>;
+
+// Of half-edge `edge` of a corner; edges count modulo 4.
+Link& linkAt(Links& links, int corner, int edge) {
+  return links[static_cast<std::size_t>(corner)][static_cast<std::size_t>(edge & 3)];
+}
 
 // Corners in square buckets, to look around each other without looking at all.
 class Buckets {
@@ -116,9 +122,7 @@ class Joiner {
 
  private:
   [[nodiscard]] const XCorner& corner(int c) const { return corners_[static_cast<std::size_t>(c)]; }
-  [[nodiscard]] Link& link(int c, int edge) {
-    return links_[static_cast<std::size_t>(c)][static_cast<std::size_t>(edge & 3)];
-  }
+  [[nodiscard]] int numCorners() const { return static_cast<int>(corners_.size()); }
 
   // The edge of corner b that points back along the way from corner a, if it fits.
   [[nodiscard]] int edgeBack(const XCorner& a, int edge, const XCorner& b) const {
@@ -169,16 +173,13 @@ class Joiner {
 
   void linkNeighbours() {
     Links wished(corners_.size());
-    for (std::size_t c = 0; c < corners_.size(); ++c) {
-      for (int edge = 0; edge < 4; ++edge)
-        wished[c][static_cast<std::size_t>(edge)] = nearestAlong(static_cast<int>(c), edge);
+    for (int c = 0; c < numCorners(); ++c) {
+      for (int edge = 0; edge < 4; ++edge) linkAt(wished, c, edge) = nearestAlong(c, edge);
     }
-    for (std::size_t c = 0; c < corners_.size(); ++c) {
-      for (std::size_t edge = 0; edge < 4; ++edge) {
-        const Link& to = wished[c][edge];
-        if (!to.exists()) continue;
-        const Link& back = wished[static_cast<std::size_t>(to.corner)][static_cast<std::size_t>(to.edge)];
-        if (back.corner == static_cast<int>(c) && back.edge == static_cast<int>(edge)) links_[c][edge] = to;
+    for (int c = 0; c < numCorners(); ++c) {
+      for (int edge = 0; edge < 4; ++edge) {
+        const Link to = linkAt(wished, c, edge);
+        if (to.exists() && linkAt(wished, to.corner, to.edge) == Link{c, edge}) linkAt(links_, c, edge) = to;
       }
     }
   }
@@ -187,21 +188,19 @@ class Joiner {
   [[nodiscard]] bool closes(int c, int edge, int turn) {
     Link at{.corner = c, .edge = edge};
     for (int side = 0; side < 4; ++side) {
-      const Link next = link(at.corner, at.edge);
+      const Link next = linkAt(links_, at.corner, at.edge);
       if (!next.exists()) return false;
       // Arrived on next.edge, which points back; turned towards the inside of the square.
       at = {.corner = next.corner, .edge = (next.edge + turn) & 3};
     }
-    return at.corner == c && at.edge == edge;
+    return at == Link{c, edge};
   }
 
   void keepQuadrilaterals() {
     Links kept(corners_.size());
-    for (std::size_t c = 0; c < corners_.size(); ++c) {
+    for (int c = 0; c < numCorners(); ++c) {
       for (int edge = 0; edge < 4; ++edge) {
-        const int id = static_cast<int>(c);
-        if (link(id, edge).exists() && (closes(id, edge, 1) || closes(id, edge, 3)))
-          kept[c][static_cast<std::size_t>(edge)] = links_[c][static_cast<std::size_t>(edge)];
+        if (closes(c, edge, 1) || closes(c, edge, 3)) linkAt(kept, c, edge) = linkAt(links_, c, edge);
       }
     }
     links_ = std::move(kept);
@@ -226,7 +225,7 @@ class Joiner {
       const MeshNode node = *node_of_[static_cast<std::size_t>(c)];
       const int turned = turned_[static_cast<std::size_t>(c)];
       for (int edge = 0; edge < 4; ++edge) {
-        const Link next = link(c, edge);
+        const Link next = linkAt(links_, c, edge);
         if (!next.exists() || node_of_[static_cast<std::size_t>(next.corner)]) continue;
         const int direction = (edge + turned) & 3;
         const MeshNode place = step(node, direction);
@@ -325,34 +324,21 @@ void dropMisfits(CornerMesh& mesh) {
   for (const MeshNode node : misfits) mesh.erase(node);
 }
 
-// The nodes of a line that are there.
-std::vector<MeshNode> nodesOfLine(const CornerMesh& mesh, bool runs_along_i, int line) {
-  std::vector<MeshNode> nodes;
-  const int first = runs_along_i ? mesh.min().i : mesh.min().j;
-  const int last = runs_along_i ? mesh.max().i : mesh.max().j;
-  for (int k = first; k <= last; ++k) {
-    const MeshNode node = runs_along_i ? MeshNode{k, line} : MeshNode{line, k};
-    if (mesh.find(node) != nullptr) nodes.push_back(node);
-  }
-  return nodes;
-}
-
 // Takes away outermost lines that hold much fewer corners than the line before them.
 void dropStrayLines(CornerMesh& mesh) {
   constexpr double kFewest = 0.3;
+  const auto count = [&](const std::vector<MeshNode>& nodes) {
+    return std::ranges::count_if(nodes, [&](MeshNode node) { return mesh.find(node) != nullptr; });
+  };
   bool is_done = false;
   while (!is_done && mesh.size() > 0) {
     is_done = true;
-    for (const bool runs_along_i : {true, false}) {
-      const int first = runs_along_i ? mesh.min().j : mesh.min().i;
-      const int last = runs_along_i ? mesh.max().j : mesh.max().i;
-      for (const auto& [line, inner] : {std::pair(first, first + 1), std::pair(last, last - 1)}) {
-        const std::vector<MeshNode> nodes = nodesOfLine(mesh, runs_along_i, line);
-        const auto num_inner = static_cast<double>(nodesOfLine(mesh, runs_along_i, inner).size());
-        if (first == last || static_cast<double>(nodes.size()) >= kFewest * num_inner) continue;
-        for (const MeshNode node : nodes) mesh.erase(node);
-        is_done = false;
-      }
+    for (const int direction : {3, 1, 2, 0}) {
+      const std::vector<MeshNode> nodes = sideNodes(mesh, direction);
+      const auto num_inner = static_cast<double>(count(sideNodes(mesh, direction, 1)));
+      if (mesh.length(direction) == 1 || static_cast<double>(count(nodes)) >= kFewest * num_inner) continue;
+      for (const MeshNode node : nodes) mesh.erase(node);
+      is_done = false;
     }
     mesh.shrink();
   }

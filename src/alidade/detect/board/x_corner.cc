@@ -144,57 +144,31 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
   return true;
 }
 
+// OpenCV has no views of constant data: this one must not be written to.
+cv::Mat viewOf(const GrayImage& image) {
+  return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
+}
+
 }  // namespace
 
 GrayImage halved(const GrayImage& image) {
   GrayImage half{.size = {.width = image.size.width / 2, .height = image.size.height / 2}, .pixels = {}};
   if (half.size.width == 0 || half.size.height == 0) return {};
   half.pixels.resize(static_cast<std::size_t>(half.size.width) * static_cast<std::size_t>(half.size.height));
-  // OpenCV has no views of constant data; resize() does not write to its input.
-  const cv::Mat whole(image.size.height, image.size.width, CV_8UC1,
-                      const_cast<std::uint8_t*>(image.pixels.data()));
   cv::Mat out(half.size.height, half.size.width, CV_8UC1, half.pixels.data());
-  cv::resize(whole(cv::Rect(0, 0, 2 * out.cols, 2 * out.rows)), out, out.size(), 0, 0, cv::INTER_AREA);
+  cv::resize(viewOf(image)(cv::Rect(0, 0, 2 * out.cols, 2 * out.rows)), out, out.size(), 0, 0,
+             cv::INTER_AREA);
   return half;
 }
 
 SmoothImage smoothed(const GrayImage& image) {
-  const int width = image.size.width;
-  const int height = image.size.height;
-  const auto stride = static_cast<std::size_t>(width);
   SmoothImage out{.size = image.size, .values = std::vector<std::uint16_t>(image.pixels.size())};
-  // Horizontal sums of the five rows around the one being written, in a ring; 16 * 255 * 16 fits 16 bits.
-  constexpr int kTaps = 5;
-  std::array<std::vector<std::uint16_t>, kTaps> sums;
-  for (auto& sum : sums) sum.resize(stride);
-  std::vector<std::uint8_t> padded(stride + 4);
-  const auto horizontal = [&](int y) {
-    const std::uint8_t* in = image.pixels.data() + static_cast<std::size_t>(y) * stride;
-    std::copy_n(in, stride, padded.begin() + 2);
-    padded[0] = padded[1] = in[0];
-    padded[stride + 2] = padded[stride + 3] = in[stride - 1];
-    const std::uint8_t* p = padded.data();
-    std::uint16_t* sum = sums[static_cast<std::size_t>(y % kTaps)].data();
-    for (std::size_t x = 0; x < stride; ++x) {
-      sum[x] = static_cast<std::uint16_t>(p[x] + p[x + 4] + 4 * (p[x + 1] + p[x + 3]) + 6 * p[x + 2]);
-    }
-  };
-  int next = 0;
-  for (int y = 0; y < height; ++y) {
-    for (; next <= std::min(y + 2, height - 1); ++next) horizontal(next);
-    const auto rowAt = [&](int dy) {
-      return sums[static_cast<std::size_t>(std::clamp(y + dy, 0, height - 1) % kTaps)].data();
-    };
-    const std::uint16_t* a = rowAt(-2);
-    const std::uint16_t* b = rowAt(-1);
-    const std::uint16_t* c = rowAt(0);
-    const std::uint16_t* d = rowAt(1);
-    const std::uint16_t* e = rowAt(2);
-    std::uint16_t* o = out.values.data() + static_cast<std::size_t>(y) * stride;
-    for (std::size_t x = 0; x < stride; ++x) {
-      o[x] = static_cast<std::uint16_t>(a[x] + e[x] + 4 * (b[x] + d[x]) + 6 * c[x]);
-    }
-  }
+  if (image.empty()) return out;
+  cv::Mat smooth(image.size.height, image.size.width, CV_16UC1, out.values.data());
+  cv::Mat scaled;
+  viewOf(image).convertTo(scaled, CV_16U, 256);
+  // Without a standard deviation OpenCV's kernel of five is the binomial one, and the result is exact.
+  cv::GaussianBlur(scaled, smooth, cv::Size(5, 5), 0, 0, cv::BORDER_REPLICATE);
   return out;
 }
 

@@ -338,8 +338,4 @@ std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerG
   return saddle;
 }
 
-std::optional<CornerFit> fitCorner(const GrayImage& image, const CornerGuess& guess) {
-  return CornerFitter().fit(image, guess);
-}
-
 }  // namespace alidade

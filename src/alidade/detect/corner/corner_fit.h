@@ -50,7 +50,4 @@ class CornerFitter {
   EdgeResiduals residuals_;
 };
 
-/// The same for a single corner.
-[[nodiscard]] std::optional<CornerFit> fitCorner(const GrayImage& image, const CornerGuess& guess);
-
 }  // namespace alidade

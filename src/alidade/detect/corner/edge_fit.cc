@@ -14,6 +14,14 @@ namespace {
 using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
 using Vector = Eigen::Matrix<double, NormalEquations::kSize, 1>;
 
+// Leaves nothing to solve for in a parameter.
+void takeOut(int parameter, NormalEquations& sums) {
+  sums.hessian.col(parameter).setZero();
+  sums.hessian.row(parameter).setZero();
+  sums.hessian(parameter, parameter) = 1;
+  sums.gradient(parameter) = 0;
+}
+
 // Adds the prior's terms; `sums` are those of the pixels alone.
 void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& sums) {
   for (int i = 0; i < NormalEquations::kSize; ++i) {
@@ -30,11 +38,7 @@ void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& s
     sums.hessian.col(k1) += sums.hessian.col(k2);
     sums.hessian.row(k1) += sums.hessian.row(k2);
     sums.gradient(k1) += sums.gradient(k2);
-    sums.hessian.col(k2).setZero();
-    sums.hessian.row(k2).setZero();
-    sums.hessian(k2, k2) = 1;
-    sums.gradient(k2) = 0;
-    return;
+    return takeOut(k2, sums);
   }
   sums.hessian(k1, k1) += prior.equal_blur;
   sums.hessian(k2, k2) += prior.equal_blur;
@@ -51,11 +55,7 @@ void holdAtBounds(const EdgeModel& model, const EdgeSolverOptions& options, Norm
     const int i = p;
     const bool is_held = (model[p] <= options.min_blur_px && sums.gradient(i) < 0) ||
                          (model[p] >= options.max_blur_px && sums.gradient(i) > 0);
-    if (!is_held) continue;
-    sums.hessian.col(i).setZero();
-    sums.hessian.row(i).setZero();
-    sums.hessian(i, i) = 1;
-    sums.gradient(i) = 0;
+    if (is_held) takeOut(i, sums);
   }
 }
 
@@ -126,9 +126,12 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
   constexpr double kLeastVariance = 1.0 / 12;
   constexpr double kMaxDamping = 1e7;
   EdgeSolution solution{.model = start, .sums = {}, .converged = false};
-  sumNormalEquations(pixels, start, solution.sums);
-  addPrior(prior, start, solution.sums);
-  holdAtBounds(start, options, solution.sums);
+  const auto sumUp = [&](const EdgeModel& model, NormalEquations& sums) {
+    sumNormalEquations(pixels, model, sums);
+    addPrior(prior, model, sums);
+    holdAtBounds(model, options, sums);
+  };
+  sumUp(start, solution.sums);
   NormalEquations trial_sums;
   double damping = 1e-3;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
@@ -152,9 +155,7 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
       solution.converged = true;
       return solution;
     }
-    sumNormalEquations(pixels, trial, trial_sums);
-    addPrior(prior, trial, trial_sums);
-    holdAtBounds(trial, options, trial_sums);
+    sumUp(trial, trial_sums);
     if (trial_sums.cost < sums.cost) {
       damping = std::max(1e-7, 0.1 * damping);
       solution.model = trial;

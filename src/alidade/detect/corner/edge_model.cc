@@ -216,24 +216,6 @@ ALIDADE_ALWAYS_INLINE void evaluateAll(const EdgePixels& pixels, const EdgeModel
   }
 }
 
-#if defined(ALIDADE_HAS_AVX2_VARIANT)
-ALIDADE_TARGET_AVX2 void sumAllAvx2(const EdgePixels& pixels, const EdgeModel& model, double* totals) {
-  sumAll(pixels, model, totals);
-}
-
-ALIDADE_TARGET_AVX2 void evaluateAllAvx2(const EdgePixels& pixels, const EdgeModel& model,
-                                         EdgeResiduals& out) {
-  evaluateAll(pixels, model, out);
-}
-#endif
-
-void sumAllAnywhere(const EdgePixels& pixels, const EdgeModel& model, double* totals) {
-#if defined(ALIDADE_HAS_AVX2_VARIANT)
-  if (hasAvx2()) return sumAllAvx2(pixels, model, totals);
-#endif
-  sumAll(pixels, model, totals);
-}
-
 }  // namespace
 
 void EdgePixels::grow() {
@@ -245,7 +227,7 @@ void EdgePixels::grow() {
 
 void sumNormalEquations(const EdgePixels& pixels, const EdgeModel& model, NormalEquations& sums) {
   double totals[kNumSums];
-  sumAllAnywhere(pixels, model, totals);
+  callVectorised([&]() ALIDADE_INLINE_LAMBDA { sumAll(pixels, model, totals); });
   const double* total = totals;
   for (int i = 0; i < NormalEquations::kSize; ++i) {
     for (int j = 0; j <= i; ++j) sums.hessian(i, j) = sums.hessian(j, i) = *total++;
@@ -260,10 +242,7 @@ void evaluateResiduals(const EdgePixels& pixels, const EdgeModel& model, EdgeRes
     for (auto* column : {&residuals.residual, &residuals.slope1, &residuals.slope2, &residuals.pattern})
       column->resize(size);
   }
-#if defined(ALIDADE_HAS_AVX2_VARIANT)
-  if (hasAvx2()) return evaluateAllAvx2(pixels, model, residuals);
-#endif
-  evaluateAll(pixels, model, residuals);
+  callVectorised([&]() ALIDADE_INLINE_LAMBDA { evaluateAll(pixels, model, residuals); });
 }
 
 }  // namespace alidade

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "alidade/calibrate/calibration.h"
-#include "alidade/compare/difference_significance.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"
