@@ -158,7 +158,9 @@ class CalibrateCommand final : public Command {
     if (path.empty()) return;
     if (path == "-" || path == output_ || (&path != &next_view_ && path == next_view_)) {
       throw usageError({.where = flag + " " + path,
-                        .found = path == "-" ? "standard output" : "the same file as another output",
+                        .found = path == "-"       ? "standard output"
+                                 : path == output_ ? "the same file as --output"
+                                                   : "the same file as --next-view",
                         .expected = "a different file, for example " + std::string(example)});
     }
     checkOutput(path, sources, common_, flag);

@@ -28,17 +28,17 @@ TEST(ModelChoice, IsPrintedWrittenAndRead) {
   const CameraRecord file = readCameraFile(output);
   ASSERT_TRUE(file.calibration);
   EXPECT_GE(file.calibration->holdout_rms_px, 0);
-  ASSERT_EQ(file.calibration->model_choice.size(), 4u);
-  EXPECT_EQ(file.calibration->model_choice[1].model, "radtan");
-  EXPECT_EQ(file.calibration->model_choice[1].verdict, "chosen");
-  EXPECT_EQ(file.calibration->model_choice[0].verdict, "worse");
-  EXPECT_TRUE(std::isnan(file.calibration->model_choice[0].excess));
   EXPECT_EQ(cameraFileText(file), scratch.read("camera.yaml"));
   const auto json = nlohmann::json::parse(runAlidade({"calibrate", dataPath("corners.csv"), "--json"}).out);
   EXPECT_EQ(json.at("holdout_rms_px").get<double>(), file.calibration->holdout_rms_px);
   EXPECT_EQ(json.at("holdout").at("num_folds"), 5);
   EXPECT_EQ(json.at("model_choice").at("best"), "radtan");
-  EXPECT_EQ(json.at("model_choice").at("candidates").size(), 4u);
+  const nlohmann::json& candidates = json.at("model_choice").at("candidates");
+  ASSERT_EQ(candidates.size(), 4u);
+  EXPECT_EQ(candidates[1].at("model"), "radtan");
+  EXPECT_EQ(candidates[1].at("verdict"), "chosen");
+  EXPECT_EQ(candidates[0].at("verdict"), "worse");
+  EXPECT_TRUE(candidates[0].at("excess").is_null());
   EXPECT_TRUE(json.at("image_bias").contains("z"));
 }
 
@@ -49,7 +49,6 @@ TEST(ModelChoice, IsLeftOutWhereAModelIsNamed) {
       runAlidade({"calibrate", dataPath("corners.csv"), "--model", "radtan", "-o", output, "--verbose"});
   ASSERT_THAT(named, EndsWith(0));
   EXPECT_THAT(named.out, AllOf(HasSubstr("cross-validation "), Not(HasSubstr("chosen"))));
-  EXPECT_TRUE(readCameraFile(output).calibration->model_choice.empty());
   // The initial camera's model, not another choice.
   const RunResult again = runAlidade({"calibrate", dataPath("corners.csv"), "--init", output, "--json"});
   ASSERT_THAT(again, EndsWith(0));
@@ -65,7 +64,7 @@ TEST(ModelChoice, HoldsOnlyWhatAllModelsHave) {
 
 TEST(ModelChoice, IsTheSameWithAnyNumberOfThreads) {
   const auto run = [](const char* jobs) {
-    return runAlidade({"calibrate", dataPath("corners.csv"), "--jobs", jobs, "-o", "-", "--quiet"}).out;
+    return runAlidade({"calibrate", dataPath("corners.csv"), "--jobs", jobs, "--json"}).out;
   };
   const std::string one = run("1");
   EXPECT_EQ(one, run("4"));

@@ -26,7 +26,7 @@ TEST(OldCameraFiles, AreReadForEver) {
                                           "version_1_by_hand.yaml"}));
   const CameraRecord full = readCameraFile(ALIDADE_SOURCE_DIR "/testdata/camera_files/version_1.yaml");
   EXPECT_EQ(full.self_check.size(), 9U);
-  EXPECT_EQ(full.calibration->views.size(), 12U);
+  EXPECT_EQ(full.calibration->num_views, 12);
   EXPECT_EQ(full.calibration->covariance.size(), 45U);
   EXPECT_EQ(full.calibration->verdict, Verdict::kTrustworthy);
 }

@@ -208,7 +208,8 @@ std::vector<double> YamlNode::numbers(std::size_t count) const {
   std::vector<double> values;
   for (const YamlNode& item : items()) values.push_back(item.number());
   if (count != 0 && values.size() != count) {
-    throw error(std::to_string(values.size()) + " numbers", std::to_string(count));
+    throw error(std::to_string(values.size()) + (values.size() == 1 ? " number" : " numbers"),
+                std::to_string(count));
   }
   return values;
 }
