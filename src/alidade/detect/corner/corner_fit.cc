@@ -35,7 +35,7 @@ constexpr double kApproachPx = 30;
 constexpr double kBandBlurs = 3.0;
 constexpr double kMinReachPx = 2.5;
 constexpr double kFewBlurs = 4;
-constexpr std::size_t kMinPixels = 50;
+constexpr std::size_t kFewestPixels = 50;
 
 // Expectations that only count where the pixels say little: curvature and shading are those of any lens and
 // lamp.
@@ -205,7 +205,7 @@ class Refinement {
     if (!hasRoom(start, share, kMinReachPx, 1)) return std::nullopt;
     const EdgeWindow window = windowFor(start, share);
     gatherBands(task_.image, window, task_.origin, start, kBandBlurs, pixels_);
-    if (pixels_.size() < kMinPixels) return std::nullopt;
+    if (pixels_.size() < kFewestPixels) return std::nullopt;
     EdgeSolverOptions options;
     options.max_blur_px = std::max(1.0, 0.5 * task_.spacing);
     EdgeSolution solution = solveEdgeModel(pixels_, start, prior_, options);

@@ -272,7 +272,7 @@ YamlNode parseTree(std::string text, const std::string& file) {
 std::optional<Error> jsonError(const std::string& text, const std::string& file) {
   if (!file.ends_with(".json")) return std::nullopt;
   try {
-    static_cast<void>(nlohmann::json::parse(text));
+    [[maybe_unused]] const nlohmann::json parsed = nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& e) {
     // "[json.exception.parse_error.101] parse error at line 5, column 3: syntax error ...".
     const std::string_view what = e.what();
