@@ -202,7 +202,8 @@ void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const auto stretch = significantStretch(of);
   const bool is_stretched =
       stretch && severityOf(effectOfStretch(of, stretch->stretch), of.tolerance_px) >= Severity::kWarning;
-  if (of.choice.better_model || of.uncertainty.hasBias() || is_stretched) return;
+  if (of.choice.better_model || of.uncertainty.hasBias() || of.uncertainty.two_cameras || is_stretched)
+    return;
   const ViewVariations& variations = of.uncertainty.variations;
   const auto [f, spread] = variations.rows;
   if (isFocalChange(variations) || !(f > kRowsF) || !(spread > kHarmless)) return;
