@@ -195,7 +195,7 @@ Mixture mixtureOf(std::span<const Estimate> estimates, double width) {
   std::array<double, 2> mean = {-0.5, 0.5};
   Mixture mixture;
   for (int round = 0; round < kRounds; ++round) {
-    mixture.likelihood = 0;
+    const double before = std::exchange(mixture.likelihood, 0.0);
     double in_second = 0;
     std::array<double, 2> weights = {0, 0};
     std::array<double, 2> values = {0, 0};
@@ -212,6 +212,8 @@ Mixture mixtureOf(std::span<const Estimate> estimates, double width) {
         values[k] += chance[k] * e.value / variance;
       }
     }
+    constexpr double kAtRest = 1e-3;  // far below the evidence that counts
+    if (std::abs(mixture.likelihood - before) < kAtRest) break;
     share = std::clamp(in_second / n, 1 / n, 1 - 1 / n);
     for (std::size_t k = 0; k < 2; ++k) {
       if (weights[k] > 0) mean[k] = values[k] / weights[k];
@@ -227,7 +229,7 @@ bool areTwoGroups(std::span<const Estimate> estimates) {
   constexpr double kSeparation = 6;  // where no lens of the model follows the real one, up to 5
   double single = -std::numeric_limits<double>::infinity();
   Mixture mixture;
-  for (double width = 1e-4; width < 2; width *= 1.5) {
+  for (double width = 1e-3; width < 2; width *= 1.7) {
     single = std::max(single, singleLikelihood(estimates, width));
     const Mixture of_width = mixtureOf(estimates, width);
     if (of_width.likelihood > mixture.likelihood) mixture = of_width;
