@@ -121,9 +121,9 @@ class CalibrateCommand final : public Command {
     const CameraRecord file =
         recordOf(result, {.board = given.board, .created_by = programName(), .name = name_});
     const bool to_stdout = output_ == "-";
-    if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
     if (!evidence_.empty())
       writeFileAtomically(evidence_, evidenceJson(result, given, advice, effectiveSettings(app)));
+    if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
 
     const auto summary = [&](bool is_terminal) {
       const SummaryStyle style{.tolerance_px = options.tolerance_px,

@@ -31,6 +31,7 @@ TEST(CameraRecord, KeepsWhatItIsCalled) {
                                  {.width = 640, .height = 480}, "test");
   EXPECT_THAT(cameraFileText(file), testing::Not(testing::HasSubstr("\ncamera:")));
   file.name = {.name = "left", .serial = "0012", .lens = "6 mm: f/1.4"};
+  EXPECT_THAT(cameraFileText(file), testing::HasSubstr("serial: \"0012\""));
   const CameraRecord back = parseCameraFile(cameraFileText(file), "camera.yaml");
   EXPECT_EQ(back.name.name, "left");
   EXPECT_EQ(back.name.serial, "0012");

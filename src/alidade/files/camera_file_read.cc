@@ -127,8 +127,9 @@ std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
                      std::to_string(num_rows) + " rows, one for each parameter");
   }
   std::vector<double> triangle;
-  for (const YamlNode& row : items) {
-    for (const double value : row.numbers(&row - items.data() + 1)) triangle.push_back(value);
+  for (std::size_t i = 0; i < num_rows; ++i) {
+    const std::vector<double> row = items[i].numbers(i + 1);
+    triangle.insert(triangle.end(), row.begin(), row.end());
   }
   return triangle;
 }
@@ -246,7 +247,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     record.covariance = readTriangle(*n, num_params);
     record.is_covariance_by_views = true;
     for (std::size_t i = 0; i < record.parameter_std.size(); ++i)
-      record.parameter_std[i] = std::sqrt(record.covariance[i * (i + 3) / 2]);
+      record.parameter_std[i] = std::sqrt(std::max(0.0, record.covariance[i * (i + 3) / 2]));
   }
   if (const auto n = node.find("view_centers")) record.view_centers = readPixels(*n);
   return record;

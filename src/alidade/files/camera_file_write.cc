@@ -74,8 +74,14 @@ std::string cameraFileText(const CameraRecord& file) {
                flowMap("width", file.image_size.width, "height", file.image_size.height), "parameters",
                byName(names, file.camera.parameters()));
   if (!file.name.isEmpty()) {
-    writeEntries(out, "camera",
-                 flowMap("name", file.name.name, "serial", file.name.serial, "lens", file.name.lens));
+    // In quotes: a serial number is no number.
+    const auto quoted = [](const std::string& text) {
+      return [&text](YAML::Emitter& to) { to << YAML::DoubleQuoted << text; };
+    };
+    const auto name = quoted(file.name.name);
+    const auto serial = quoted(file.name.serial);
+    const auto lens = quoted(file.name.lens);
+    writeEntries(out, "camera", flowMap("name", name, "serial", serial, "lens", lens));
   }
   writeEntries(
       out, "conventions",
