@@ -94,7 +94,7 @@ double largestPull(const Calibration& result, const Calibration& clean) {
   double largest = 0;
   for (std::size_t i = 0; i < onlyCamera(clean.fit).params.size(); ++i) {
     largest = std::max(largest, std::abs(onlyCamera(result.fit).params[i] - onlyCamera(clean.fit).params[i]) /
-                                    clean.uncertainty.parameterStd(static_cast<int>(i)));
+                                    clean.uncertainty.parameterStdByNoise(static_cast<int>(i)));
   }
   return largest;
 }

@@ -201,8 +201,8 @@ json uncertaintyJson(const Calibration& result) {
   json document = {
       {"parameters", parametersJson(names, onlyCamera(result.fit).params)},
       {"parameter_order", names},  // that of the covariances; an object has none
-      {"parameter_std", byName([&](int i) { return known.statedStd(i); })},
-      {"parameter_std_by_noise", byName([&](int i) { return known.parameterStd(i); })},
+      {"parameter_std", byName([&](int i) { return known.parameterStd(i); })},
+      {"parameter_std_by_noise", byName([&](int i) { return known.parameterStdByNoise(i); })},
       {"parameter_std_by_view", nullptr},
       {"view_excess", nullptr},
       {"covariance", nullptr},

@@ -92,7 +92,7 @@ Lines parameterLines(const Calibration& result) {
   Lines lines;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (i % 4 == 0) lines.push_back(fmt::format("{:<{}}", i == 0 ? "Values" : "", kIndent));
-    const double std = result.uncertainty.statedStd(static_cast<int>(i));
+    const double std = result.uncertainty.parameterStd(static_cast<int>(i));
     const std::string item = fmt::format("{} {}", names[i], valueText(camera.params[i], std));
     lines.back() += i % 4 == 3 || i + 1 == names.size() ? item : fmt::format("{:<21} ", item);
   }

@@ -175,7 +175,7 @@ TEST(WeakPrior, UnfoldsALensInCornersThatNoBoardReached) {
       EXPECT_TRUE(hasFinding(result, "ill_conditioned"));
       for (std::size_t i = 4; i < params.size(); ++i) {
         EXPECT_LT(std::abs(onlyCamera(result.fit).params[i] - params[i]),
-                  5 * result.uncertainty.parameterStd(static_cast<int>(i)))
+                  5 * result.uncertainty.parameterStdByNoise(static_cast<int>(i)))
             << seed << " " << result.camera().parameterNames()[i];
       }
       ++num_held;

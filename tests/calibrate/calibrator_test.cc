@@ -220,8 +220,8 @@ TEST(Calibrate, CountsCopiesOfAViewOnce) {
   EXPECT_EQ(copied.fit.views.size(), 10U);
   // The views are summed in another order, and the solver stops a step sooner or later for it.
   for (int i = 0; i < 9; ++i) {
-    EXPECT_NEAR(copied.uncertainty.parameterStd(i), once.uncertainty.parameterStd(i),
-                1e-6 * once.uncertainty.parameterStd(i));
+    EXPECT_NEAR(copied.uncertainty.parameterStdByNoise(i), once.uncertainty.parameterStdByNoise(i),
+                1e-6 * once.uncertainty.parameterStdByNoise(i));
   }
 }
 

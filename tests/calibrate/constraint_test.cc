@@ -39,14 +39,14 @@ TEST(Held, ParametersKeepTheirValueWithSigmaZero) {
   EXPECT_EQ(onlyCamera(held.fit).params[3], 239.5);
   EXPECT_EQ(onlyCamera(held.fit).params[8], 0.0);
   EXPECT_EQ(onlyCamera(held.fit).constraint.held, (std::vector<int>{2, 3, 8}));
-  for (const int i : onlyCamera(held.fit).constraint.held) EXPECT_EQ(held.uncertainty.parameterStd(i), 0.0);
+  for (const int i : onlyCamera(held.fit).constraint.held) EXPECT_EQ(held.uncertainty.parameterStdByNoise(i), 0.0);
   // What is known makes the rest better known, and right values cost next to nothing.
-  EXPECT_LT(held.uncertainty.parameterStd(4), 0.8 * free.uncertainty.parameterStd(4));
+  EXPECT_LT(held.uncertainty.parameterStdByNoise(4), 0.8 * free.uncertainty.parameterStdByNoise(4));
   EXPECT_GE(held.fit.summary.cost, free.fit.summary.cost * (1 - 1e-9));
   EXPECT_LE(held.fit.summary.cost, 1.02 * free.fit.summary.cost);
   for (const int i : {0, 1, 4, 5, 6, 7}) {
     EXPECT_NEAR(onlyCamera(held.fit).params[static_cast<std::size_t>(i)], kTruth[static_cast<std::size_t>(i)],
-                5 * held.uncertainty.parameterStd(i));
+                5 * held.uncertainty.parameterStdByNoise(i));
   }
 }
 
@@ -61,15 +61,15 @@ TEST(Held, DegreesOfFreedomCountWhatIsFree) {
   const double corners = numCorners(free.fit);
   const double expected = std::sqrt((2 * corners - 9 - 6 * 12) / (2 * corners - 6 * 12));
   EXPECT_NEAR(all.uncertainty.coordinate_sigma_px / free.uncertainty.coordinate_sigma_px, expected, kSettled);
-  for (int i = 0; i < 9; ++i) EXPECT_EQ(all.uncertainty.parameterStd(i), 0.0);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(all.uncertainty.parameterStdByNoise(i), 0.0);
 }
 
 TEST(SameFocal, GivesOneFocalLength) {
   const SimulatedSet set = noisySet();
   const Calibration result = calibrate(set.board, set.views, {.model = "radtan", .same_focal = true});
   EXPECT_EQ(onlyCamera(result.fit).params[0], onlyCamera(result.fit).params[1]);
-  EXPECT_NEAR(onlyCamera(result.fit).params[0], 535, 5 * result.uncertainty.parameterStd(0));
-  EXPECT_EQ(result.uncertainty.parameterStd(0), result.uncertainty.parameterStd(1));
+  EXPECT_NEAR(onlyCamera(result.fit).params[0], 535, 5 * result.uncertainty.parameterStdByNoise(0));
+  EXPECT_EQ(result.uncertainty.parameterStdByNoise(0), result.uncertainty.parameterStdByNoise(1));
   EXPECT_EQ(result.fit.summary.termination, Termination::kConverged);
 }
 
@@ -85,7 +85,7 @@ TEST(Initial, LeadsToTheSameAnswerFromThisOrAnotherModel) {
         calibrate(set.board, set.views, {.model = "radtan", .initial = InitialCamera{start, kSize}});
     EXPECT_NEAR(given.fit.summary.cost, searched.fit.summary.cost, kSettled * searched.fit.summary.cost);
     EXPECT_NEAR(onlyCamera(given.fit).params[0], onlyCamera(searched.fit).params[0],
-                0.01 * searched.uncertainty.parameterStd(0));
+                0.01 * searched.uncertainty.parameterStdByNoise(0));
     EXPECT_EQ(given.choice.start.num_tried, 0);
     ++num_starts;
   }

@@ -76,7 +76,7 @@ TEST(Recovery, DistortionOfAWideLensIsFoundFromNoiseToo) {
     const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     for (std::size_t i = 0; i < truth.size(); ++i) {
       EXPECT_NEAR(onlyCamera(result.fit).params[i], truth[i],
-                  5 * result.uncertainty.parameterStd(static_cast<int>(i)));
+                  5 * result.uncertainty.parameterStdByNoise(static_cast<int>(i)));
     }
     ++num_sets;
   }

@@ -31,7 +31,7 @@ void expectTrueSigmas(const char* model, const std::vector<double>& truth) {
     if (result.fit.summary.termination != Termination::kConverged || !result.uncertainty.covariance) return;
     for (std::size_t k = 0; k < truth.size(); ++k) {
       scores[i].push_back((onlyCamera(result.fit).params[k] - truth[k]) /
-                          result.uncertainty.parameterStd(static_cast<int>(k)));
+                          result.uncertainty.parameterStdByNoise(static_cast<int>(k)));
     }
   });
   for (std::size_t k = 0; k < truth.size(); ++k) {

@@ -52,7 +52,7 @@ TEST(Weights, ShrinkTheScatterAndKeepSigmasTrue) {
       return;
     for (std::size_t k = 0; k < truth.size(); ++k) {
       errors[i].push_back(onlyCamera(weighted.fit).params[k] - truth[k]);
-      scores[i].push_back(errors[i].back() / weighted.uncertainty.parameterStd(static_cast<int>(k)));
+      scores[i].push_back(errors[i].back() / weighted.uncertainty.parameterStdByNoise(static_cast<int>(k)));
     }
     if (i >= kNumPlainSets) return;
     for (View& view : set.views) {

@@ -102,9 +102,9 @@ TEST(Weights, AnUnmodelledErrorIsFoundAndEvensThemOut) {
     ++num_compared;
     for (int i = 0; i < 9; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const double std = plain.uncertainty.parameterStd(i);
+      const double std = plain.uncertainty.parameterStdByNoise(i);
       EXPECT_NEAR(onlyCamera(weighted.fit).params[k], onlyCamera(plain.fit).params[k], 0.5 * std);
-      EXPECT_NEAR(weighted.uncertainty.parameterStd(i), std, 0.1 * std);
+      EXPECT_NEAR(weighted.uncertainty.parameterStdByNoise(i), std, 0.1 * std);
     }
   }
   EXPECT_GE(num_compared, 8);
@@ -145,7 +145,7 @@ TEST(Weights, AnOutlierIsJudgedByWhatItStates) {
                                                    std::pair(set.views[6].image, off_unawares)));
   for (std::size_t i = 0; i < kTruth.size(); ++i) {
     EXPECT_NEAR(onlyCamera(result.fit).params[i], kTruth[i],
-                4 * result.uncertainty.parameterStd(static_cast<int>(i)));
+                4 * result.uncertainty.parameterStdByNoise(static_cast<int>(i)));
   }
 }
 

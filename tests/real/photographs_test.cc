@@ -191,7 +191,7 @@ TEST(Photographs, CalibrateWithinTheirLimits) {
     }
     const Calibration result = calibrate(board, views, {.model = "radtan"});
     std::printf("%s: %zu views, RMS %.4f px, fx %.2f +- %.2f\n", c.set.c_str(), views.size(), rms(result.fit),
-                onlyCamera(result.fit).params[0], result.uncertainty.parameterStd(0));
+                onlyCamera(result.fit).params[0], result.uncertainty.parameterStdByNoise(0));
     EXPECT_EQ(result.fit.summary.termination, Termination::kConverged) << c.set;
     EXPECT_LE(rms(result.fit), c.max_rms_px) << c.set;
     EXPECT_NEAR(onlyCamera(result.fit).params[0], c.fx, c.fx_spread) << c.set;

@@ -179,11 +179,11 @@ Judged judgeSet(const TroubledSet& set, Trouble trouble) {
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const int i = static_cast<int>(k);
     judged.parameters.push_back({.error = onlyCamera(result.fit).params[k] - truth[k],
-                                 .std = result.uncertainty.parameterStd(i),
+                                 .std = result.uncertainty.parameterStdByNoise(i),
                                  .std_by_views = result.uncertainty.by_views
                                                      ? result.uncertainty.by_views->effectiveStd(i)
                                                      : std::numeric_limits<double>::quiet_NaN(),
-                                 .stated_std = result.uncertainty.statedStd(i)});
+                                 .stated_std = result.uncertainty.parameterStd(i)});
   }
   const ProjectionUncertainty uncertainty(result.camera(), result.imageSize(), kInfinity);
   const auto error = differences(set.drawn.camera, result.camera(), uncertainty);

@@ -53,7 +53,7 @@ CalibrationRecord calibrationRecord(const Calibration& of, const Checkerboard& b
   if (!known.covariance) return record;
   record.covariance = lowerTriangle(known.statedCovariance());
   record.is_covariance_by_views = known.isNoiseExceeded();
-  for (int i = 0; i < known.covariance->rows(); ++i) record.parameter_std.push_back(known.statedStd(i));
+  for (int i = 0; i < known.covariance->rows(); ++i) record.parameter_std.push_back(known.parameterStd(i));
   return record;
 }
 

@@ -35,7 +35,7 @@ enum class ProjectStatus : std::uint8_t {
                    ///< finite, or at a distance outside 1e-100 to 1e100)
 };
 
-/// "ok", "behind" or "outside", as `alidade project` prints it.
+/// "ok", "behind" or "outside". `alidade project`, which knows the image size, also prints "out_of_image".
 [[nodiscard]] std::string_view statusId(ProjectStatus status);
 
 /// The projection of a point in the camera frame. `pixel` is NaN unless the status is kOk.
@@ -104,7 +104,7 @@ class AnyCamera {
   /// The pixel of a point in the camera frame, in any unit of length, or why it has none. The camera does not
   /// know its image size: the pixel may lie outside the image.
   /// The row-major Jacobians J_px_cam (2x3) and J_px_params (2xN) may be null. They are written only if the
-  /// status is kOk.
+  /// status is kOk. projectBatch() also has those of a pose.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
                                    double* J_px_params = nullptr) const;
   /// The unit ray in the camera frame that projects to `pixel`; std::nullopt if no ray of the domain does.

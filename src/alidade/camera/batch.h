@@ -10,7 +10,8 @@
 namespace alidade {
 
 /// Arrays of points, rays or pixels, one array per coordinate. All arrays of one call have the same length.
-/// Results may be written to the input arrays; otherwise no arrays may overlap.
+/// Results may be written to the input arrays; otherwise no arrays may overlap. Arrays of different lengths
+/// are a bug of the caller: std::logic_error.
 struct PointColumns {
   std::span<const double> x, y, z;
 };
@@ -37,7 +38,6 @@ struct PixelJacobians {
 /// Projects many points in the camera frame. The results agree with those of AnyCamera::project() to 1e-12
 /// relative. It processes several points at a time, with AVX2 if the processor supports it, which may change
 /// the last digits. It allocates no memory.
-/// @pre all arrays have the same length
 void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
                   const PixelJacobians& jacobians = {});
 
@@ -48,7 +48,6 @@ void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const 
 /// Rays of many pixels; they agree with those of AnyCamera::unproject() to 1e-12. The status is
 /// kOutsideDomain if no ray projects to the pixel. `J_ray_pixel`, if not null, receives n row-major 3x2
 /// Jacobians.
-/// @pre all arrays have the same length
 void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,
                     double* J_ray_pixel = nullptr);
 

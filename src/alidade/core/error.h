@@ -39,7 +39,7 @@ class Error : public std::runtime_error {
   return {ErrorCode::kUsage, detail};
 }
 
-/// Checks a precondition that only a bug in Alidade can break. Active in release builds too.
+/// Checks a precondition that only a bug can break. Active in release builds too.
 /// @throws std::logic_error with `message`, which states the precondition, if `condition` is false.
 void expect(bool condition, const char* message);
 

@@ -48,7 +48,7 @@ TEST(BoardShape, OfABentBoardIsFoundAndTheFocalLengthIsRight) {
               5 * bent.uncertainty.bend_std_m.x());
     EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_y_m - truth.bend_y_m),
               5 * bent.uncertainty.bend_std_m.y());
-    const double z = (onlyCamera(bent.fit).params[0] - kFocal) / bent.uncertainty.parameterStd(0);
+    const double z = (onlyCamera(bent.fit).params[0] - kFocal) / bent.uncertainty.parameterStdByNoise(0);
     sum_z2 += z * z;
     sum_bent += onlyCamera(bent.fit).params[0] - kFocal;
     const Calibration flat =

@@ -32,7 +32,7 @@ std::vector<std::string> findingIds(const Calibration& result) {
 void expectNear(const Calibration& result, const Calibration& clean) {
   for (std::size_t i = 0; i < onlyCamera(clean.fit).params.size(); ++i) {
     EXPECT_NEAR(onlyCamera(result.fit).params[i], onlyCamera(clean.fit).params[i],
-                3 * clean.uncertainty.parameterStd(static_cast<int>(i)))
+                3 * clean.uncertainty.parameterStdByNoise(static_cast<int>(i)))
         << clean.camera().parameterNames()[i];
   }
 }

@@ -19,7 +19,7 @@ SimulatedSet cleanSet(int num_views, std::uint64_t seed) {
 void expectTruth(const Calibration& result) {
   for (std::size_t i = 0; i < kTruth.size(); ++i) {
     EXPECT_NEAR(onlyCamera(result.fit).params[i], kTruth[i],
-                4 * result.uncertainty.parameterStd(static_cast<int>(i)))
+                4 * result.uncertainty.parameterStdByNoise(static_cast<int>(i)))
         << result.camera().parameterNames()[i];
   }
 }

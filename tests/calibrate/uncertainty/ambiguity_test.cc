@@ -40,7 +40,7 @@ TEST(Ambiguity, IsNamedWhereTwoCamerasExplainTheCorners) {
     EXPECT_EQ(finding != nullptr, !result.uncertainty.other_optima.empty());
     // The other side of xi = 0, by sigmas that do not reach there.
     const double off = std::abs(onlyCamera(result.fit).params[4] - set.camera.parameters()[4]);
-    const bool is_astray = off > 0.3 && off > 6 * result.uncertainty.statedStd(4);
+    const bool is_astray = off > 0.3 && off > 6 * result.uncertainty.parameterStd(4);
     num_astray += is_astray ? 1 : 0;
     EXPECT_TRUE(!is_astray || finding != nullptr) << off;
     if (finding == nullptr) continue;

@@ -28,7 +28,7 @@ enum class BoardShapeMode {
 };
 
 struct CalibratorOptions {
-  /// An id of the model list, or kAutoModel: that of the initial camera, or the one chosen by held-out error.
+  /// One of modelIds(), or kAutoModel: that of the initial camera, or the one chosen by held-out error.
   std::string model = kAutoModel;
   std::optional<InitialCamera> initial = std::nullopt;  ///< nothing: a start is searched for
   /// Names of parameters that keep their value: that of `initial`; without one, the image's centre for cx and

@@ -13,6 +13,7 @@
 #include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
@@ -70,6 +71,7 @@ std::vector<std::string> reasonsOf(const PreparedViews& given) {
 // Checks views and puts them and their corners in order.
 // @returns the index that each has had
 std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>& views) {
+  checkBoard(board, "calibration");
   if (views.size() < kMinViews) {
     throw inputError(
         {.where = "calibration",
@@ -89,6 +91,12 @@ std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>&
     checkView(board, view, views.front().size);
     std::sort(view.corners.begin(), view.corners.end(),
               [](const Corner& a, const Corner& b) { return a.id < b.id; });
+    const auto same = std::adjacent_find(view.corners.begin(), view.corners.end(),
+                                         [](const Corner& a, const Corner& b) { return a.id == b.id; });
+    if (same == view.corners.end()) continue;
+    throw inputError({.where = view.image,
+                      .found = "corner " + std::to_string(same->id) + " twice",
+                      .expected = "each corner once"});
   }
   const auto twin = std::adjacent_find(views.begin(), views.end(),
                                        [](const View& a, const View& b) { return a.image == b.image; });

@@ -36,7 +36,7 @@ double savedByBend(const Fit& fit, const Fit& other) {
 double largestSigmas(const Fit& fit, const Uncertainty& known, std::span<const double> params) {
   double largest = 0;
   for (std::size_t i = 0; i < params.size(); ++i) {
-    const double std = known.statedStd(static_cast<int>(i));
+    const double std = known.parameterStd(static_cast<int>(i));
     const double difference = std::abs(params[i] - onlyCamera(fit).params[i]);
     if (std > 0) largest = std::max(largest, difference / std);
   }

@@ -191,7 +191,7 @@ Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_ben
   return result;
 }
 
-double Uncertainty::parameterStd(int i) const {
+double Uncertainty::parameterStdByNoise(int i) const {
   if (!covariance) return std::numeric_limits<double>::quiet_NaN();
   return std::sqrt((*covariance)(i, i));
 }
@@ -212,7 +212,7 @@ DenseMatrix Uncertainty::statedCovariance() const {
   return Eigen::MatrixXd(stated.selfadjointView<Eigen::Lower>());
 }
 
-double Uncertainty::statedStd(int i) const {
+double Uncertainty::parameterStd(int i) const {
   if (!covariance) return std::numeric_limits<double>::quiet_NaN();
   return std::sqrt(statedCovariance()(i, i));
 }

@@ -81,8 +81,11 @@ struct Uncertainty {
   std::vector<OtherOptimum> other_optima;  ///< that the corners do not rule out, the likeliest first
   std::optional<Accuracy> accuracy;        ///< of projected points; nothing without a covariance
 
-  /// One standard deviation of parameter i; NaN without a covariance.
+  /// One standard deviation of parameter i, in storage order, from statedCovariance(): the one to report. NaN
+  /// without a covariance.
   [[nodiscard]] double parameterStd(int i) const;
+  /// The same if corner noise were the only error; from `covariance`.
+  [[nodiscard]] double parameterStdByNoise(int i) const;
   /// Whether the views disagree by more than the corners' noise makes them, beyond chance: then `covariance`
   /// is too small, and `by_views` is what counts.
   [[nodiscard]] bool isNoiseExceeded() const;
@@ -90,8 +93,6 @@ struct Uncertainty {
   /// was ignored, that of the camera with the bend, and on top the square of what the bend would change.
   /// Exactly symmetric: its lower triangle, as files state it, is all of it. There must be a covariance.
   [[nodiscard]] DenseMatrix statedCovariance() const;
-  /// The standard deviation of parameter i to report, from statedCovariance(); NaN without a covariance.
-  [[nodiscard]] double statedStd(int i) const;
   /// Two parameters of which the views tell a combination well and each alone badly.
   struct Correlation {
     int first = 0;

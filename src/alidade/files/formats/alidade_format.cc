@@ -6,7 +6,7 @@
 #include "alidade/files/nodes.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace alidade_format {
 
 bool recognises(const CameraDocument& document) {
   return document.has("alidade_camera");
@@ -21,9 +21,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return cameraFileText(bareRecord(cameras.front().camera, cameras.front().image_size, ""));
 }
 
-}  // namespace
+}  // namespace alidade_format
 
 const CameraFormat& alidade() {
+  using namespace alidade_format;
   static const CameraFormat kFormat = {.id = "alidade",
                                        .title = "Alidade camera file (YAML)",
                                        .models = {modelIds().begin(), modelIds().end()},

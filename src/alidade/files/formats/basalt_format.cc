@@ -14,7 +14,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace basalt_format {
 
 using json = nlohmann::ordered_json;
 
@@ -141,9 +141,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return document.dump(2) + "\n";
 }
 
-}  // namespace
+}  // namespace basalt_format
 
 const CameraFormat& basalt() {
+  using namespace basalt_format;
   static const CameraFormat kFormat = {
       .id = "basalt",
       .title = "basalt calibration (JSON)",

@@ -13,7 +13,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace camodocal_format {
 
 constexpr std::array<LensLayout, 3> kLenses = {
     {{"PINHOLE", "radtan", "k1 k2 p1 p2 fx fy cx cy"},
@@ -78,9 +78,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return text;
 }
 
-}  // namespace
+}  // namespace camodocal_format
 
 const CameraFormat& camodocal() {
+  using namespace camodocal_format;
   static const CameraFormat kFormat = {
       .id = "camodocal",
       .title = "camodocal camera (YAML)",

@@ -17,7 +17,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace colmap_format {
 
 constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
 
@@ -219,9 +219,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return text;
 }
 
-}  // namespace
+}  // namespace colmap_format
 
 const CameraFormat& colmap() {
+  using namespace colmap_format;
   static const CameraFormat kFormat = {
       .id = "colmap",
       .title = "COLMAP cameras.txt",

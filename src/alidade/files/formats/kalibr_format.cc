@@ -18,7 +18,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace kalibr_format {
 
 // camera_model-distortion_model, as on Kalibr's command line; intrinsics and coefficients in one list. Those
 // that come first are written.
@@ -183,9 +183,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return text;
 }
 
-}  // namespace
+}  // namespace kalibr_format
 
 const CameraFormat& kalibr() {
+  using namespace kalibr_format;
   static const CameraFormat kFormat = {
       .id = "kalibr",
       .title = "Kalibr camchain (YAML)",

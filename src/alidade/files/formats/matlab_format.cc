@@ -16,7 +16,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace matlab_format {
 
 constexpr double kOrigin = 1;  // px, of the first pixel's centre
 constexpr LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
@@ -185,9 +185,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return document.dump(2) + "\n";
 }
 
-}  // namespace
+}  // namespace matlab_format
 
 const CameraFormat& matlab() {
+  using namespace matlab_format;
   static const CameraFormat kFormat = {
       .id = "matlab",
       .title = "MATLAB camera parameters (JSON)",

@@ -12,7 +12,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace mrcal_format {
 
 constexpr std::array<LensLayout, 5> kLenses = {
     {{"LENSMODEL_PINHOLE", "pinhole", "fx fy cx cy"},
@@ -76,9 +76,10 @@ std::string write(std::span<const NamedCamera> cameras) {
       named.image_size.height);
 }
 
-}  // namespace
+}  // namespace mrcal_format
 
 const CameraFormat& mrcal() {
+  using namespace mrcal_format;
   static const CameraFormat kFormat = {.id = "mrcal",
                                        .title = "mrcal camera model (.cameramodel)",
                                        .models = {"pinhole", "radtan", "rational", "thin_prism"},

@@ -21,7 +21,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace nerfstudio_format {
 
 constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
 
@@ -321,9 +321,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return document.dump(2) + "\n";
 }
 
-}  // namespace
+}  // namespace nerfstudio_format
 
 const CameraFormat& nerfstudio() {
+  using namespace nerfstudio_format;
   static const CameraFormat kFormat = {.id = "nerfstudio",
                                        .title = "nerfstudio transforms.json",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},

@@ -18,7 +18,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace opencv_format {
 
 const std::vector<std::string> kMatrixKeys =
     words("camera_matrix Camera_Matrix cameraMatrix CameraMatrix camera_Matrix intrinsic_matrix mtx K M");
@@ -299,9 +299,10 @@ std::string write(std::span<const NamedCamera> cameras) {
   return textOf(cameras.front(), kStyle);
 }
 
-}  // namespace
+}  // namespace opencv_format
 
 const CameraFormat& opencv() {
+  using namespace opencv_format;
   static const CameraFormat kFormat = {
       .id = "opencv",
       .title = "OpenCV FileStorage (YAML, XML, JSON)",

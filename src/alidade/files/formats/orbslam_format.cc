@@ -17,7 +17,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace orbslam_format {
 
 constexpr LensLayout kPlain = {"PinHole", "pinhole", "fx fy cx cy"};
 constexpr LensLayout kRadtan = {"PinHole", "radtan", "fx fy cx cy k1 k2 p1 p2"};
@@ -268,9 +268,10 @@ std::string write(std::span<const NamedCamera> cameras) {
                             named.image_size.height);
 }
 
-}  // namespace
+}  // namespace orbslam_format
 
 const CameraFormat& orbslam() {
+  using namespace orbslam_format;
   static const CameraFormat kFormat = {.id = "orbslam",
                                        .title = "ORB-SLAM3 settings (YAML)",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},

@@ -19,7 +19,7 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
-namespace {
+namespace ros_format {
 
 // The names of the file, of ROS 1's message, of ROS 2's message.
 struct Names {
@@ -248,9 +248,10 @@ std::string write(std::span<const NamedCamera> cameras) {
       matrixText("rectification_matrix", 3, 3, R), matrixText("projection_matrix", 3, 4, P));
 }
 
-}  // namespace
+}  // namespace ros_format
 
 const CameraFormat& ros() {
+  using namespace ros_format;
   static const CameraFormat kFormat = {
       .id = "ros",
       .title = "ROS camera_info (YAML)",
