@@ -156,10 +156,7 @@ void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool
   if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
     const std::string& first = survey.outcomes.front().detection.detail;
     if (paths.size() == 1) throw inputError({.where = first});
-    throw inputError({.where = fmt::format("{} images", paths.size()),
-                      .found = "none of them can be read",
-                      .expected = "images of a board",
-                      .next_step = "the error of the first one: " + oneLine(first)});
+    throw noneUsableError(paths.size(), "none of them can be read", first);
   }
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
@@ -172,8 +169,8 @@ void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool
                                survey.board.rows),
        .next_step = hint ? hintText(*hint, survey.board)
                          : "check that the board is in the image, is sharp and has a white margin; " +
-                               std::string(has_debug_flag ? "--debug DIR" : "alidade detect --debug DIR") +
-                               " draws what was detected into the images"});
+                               std::string(has_debug_flag ? "" : "alidade detect ") +
+                               "--debug FOLDER saves copies of the images with the detections drawn in"});
 }
 
 void checkDebugFolder(const std::string& folder, const std::string& output) {

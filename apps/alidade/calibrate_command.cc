@@ -45,7 +45,7 @@ class CalibrateCommand final : public Command {
                    "converted. Default: automatic initial guess");
     app.add_option("--fix", fixed_,
                    "Fixed parameters, for example cx,cy,k3. They keep the values of --init; without it, cx "
-                   "and cy are the image centre and lens parameters 0. With --model auto, only cx and cy")
+                   "and cy are the image centre and lens parameters are 0. With --model auto, only cx and cy")
         ->delimiter(',');
     app.add_flag("--same-focal", same_focal_, "Force fx = fy");
     app.add_option(
@@ -102,13 +102,17 @@ class CalibrateCommand final : public Command {
         readViews({.command = "calibrate", .inputs = inputs_, .board = board_, .debug_folder = debug_},
                   common_, options.cancel);
     if (given.views.size() < kMinViews) {
-      throw inputError(
-          {.where = inputs_.front() + (inputs_.size() > 1 ? " ..." : ""),
-           .found = fmt::format("the board in {} of {} images", given.views.size(), given.num_images),
-           .expected = fmt::format("at least {} views", kMinViews),
-           .next_step = given.reasons.empty()
-                            ? "take more photographs of the board, tilted by 20 to 50 degrees"
-                            : fmt::format("{}", fmt::join(given.reasons, "\n        "))});
+      const std::string share =
+          fmt::format("{}{} of {}", given.views.size() < given.num_images ? "only " : "", given.views.size(),
+                      given.num_images);
+      throw inputError({.where = inputs_.front() + (inputs_.size() > 1 ? " ..." : ""),
+                        .found = isCornersFile(inputs_.front())
+                                     ? share + " views are usable"
+                                     : "the board was found in " + share + " images",
+                        .expected = fmt::format("at least {} views", kMinViews),
+                        .next_step = given.reasons.empty()
+                                         ? "take more photographs of the board, tilted by 20 to 50 degrees"
+                                         : fmt::format("{}", fmt::join(given.reasons, "\n        "))});
     }
     const Calibration result = calibrate(given.board, given.views, options);
     Advice advice{.coverage = coverageOf(result, given.board, given.views), .guidance = {}};
@@ -143,7 +147,7 @@ class CalibrateCommand final : public Command {
       printMessage(std::string("error: the camera must not be used") +
                    (is_kept || output_.empty()
                         ? ""
-                        : "; " + output_ + " was not written (--keep-untrustworthy writes it)"));
+                        : "; " + output_ + " was not written (use --keep-untrustworthy to write it anyway)"));
       return kUntrustworthyExit;
     }
     if (!common_.quiet && !to_stdout)
@@ -158,7 +162,7 @@ class CalibrateCommand final : public Command {
     if (path.empty()) return;
     if (path == "-" || path == output_ || (&path != &next_view_ && path == next_view_)) {
       throw usageError({.where = flag + " " + path,
-                        .found = path == "-"       ? "standard output"
+                        .found = path == "-"       ? "standard output, which is used for the results"
                                  : path == output_ ? "the same file as --output"
                                                    : "the same file as --next-view",
                         .expected = "a different file, for example " + std::string(example)});

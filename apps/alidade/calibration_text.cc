@@ -112,8 +112,8 @@ std::string boardText(const Calibration& result, const GivenViews& given) {
   std::string text = specText(given.board);
   if (!isShapeEstimated(result.fit)) return text + ", flat";
   const BoardShape& shape = onlyBoard(result.fit).shape;
-  return text + fmt::format(", bent by {:.2g} mm along columns and {:.2g} mm along rows",
-                            1e3 * shape.bend_x_m, 1e3 * shape.bend_y_m);
+  return text + fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y", 1e3 * shape.bend_x_m,
+                            1e3 * shape.bend_y_m);
 }
 
 std::string viewsText(const CoverageReport& coverage) {
@@ -161,7 +161,7 @@ std::string boardShapeText(const Calibration& result) {
   const BoardShape& bend = onlyBoard(result.fit).shape;
   return fmt::format(
       "Board    bent ({}): its centre is {} mm behind its left and right edges and {} mm behind its top and "
-      "bottom edges;\n         assuming a flat board, RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
+      "bottom edges;\n         with a flat board, the RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
       "px\n",
       bendTests(shape), millimetres(bend.bend_x_m, std_m.x()), millimetres(bend.bend_y_m, std_m.y()),
       shape.flat_rms_px, shape.flat_params[0], onlyCamera(result.fit).params[0]);
@@ -195,7 +195,7 @@ std::string modelChoiceText(const ModelChoice& choice) {
 std::string weakPriorText(const Calibration& result) {
   const WeakPrior& held = onlyCamera(result.fit).weak_prior;
   if (held.isNone()) return "";
-  std::string text = fmt::format("Prior    {:g} natural sizes a lens parameter; without it:", held.width);
+  std::string text = fmt::format("Prior    width {:g} units per lens parameter; without it:", held.width);
   for (const int i : held.least_known) {
     const auto at = static_cast<std::size_t>(i);
     text += fmt::format(" {} {:.4g}", parameterNames(onlyCamera(result.fit).model)[at], held.free_params[at]);
@@ -215,9 +215,9 @@ std::string gridText(const UncertaintyGrid& grid) {
 
 std::string projectionText(const Uncertainty& known) {
   if (!known.projection_far) return "";
-  std::string text = "Projection, one sigma: how far a point's pixel may be off for the parameters' sake\n";
-  text += fmt::format("  {:<14} {}\n", "far away", gridText(*known.projection_far));
-  text += fmt::format("  {:<14} {}\n", "pose fitted", gridText(*known.projection_near));
+  std::string text = "Projection, one sigma: error of a point's pixel due to the parameters\n";
+  text += fmt::format("  {:<14} {}\n", "far points", gridText(*known.projection_far));
+  text += fmt::format("  {:<14} {}\n", "board distance", gridText(*known.projection_near));
   return text;
 }
 
@@ -259,11 +259,11 @@ std::string outliersText(const Calibration& result) {
 }
 
 std::string startText(const StartReport& start) {
-  if (start.num_tried == 0) return "Starts   the camera that was given\n";
-  std::string text =
-      fmt::format("Starts   {} fields of view tried, the best {} solved, {} of these came to the same answer",
-                  start.num_tried, start.num_solved, start.num_agreed);
-  if (start.num_optima > 1) text += fmt::format("; {} shapes of the lens compared", start.num_optima);
+  if (start.num_tried == 0) return "Starts   the given camera\n";
+  std::string text = fmt::format(
+      "Starts   {} fields of view tried, the best {} solved, {} of these converged to the same solution",
+      start.num_tried, start.num_solved, start.num_agreed);
+  if (start.num_optima > 1) text += fmt::format("; {} lens shapes compared", start.num_optima);
   return text + "\n";
 }
 

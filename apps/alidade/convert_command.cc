@@ -258,7 +258,8 @@ class ConvertCommand final : public Command {
       throw inputError(
           {.where = source.path,
            .found = std::to_string(num_all) + " cameras",
-           .expected = "one camera: a file of the format " + std::string(format.title) + " holds only one",
+           .expected =
+               "one camera, because a file in the format " + std::string(format.title) + " holds only one",
            .next_step = "select one: " + source.path + "#" + cameraLabel(source.cameras.front())});
     }
     requireAll(source);

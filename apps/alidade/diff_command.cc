@@ -98,7 +98,8 @@ std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns) {
   const double off_px = 0.5 * std::max(std::abs(by_width / mean - 1) * fine.width,
                                        std::abs(by_height / mean - 1) * fine.height);
   return fmt::format(
-      "note: {} px is not {} px resized by one factor: it would be {:.5g} along x and {:.5g} along y. If the "
+      "note: {} px is not {} px resized by one factor: the factor would be {:.5g} along x and {:.5g} along "
+      "y. If the "
       "sides were only rounded after resizing or binning, this causes differences of up to {:.2g} px (of the "
       "{} image) at the border",
       sizeText(coarse), sizeText(fine), by_width, by_height, off_px, sizeText(fine));
@@ -249,7 +250,8 @@ class DiffCommand final : public Command {
 
   int run(const CLI::App&) override {
     if (files_.size() != 2)
-      throw missingError("diff", fmt::format("{} files", files_.size()), "two camera files");
+      throw missingError("diff", fmt::format("{} file{}", files_.size(), files_.size() == 1 ? "" : "s"),
+                         "two camera files");
     if (same_frame_ && distance_m_) {
       throw usageError({.where = "--same-frame and --distance",
                         .found = "both",

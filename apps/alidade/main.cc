@@ -33,7 +33,7 @@ constexpr std::array<CommandEntry, 9> kCommands = {{
     {"project", "Project 3D points to pixels", makeProjectCommand},
     {"unproject", "Convert pixels to rays", makeUnprojectCommand},
     {"undistort", "Remove lens distortion from images", makeUndistortCommand},
-    {"validate", "Check a camera file", makeValidateCommand},
+    {"validate", "Check camera files", makeValidateCommand},
     {"diff", "Compare two cameras by their projection difference", makeDiffCommand},
     {"convert", "Change the format, image size, orientation or lens model of a camera file",
      makeConvertCommand},
@@ -97,8 +97,9 @@ void refuseEmptyValues(const CLI::App& command) {
       throw usageError({.where = command.get_name() + ": " + option->get_name(),
                         .found = "an empty value",
                         .expected = "a value",
-                        .next_step = "if it comes from a variable of the shell, check that the variable is "
-                                     "set; otherwise remove the flag"});
+                        .next_step =
+                            "if it comes from a shell variable, check that it is set; otherwise remove "
+                            "the flag"});
     }
   }
 }
@@ -113,7 +114,7 @@ std::string messageOf(const std::exception& error) {
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
     return "out of memory\n  next: use smaller or fewer images, or fewer --jobs";
   return std::string("internal: ") + error.what() +
-         "\n  next: this is a bug in alidade; please report it with the command line";
+         "\n  next: this is a bug in alidade; please report it and include the command line";
 }
 
 // For who reads standard output alone. What cannot be written there is said on standard error in any case.

@@ -142,7 +142,7 @@ std::optional<double> parsePixels(std::string_view text) {
 
 std::string pixelComplaint(const std::string& text) {
   return numberComplaint(text, parsePixels(text).has_value(),
-                         "a positive number of pixels\n  next: for example: 0.1px");
+                         "a positive number of pixels\n  next: give a value such as 0.1px");
 }
 
 Error missingError(const std::string& command, const std::string& found, const std::string& expected) {
@@ -151,6 +151,15 @@ Error missingError(const std::string& command, const std::string& found, const s
                      .found = found,
                      .expected = expected,
                      .next_step = found.starts_with("no --") ? "" : "alidade " + command + " --help"});
+}
+
+Error noneUsableError(std::size_t num_images, const std::string& complaint, const std::string& first_error) {
+  constexpr std::string_view kNextLine = "\n  next: ";
+  const std::size_t end = first_error.find(kNextLine);
+  const bool has_next = end != std::string::npos;
+  return inputError({.where = fmt::format("{} images", num_images),
+                     .found = complaint + "; the first error: " + oneLine(first_error.substr(0, end)),
+                     .next_step = has_next ? oneLine(first_error.substr(end + kNextLine.size())) : ""});
 }
 
 std::vector<std::string> withImages(std::vector<std::string> inputs) {

@@ -103,6 +103,11 @@ void addCameraOptions(CLI::App& app, CameraOptions& options);
 [[nodiscard]] Error missingError(const std::string& command, const std::string& found,
                                  const std::string& expected);
 
+/// The complaint about images of which none is usable ("none of them can be read"), with the message of the
+/// first one's error and its next step.
+[[nodiscard]] Error noneUsableError(std::size_t num_images, const std::string& complaint,
+                                    const std::string& first_error);
+
 /// `inputs` and the images that they stand for. Without the images if the inputs are at fault: reading them
 /// says how.
 [[nodiscard]] std::vector<std::string> withImages(std::vector<std::string> inputs);

@@ -403,7 +403,7 @@ class ProjectCommand final : public StreamCommand {
         "with respect to the pose, camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and "
         "du_dfx and so on with respect to the camera parameters.");
     setUpStream(app,
-                "Rows x,y,z in metres, separated by commas or blanks, header optional; standard input if "
+                "Rows x,y,z in metres, separated by commas or spaces, header optional; standard input if "
                 "omitted or -",
                 {{"x", "m"}, {"y", "m"}, {"z", "m"}});
     app.add_option("--pose", pose_,
@@ -414,7 +414,7 @@ class ProjectCommand final : public StreamCommand {
            "Direction of the poses if their file does not state it: camera_from_world or world_from_camera")
         ->check(CLI::IsMember({"camera_from_world", "world_from_camera"}));
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
-    app.add_flag("--clip", is_clipped_, "Leave out the numbers of pixels outside the image");
+    app.add_flag("--clip", is_clipped_, "Leave out the coordinates of pixels outside the image");
   }
 
  private:
@@ -542,7 +542,7 @@ class UnprojectCommand final : public StreamCommand {
         "dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
     setUpStream(
         app,
-        "Rows u,v in pixels, separated by commas or blanks, header optional; standard input if omitted or -",
+        "Rows u,v in pixels, separated by commas or spaces, header optional; standard input if omitted or -",
         {{"u", "px"}, {"v", "px"}});
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
     app.add_flag("--clip", is_clipped_, "Leave out the rays of pixels outside the image");

@@ -105,7 +105,7 @@ class UndistortCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
-        "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov and --keep, the focal "
+        "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov or --keep, the focal "
         "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
         "colours and "
         "bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching pinhole "
@@ -253,10 +253,7 @@ class UndistortCommand final : public Command {
   [[noreturn]] static void throwNoImage(const std::vector<UndistortedImage>& images) {
     const std::string& first = images.front().reason;
     if (images.size() == 1) throw inputError({.where = first});
-    throw inputError({.where = fmt::format("{} images", images.size()),
-                      .found = "none of them can be used",
-                      .expected = "images from this camera",
-                      .next_step = "the error of the first one: " + oneLine(first)});
+    throw noneUsableError(images.size(), "none of them can be used", first);
   }
 
   static void writeView(const OutputView& view, const PendingFolder& folder) {

@@ -167,7 +167,7 @@ std::string fileText(const ValidationResult& result, const FileJudgement& file) 
   const bool can_show_slips = std::all_of(file.cameras.begin(), file.cameras.end(),
                                           [](const CameraJudgement& c) { return c.can_show_slips; });
   if (!can_show_slips && !result.isFailed(file))
-    text += "    A file cannot prove its own numbers. Test it with --images or --against.\n";
+    text += "    A file cannot show that its numbers are right. Test it with --images or --against.\n";
   return text;
 }
 
@@ -303,7 +303,7 @@ class ValidateCommand final : public Command {
         "used; "
         "3: a file failed.");
     app.add_option("file", files_, "Camera files, folders, or patterns in quotes");
-    app.add_flag("--strict", is_strict_, "Fail files with warnings");
+    app.add_flag("--strict", is_strict_, "Treat warnings as failures");
     app.add_flag("--verbose", is_verbose_, "Print every check");
     app.add_option("--junit", junit_path_, "Write the result as JUnit XML to this file");
     addCameraOptions(app, camera_);
@@ -330,7 +330,8 @@ class ValidateCommand final : public Command {
     const ValidationResult result = judgeAll(listed);
     if (result.files.empty()) {
       throw inputError({.where = files_.front(),
-                        .found = "no camera file among " + std::to_string(listed.size()) + " files",
+                        .found = fmt::format("no camera file among {} file{}", listed.size(),
+                                             listed.size() == 1 ? "" : "s"),
                         .expected = "at least one",
                         .next_step = "see docs/formats.md for the formats"});
     }
@@ -345,7 +346,7 @@ class ValidateCommand final : public Command {
   void checkJunitPath(const std::vector<ListedFile>& listed) const {
     if (junit_path_ == "-") {
       throw usageError({.where = "--junit -",
-                        .found = "standard output, which has the lines about the files",
+                        .found = "standard output, which is used for the results",
                         .expected = "a file"});
     }
     std::vector<std::string> sources;
@@ -361,7 +362,7 @@ class ValidateCommand final : public Command {
     if (images_.empty() && !board_.empty()) {
       throw usageError({.where = "validate",
                         .found = "--board without --images",
-                        .expected = "--images FOLDER, whose images show the board"});
+                        .expected = "--images FOLDER with images of the board"});
     }
     if (!against_.empty()) other_ = readCameraTelling(against_, {}, common_.quiet);
     if (images_.empty()) return;

@@ -181,7 +181,7 @@ TEST(Validate, TestsACameraOnImages) {
 TEST(Validate, DoesNotAskForTheImagesThatItHad) {
   const ScratchFolder scratch;
   const std::string bare = withFocal(scratch, "535", "534");
-  const std::string advice = "A file cannot prove its own numbers.";
+  const std::string advice = "A file cannot show that its numbers are right.";
   EXPECT_THAT(runAlidade({"validate", bare, "--verbose"}).out, HasSubstr(advice));
   for (const char* flag : {"--images", "--against"}) {
     const std::string other =
@@ -314,7 +314,7 @@ TEST(Validate, SearchesFoldersWithinFolders) {
               FailsWith(1, HasSubstr("no file with the extension of a camera file")));
   scratch.write("outer/inner/poses.yaml", "- 1\n");
   EXPECT_THAT(runAlidade({"validate", scratch.path("outer")}),
-              FailsWith(1, HasSubstr("no camera file among 1 files")));
+              FailsWith(1, HasSubstr("no camera file among 1 file;")));
   // A link to nothing stands for a file that is missing.
   std::filesystem::create_symlink(scratch.path("gone.yaml"), scratch.path("set/c.yaml"));
   std::filesystem::create_symlink(scratch.path("gone.bin"), scratch.path("set/c.bin"));
@@ -534,9 +534,9 @@ TEST(Validate, NamesOnlyFlagsThatItHas) {
   const std::string photo = scratch.write("flat.pgm", "P5 64 48 255\n" + std::string(64 * 48, 'x'));
   const RunResult result =
       runAlidade({"validate", dataPath("camera.yaml"), "--images", photo, "--board", kBoard});
-  EXPECT_THAT(result, FailsWith(1, HasSubstr("alidade detect --debug DIR")));
+  EXPECT_THAT(result, FailsWith(1, HasSubstr("alidade detect --debug FOLDER")));
   EXPECT_THAT(runAlidade({"detect", photo, "--board", kBoard, "-o", scratch.path("corners.csv")}).err,
-              AllOf(HasSubstr("; --debug DIR"), Not(HasSubstr("alidade detect"))));
+              AllOf(HasSubstr("; --debug FOLDER"), Not(HasSubstr("alidade detect"))));
 }
 
 TEST(Validate, StrictFailsWarnings) {
