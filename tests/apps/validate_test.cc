@@ -128,7 +128,7 @@ TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
   ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("verdict: rejected"));
   const RunResult result = runAlidade({"validate", file});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.out, HasSubstr("calibration: the verdict was rejected"));
+  EXPECT_THAT(result.out, HasSubstr("calibration: the verdict was 'rejected'"));
 }
 
 // The check of this id in the report on one file.

@@ -213,8 +213,8 @@ std::optional<FileCheck> checkTangential(const CheckedNumbers& numbers) {
   if (severity != Severity::kPass) {
     message += fmt::format("; limit {:.3g} %, real lenses stay below {:.2g} %. {}", 100 * kTangentialWarn,
                            100 * kTangentialUsual,
-                           is_reordered ? "Is the order of the file k1 k2 k3 p1 p2?"
-                                        : "Are the coefficients in the right order, and of this model?");
+                           is_reordered ? "Is the order in the file k1 k2 k3 p1 p2?"
+                                        : "Are the coefficients in the right order, and for this model?");
   }
   return FileCheck{
       .severity = severity,
@@ -239,7 +239,7 @@ FileCheck checkOneToOne(const CheckedNumbers& numbers, const DomainCertificate& 
   if (!foldsInsideImage(domain)) {
     // A wide lens leaves the corners of the image dark.
     check.severity = Severity::kNote;
-    check.message = fmt::format("{}; the lens ends {:.1f} degrees off-axis", percent, degrees);
+    check.message = fmt::format("{}; the lens model ends {:.1f} degrees off-axis", percent, degrees);
     return check;
   }
   check.message = fmt::format("the distortion folds over inside the image: only {}; limit {:.0f} %", percent,
@@ -273,7 +273,7 @@ FileCheck checkDomainClaim(const DomainClaim& claim, const DomainCertificate& do
 FileCheck checkSelfCheck(const CameraRecord& record, const SelfCheckOutcome& outcome) {
   const std::string worst = std::isfinite(outcome.worst_px)
                                 ? fmt::format("{:.3g} px off at worst", outcome.worst_px)
-                                : "one of them does not project";
+                                : "one of them cannot be projected";
   FileCheck check{
       .severity = outcome.isPassed() ? Severity::kPass : Severity::kFailure,
       .id = "self_check",
@@ -339,16 +339,16 @@ FileCheck checkCovariance(const CameraRecord& record) {
     return {.severity = Severity::kPass, .id = "covariance", .message = "the covariance matrix is valid"};
   return {.severity = Severity::kFailure,
           .id = "covariance",
-          .message = std::string("the covariance is wrong; were numbers edited?: ") +
+          .message = std::string("the covariance is wrong (were numbers edited?): ") +
                      (is_semidefinite ? "it contradicts parameter_std" : "a variance is negative")};
 }
 
 FileCheck checkVerdict(Verdict verdict) {
-  const std::string message = "the verdict was " + std::string(verdictName(verdict));
+  const std::string message = "the verdict was '" + std::string(verdictName(verdict)) + "'";
   if (verdict == Verdict::kNo) {
     return {.severity = Severity::kFailure,
             .id = "calibration",
-            .message = message + ": the calibration was rejected"};
+            .message = message + ": the camera must not be used"};
   }
   return {.severity = verdict == Verdict::kTrustworthy ? Severity::kPass : Severity::kNote,
           .id = "calibration",

@@ -51,24 +51,24 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
     return check;
   };
   if (judgement.num_corners == 0) {
-    check.evidence = "no corner could be held out";
+    check.evidence = "no corner could be tested";
     return judgement.num_unseen == 0
                ? end(Severity::kWarning,
                      "the views have too few corners of either colour of the board to predict one from the "
                      "other (four, not in a line); show more of the board")
                : end(Severity::kFailure,
-                     "the camera does not see the boards of these images from any pose; are they its images, "
-                     "and is the board's size right?");
+                     "the camera does not see the boards of these images from any pose; were the images "
+                     "taken by this camera, and is the board's size right?");
   }
   if (judgement.num_unseen > 0) {
-    return end(Severity::kFailure,
-               fmt::format("{} corners that the images show are outside of what the camera can see",
-                           judgement.num_unseen));
+    return end(
+        Severity::kFailure,
+        fmt::format("{} corners in the images lie outside the domain of the camera", judgement.num_unseen));
   }
   const std::string worst_view = worstViewText(judgement);
   if (beyond(judgement.held_out_rms_px, noise_px) <= tolerance_px) {
     return end(Severity::kPass,
-               "the camera predicts corners that had no part in their view's pose; " + worst_view);
+               "the camera predicts corners that were not used for the pose of their view; " + worst_view);
   }
   if (!judgement.freed) return end(Severity::kFailure, "the camera does not predict corners; " + worst_view);
   // A camera is not to blame for what no camera of its model would predict better, unless that is the model.
@@ -76,16 +76,17 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
   const double freed_px = std::isfinite(holdout_px) ? holdout_px : noise_px;
   const bool is_model = isFreedWrong(*judgement.freed);
   if (!is_model && beyond(judgement.held_out_rms_px, freed_px) <= tolerance_px) {
-    return end(Severity::kWarning,
-               fmt::format("the images have errors beyond noise that no camera of this model explains (held "
-                           "out {:.3g} px with its parameters free): blur, a moving board or a rolling "
-                           "shutter; {}",
-                           freed_px, worst_view));
+    return end(
+        Severity::kWarning,
+        fmt::format("the images have errors beyond noise that no camera of this model explains ({:.3g} "
+                    "px with its parameters refitted): blur, a moving board or a rolling "
+                    "shutter; {}",
+                    freed_px, worst_view));
   }
   return end(Severity::kFailure,
-             fmt::format("the camera does not predict corners as the images allow: with its parameters free "
-                         "the error is {:.3g} px{}; {}",
-                         freed_px, is_model ? ", which no camera of this model makes good" : "", worst_view));
+             fmt::format("the camera predicts corners less accurately than the images allow: with its "
+                         "parameters refitted the error is {:.3g} px{}; {}",
+                         freed_px, is_model ? ", which no camera of this model corrects" : "", worst_view));
 }
 
 std::string textOf(const NeededChange& change) {
@@ -132,14 +133,15 @@ class ImagesAgree {
  private:
   void judge() {
     if (!judgement_.freed) {
-      check_.cause = "the images give no camera to compare with: " + judgement_.freed_complaint + hintText();
+      check_.cause =
+          "the images do not yield a camera to compare with: " + judgement_.freed_complaint + hintText();
       return;
     }
     if (judgement_.num_corners == 0 && judgement_.num_unseen > 0) {
       check_.severity = isFreedWrong(*judgement_.freed) ? Severity::kWarning : Severity::kFailure;
       check_.cause = fmt::format(
-          "the images show another camera: the file's does not see their boards from any pose; RMS {:.3g} px "
-          "with its parameters free",
+          "the images do not match the camera, which does not see their boards from any pose; RMS {:.3g} px "
+          "with its parameters refitted",
           judgement_.freed_rms_px);
       return;
     }
@@ -151,16 +153,17 @@ class ImagesAgree {
     const bool is_other = judgement_.overall && judgement_.overall->isSignificant();
     const ProjectionDifference& difference = *judgement_.difference;
     if (!isComparable(difference)) {
-      check_.evidence = fmt::format("{} of {} pixels are seen by one of both cameras only",
-                                    difference.num_seen_by_one, difference.pixels.size());
+      check_.evidence = fmt::format("{} of {} pixels are seen by only one camera", difference.num_seen_by_one,
+                                    difference.pixels.size());
       if (is_other || isAnyNeeded() || isFarOff()) return reject();
-      check_.cause = "the camera by the images alone cannot be compared; " + evidenceText() + "; " + kMore;
+      check_.cause =
+          "the camera calibrated from these images cannot be compared; " + evidenceText() + "; " + kMore;
       return;
     }
     const double sure_px = judgement_.overall ? judgement_.overall->sure_share * difference.p95_px : 0.0;
     check_.evidence = fmt::format(
-        "{:.3g} px (95 %), {:.3g} px of it sure, over the {:.0f} % of the image where boards were; known to "
-        "{:.2g} px",
+        "{:.3g} px (95 %), at least {:.3g} px of it real, over the {:.0f} % of the image where boards were; "
+        "known to within {:.2g} px",
         difference.p95_px, sure_px, 100 * judgement_.covered_share, judgement_.significance->expected_rms_px);
     if ((is_other && difference.p95_px > tolerance_px_) || isAnyNeeded() || isFarOff()) {
       reject();
@@ -172,7 +175,7 @@ class ImagesAgree {
     check_.severity = Severity::kWarning;
     check_.is_undecided = false;
     check_.cause = textOf(*origin) +
-                   ": half a pixel, as if the file put the pixel's origin elsewhere than its format does; " +
+                   ": half a pixel, as if the pixel origin of the file differed from that of its format; " +
                    check_.cause;
   }
 
@@ -180,15 +183,16 @@ class ImagesAgree {
   void reject() {
     const bool is_usable = judgement_.freed && !isFreedWrong(*judgement_.freed);
     check_.severity = is_usable ? Severity::kFailure : Severity::kWarning;
-    check_.cause = is_usable ? "the images show another camera"
-                             : "the images seem to show another camera, but the calibration by them alone is "
-                               "not to be trusted";
+    check_.cause = is_usable ? "the images do not match the camera"
+                             : "the images do not seem to match the camera, but the calibration from these "
+                               "images cannot be trusted";
     if (const NeededChange* const reason = explanation()) {
       check_.cause += ": if nothing else is wrong, " + textOf(*reason);
     } else {
-      check_.cause += isFarOff() ? ": the file's is far off, and no" : ": no";
+      check_.cause += isFarOff() ? ": it is far off, and no" : ": no";
       check_.cause +=
-          " single change was found to explain it; more than one number may be wrong, or the lens be another";
+          " single change was found to explain it; more than one number may be wrong, or the lens may be a "
+          "different one";
     }
     check_.cause += "; " + evidenceText();
     if (!is_usable) check_.cause += std::string("; ") + kMore;
@@ -197,12 +201,13 @@ class ImagesAgree {
   void accept(bool is_within, double expected_px) {
     if (is_within && expected_px <= tolerance_px_) {
       check_.severity = Severity::kPass;
-      check_.cause = "the images show the same camera; " + evidenceText();
+      check_.cause = "the images match the camera; " + evidenceText();
       return;
     }
     check_.cause =
-        is_within ? fmt::format("these images agree, but would not notice an error of {:.2g} px", expected_px)
-                  : "these images cannot tell whether it is the same camera; " + evidenceText();
+        is_within ? fmt::format("these images match the camera, but would not reveal an error of {:.2g} px",
+                                expected_px)
+                  : "these images cannot show whether they match the camera; " + evidenceText();
     check_.cause += hintText() + "; " + kMore;
   }
 
@@ -252,7 +257,7 @@ class ImagesAgree {
     for (const NeededChange& change : judgement_.changes) {
       if (!change.isHint() || change.change == CameraChange::kPixelOrigin) continue;
       if (!change.refined || (judgement_.freed && !isCloseToFreed(change))) continue;
-      if (!change.estimate.isSignificant()) return "; a hint, but no proof: " + textOf(change);
+      if (!change.estimate.isSignificant()) return "; a hint, not a proof: " + textOf(change);
       if (change.p95_px <= tolerance_px_)
         return fmt::format("; off, but by less than the tolerance ({:.2g} px): {}", change.p95_px,
                            textOf(change));
@@ -278,12 +283,12 @@ class ImagesAgree {
       text = fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement_.overall->sigmas));
     text += fmt::format("RMS {:.3g} px as it is", judgement_.fixed_rms_px);
     if (std::isfinite(judgement_.freed_rms_px))
-      text += fmt::format(", {:.3g} px with its parameters free", judgement_.freed_rms_px);
+      text += fmt::format(", {:.3g} px with its parameters refitted", judgement_.freed_rms_px);
     return text;
   }
 
   static constexpr const char* kMore =
-      "take more images, tilted and all over the image (see the advice of alidade calibrate)";
+      "take more images, with the board tilted and all over the image (see the advice of alidade calibrate)";
 
   const HeldOutJudgement& judgement_;
   double tolerance_px_;
@@ -291,7 +296,7 @@ class ImagesAgree {
   Diagnosis check_{.severity = Severity::kWarning,
                    .id = "images_agree",
                    .cause = {},
-                   .evidence = "not known",
+                   .evidence = "unknown",
                    .is_undecided = true};
 };
 
@@ -311,13 +316,13 @@ Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other
                                           difference.p95_px, difference.rms_px, difference.max_px),
                   .limit = fmt::format("{} px (95 %)", tolerance_px)};
   const std::string chance =
-      significance ? fmt::format("{:.1f} sigma; the covariances lead to expect {:.2g} px",
+      significance ? fmt::format("{:.1f} sigma; the covariances predict {:.2g} px",
                                  std::max(0.0, significance->sigmas), significance->expected_rms_px)
-                   : "neither file states how well its parameters are known";
+                   : "neither file states a covariance";
   switch (agreementOf(difference, significance, tolerance_px)) {
     case Agreement::kWithin:
       check.severity = Severity::kPass;
-      check.cause = "both cameras put what they see at the same place (" + chance + ")";
+      check.cause = "both cameras project to the same pixels (" + chance + ")";
       break;
     case Agreement::kBeyond:
       check.cause = "the cameras differ (" + chance + "); alidade diff shows where";
@@ -325,7 +330,8 @@ Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other
     case Agreement::kUncertain:
       check.severity = Severity::kWarning;
       check.is_undecided = true;
-      check.cause = "the cameras are known too badly to tell whether they differ (" + chance + ")";
+      check.cause =
+          "the cameras are not known accurately enough to tell whether they differ (" + chance + ")";
       break;
     case Agreement::kNotComparable:
       check.cause = fmt::format("the cameras cannot be compared: {} of {} pixels are seen by both",
@@ -352,9 +358,9 @@ Diagnosis ownImagesCheck(std::span<const Eigen::Vector2d> recorded, std::span<co
           .id = "own_images",
           .cause = is_clean ? "the camera was not calibrated from these images"
                             : "the camera was calibrated from these images, such as " + own.front() +
-                                  ": they cannot show that it is wrong; take others",
+                                  ": they cannot show that it is wrong; use others",
           .evidence = fmt::format("{} of {} images", own.size(), views.size()),
-          .limit = "no image with its corners where a view of the calibration has them"};
+          .limit = "no image whose corners are those of a calibration view"};
 }
 
 }  // namespace alidade

@@ -236,11 +236,11 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
         {.where = view.image,
          .found = "an image of " + sizeText(view.size) + " px",
          .expected = sizeText(camera.size) + " px, the camera's image size",
-         .next_step = is_swapped ? "one is the other lying on its side: width and height may be swapped "
-                                   "in the camera file; if the images were turned, alidade convert "
+         .next_step = is_swapped ? "one is the other rotated by 90 degrees: width and height may be swapped "
+                                   "in the camera file; if the images were rotated, use alidade convert "
                                    "--rotate 90 or 270"
-                                 : "images of this camera as it is, or alidade convert --resize or "
-                                   "--crop to theirs"});
+                                 : "use images of this size, or adapt the camera with alidade convert "
+                                   "--resize or --crop"});
   }
   std::sort(views.begin(), views.end(),
             [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
