@@ -38,7 +38,7 @@ void expectNear(const Calibration& result, const Calibration& clean) {
 }
 
 TEST(ForeignViews, AreLeftOutWithAReasonThatFits) {
-  const std::pair<Spoiler, const char*> cases[] = {{Spoiler::kColumnsFirst, "along the columns first"},
+  const std::pair<Spoiler, const char*> cases[] = {{Spoiler::kColumnsFirst, "column by column"},
                                                    {Spoiler::kShifted, "one column back"},
                                                    {Spoiler::kBent, "displaced together"},
                                                    {Spoiler::kOtherCamera, "focal lengths 1."}};

@@ -45,7 +45,7 @@ std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFla
 
 std::string misfitReason(const Fit& used, const View& view, const CancelFlag* cancel) {
   if (const auto order = fittingOrder(used, view))
-    return "its corners are numbered otherwise than those of the other views: they fit if they are "
+    return "its corners are numbered differently from those of the other views: they fit if they are "
            "numbered " +
            *order;
   const auto fit = fitAlone(used, view);

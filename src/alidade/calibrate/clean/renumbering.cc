@@ -20,13 +20,12 @@ std::vector<Renumbering> renumberings(const Checkerboard& board, const View& vie
   };
   const auto idsOn = [&](int step) { return [=](int id) { return around(id + step, count); }; };
   const std::vector<std::pair<std::string, std::function<int(int)>>> orders = {
-      {"along the columns first instead of the rows",
-       [=](int id) { return id % rows * columns + id / rows; }},
-      {"one column on in each row", columnsOn(1)},
+      {"column by column instead of row by row", [=](int id) { return id % rows * columns + id / rows; }},
+      {"one column further in each row", columnsOn(1)},
       {"one column back in each row", columnsOn(-1)},
-      {"one on", idsOn(1)},
+      {"one further", idsOn(1)},
       {"one back", idsOn(-1)},
-      {"one row on", idsOn(columns)},
+      {"one row further", idsOn(columns)},
       {"one row back", idsOn(-columns)}};
   std::vector<Renumbering> all;
   for (const auto& [how, renumbered] : orders) {

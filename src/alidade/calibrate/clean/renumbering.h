@@ -13,7 +13,7 @@ namespace alidade {
 
 /// A view's corners as they would be if they had been numbered otherwise.
 struct Renumbering {
-  std::string how;  ///< "along the columns first"
+  std::string how;  ///< "column by column instead of row by row"
   View view;
 };
 

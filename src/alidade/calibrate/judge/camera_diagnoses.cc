@@ -115,7 +115,8 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
     diagnoses.push_back(
         {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
          .id = "fronto_parallel",
-         .cause = "the board is nearly parallel to the image, which leaves focal length and distance open",
+         .cause =
+             "the board is nearly parallel to the image, which leaves focal length and distance undetermined",
          .evidence = "median tilt " + numberText("%.1f", tilt) + " degrees" +
                      (std::isfinite(focal_std)
                           ? ", focal length known to " + numberText("%.2g", 100 * focal_std) + " %"
@@ -127,13 +128,13 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
         {.severity = Severity::kFailure,
          .id = "unobservable",
          .cause = "the views do not determine all parameters",
-         .evidence = "condition " + numberText("%.1g", of.uncertainty.scaled_condition),
+         .evidence = "condition number " + numberText("%.1g", of.uncertainty.scaled_condition),
          .next_step = "add views with other tilts, distances and image positions, or use a smaller model"});
   } else if (is_unknown) {
     diagnoses.push_back(
         {.severity = Severity::kFailure,
          .id = "focal_uncertain",
-         .cause = "the focal length is not known well",
+         .cause = "the focal length is not known accurately",
          .evidence = "standard deviation " + numberText("%.2g", 100 * focal_std) + " %",
          .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image",
          .is_undecided = true});
@@ -150,9 +151,10 @@ void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (share >= 1 - kMostly) return;
   diagnoses.push_back({.severity = Severity::kFailure,
                        .id = "inaccurate",
-                       .cause = "even where boards were seen the camera is mostly not known to " +
-                                numberText("%.3g", limit) + " px",
-                       .evidence = "only " + numberText("%.0f", 100 * share) + " % are",
+                       .cause = "the camera is inaccurate even where boards were seen",
+                       .evidence = "only " + numberText("%.0f", 100 * share) +
+                                   " % of that region is known to within " + numberText("%.3g", limit) +
+                                   " px",
                        .next_step = "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
                        .effect_px = accuracy.covered_px});
 }
@@ -223,7 +225,7 @@ void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                .cause = "two cameras explain the views equally well",
                .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
                            cameraText(of.camera, other.params, other.rms_px),
-               .next_step = "add nearer and more tilted views that reach the image border, or use a smaller "
+               .next_step = "add closer and more tilted views that reach the image border, or use a smaller "
                             "model"},
               effect_px, diagnoses);
 }
@@ -270,8 +272,9 @@ void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (share >= kMostOfImage) return;
   diagnoses.push_back({.severity = Severity::kWarning,
                        .id = "poor_coverage",
-                       .cause = "only " + numberText("%.0f", 100 * share) + " % of the image is known to " +
-                                numberText("%.3g", of.tolerance_px) + " px",
+                       .cause = "only " + numberText("%.0f", 100 * share) +
+                                " % of the image is known to within " + numberText("%.3g", of.tolerance_px) +
+                                " px",
                        .next_step = "take the suggested view",
                        .effect_px = accuracy.worst_px});
 }

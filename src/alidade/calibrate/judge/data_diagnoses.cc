@@ -31,9 +31,9 @@ void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (num_places >= kFewViews) return;
   addByEffect(of,
               {.id = "few_views",
-               .cause = "too few positions of the board to notice a mistake",
+               .cause = "too few board positions to reveal a mistake",
                .evidence = std::to_string(num_places) + " in " + counted(of.fit.views.size(), "view"),
-               .next_step = "use at least 8, better 15 to 30, with the board in different places"},
+               .next_step = "use at least 8, ideally 15 to 30, with the board in different places"},
               coveredError(of), diagnoses, Severity::kWarning);
 }
 
@@ -65,9 +65,9 @@ void viewsDisagree(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                        .id = "views_disagree",
                        .cause = "the views contradict each other",
                        .evidence = std::to_string(num_misfits) + " of " + counted(num_given, "view") +
-                                   " do not fit the camera of the others",
-                       .next_step = "check the board's size, and that all images are of one camera at one "
-                                    "zoom and focus"});
+                                   " do not fit the camera that the others agree on",
+                       .next_step = "check the board's size, and that all images are from one camera with "
+                                    "unchanged zoom and focus"});
 }
 
 void twoCamerasMixed(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
@@ -79,9 +79,9 @@ void twoCamerasMixed(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
               {.id = "two_cameras",
                .cause = "the views fall into two groups: two cameras, or two settings of zoom or focus",
                .evidence = std::to_string(minority.size()) + " of " + counted(of.fit.views.size(), "view") +
-                           " fit another camera, among them " + of.fit.views[minority.front()].image +
-                           " and " + of.fit.views[minority.back()].image,
-               .next_step = "calibrate each camera and setting on its own"},
+                           ", including " + of.fit.views[minority.front()].image + " and " +
+                           of.fit.views[minority.back()].image + ", fit another camera",
+               .next_step = "calibrate each camera and setting separately"},
               effect_px, diagnoses);
   Diagnosis& added = diagnoses.back();
   // No camera lies between two others.
@@ -95,8 +95,8 @@ void repeatedViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   diagnoses.push_back({.severity = Severity::kNote,
                        .id = "repeated_views",
                        .cause = "views of the same board position were averaged and count as one",
-                       .evidence = counted(count, "view") + ", " + first.image + " as " + first.same_as +
-                                   (count == 1 ? "" : ", ..."),
+                       .evidence = counted(count, "view") + (count == 1 ? ", " : ", for example ") +
+                                   first.image + " (same as " + first.same_as + ")",
                        .next_step = "move the board or the camera between photographs"});
 }
 
@@ -110,9 +110,10 @@ void influentialViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
     if (!(surprise_sigmas > kSurprise) || !(move_sigmas > kMove)) continue;
     addByEffect(of,
                 {.id = "influential_view",
-                 .cause = of.fit.views[v].image + ": it contradicts the other views",
-                 .evidence = numberText("%.0f", surprise_sigmas) + " standard deviations",
-                 .next_step = "check it for motion, blur or a bent board, and calibrate without it"},
+                 .cause = of.fit.views[v].image,
+                 .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
+                             " standard deviations",
+                 .next_step = "check the image for motion, blur or a bent board, and calibrate without it"},
                 // No projection moves by more of its own standard deviations.
                 move_sigmas * coveredError(of) / kTwoSided95, diagnoses);
   }
@@ -132,7 +133,7 @@ void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
          .id = "mirrored_view",
          .cause = which,
          .evidence = "the corners are numbered as in a mirror image",
-         .next_step = "check whether images were flipped; the camera is right, poses are not"});
+         .next_step = "check whether images were flipped; the camera is correct, but the poses are not"});
   }
 }
 
@@ -189,7 +190,7 @@ void focalChanged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
       {.id = "focal_changed",
        .cause = "the focal length differs between views: zoom, focus, or several cameras",
        .evidence = "standard deviation " + percent(spread),
-       .next_step = "fix zoom and focus (no autofocus), and calibrate each camera and setting on its own"},
+       .next_step = "fix zoom and focus (no autofocus), and calibrate each camera and setting separately"},
       kTwoSided95 * spread * halfDiagonal(of), diagnoses);
 }
 
@@ -212,9 +213,9 @@ void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                            std::sqrt(static_cast<double>(of.fit.views.size()));
   addByEffect(of,
               {.id = "rolling_shutter",
-               .cause = "images are sheared: something moved while the rows were read",
+               .cause = "images are sheared: the camera or the board moved during readout",
                .evidence = "by " + percent(spread) + " of the image height",
-               .next_step = "fix camera and board while a photograph is taken, with short exposure"},
+               .next_step = "keep camera and board still for each photograph, and use a short exposure"},
               effect_px, diagnoses);
 }
 

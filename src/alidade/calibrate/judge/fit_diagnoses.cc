@@ -24,7 +24,7 @@ void notConverged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.fit.summary.termination == Termination::kConverged) return;
   diagnoses.push_back({.severity = Severity::kFailure,
                        .id = "not_converged",
-                       .cause = "the solver stopped before the optimum",
+                       .cause = "the solver stopped before it reached the optimum",
                        .evidence = of.fit.summary.reason,
                        .next_step = "check the images with the largest errors"});
 }

@@ -70,7 +70,7 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
     if (!options.initial && !hasOwnValue(model, i)) {
       throw usageError({.where = "parameters to hold",
                         .found = "'" + name + "' without a value",
-                        .expected = "a camera to start from, whose value it keeps",
+                        .expected = "an initial camera, whose value it keeps",
                         .next_step = "give a camera file with --init"});
     }
     if (!isHeld(constraint, i)) constraint.held.push_back(i);
@@ -82,10 +82,10 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
 std::vector<double> initialParameters(const CalibratorOptions& options, ImageSize size) {
   const InitialCamera& initial = *options.initial;
   if (initial.size != size) {
-    throw inputError({.where = "camera to start from",
+    throw inputError({.where = "initial camera",
                       .found = "images of " + sizeText(initial.size),
                       .expected = sizeText(size) + " as the views have",
-                      .next_step = "alidade convert --resize or --crop makes the camera of other images"});
+                      .next_step = "adapt the camera with alidade convert --resize or --crop"});
   }
   const AnyCamera camera = initial.camera.modelId() == options.model
                                ? initial.camera

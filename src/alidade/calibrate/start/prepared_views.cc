@@ -102,7 +102,7 @@ std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>&
                                        [](const View& a, const View& b) { return a.image == b.image; });
   if (twin == views.end()) return order;
   throw inputError(
-      {.where = twin->image, .found = "two views with this name", .expected = "one view an image"});
+      {.where = twin->image, .found = "two views with this name", .expected = "one view per image"});
 }
 
 constexpr double kFarPx = 10;            // no noise of a corner that was found moves it as far
