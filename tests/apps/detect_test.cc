@@ -125,7 +125,7 @@ TEST(Detect, TellsWhatBoardTheImagesShowInstead) {
        {Case{"checkerboard:10x7:25mm", "did you count squares? Use checkerboard:9x6:25mm"},
         Case{"checkerboard:7x10:25mm", "did you count squares? Use checkerboard:6x9:25mm"},
         Case{"checkerboard:8x5:25mm",
-             "did you leave out one line of corners in each direction? Use checkerboard:9x6"},
+             "did you miss one line of corners in each direction? Use checkerboard:9x6"},
         Case{"checkerboard:13x12:25mm", "3 images show 9x6 inner corners; use checkerboard:9x6:25mm"}}) {
     EXPECT_THAT(runAlidade({"detect", imagePath(1), imagePath(2), imagePath(4), "--board", c.board}),
                 FailsWith(1, HasSubstr(c.hint)))

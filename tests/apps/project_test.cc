@@ -174,7 +174,7 @@ TEST(Project, NamesTheLineThatIsWrong) {
       {"x,y,z,x\n0,0,1,2\n", ":1", "two columns 'x' and 'x'", "columns x,y,z"},
       {"x;y;z\n0,5;0;1\n", ":2", "both commas and semicolons", "decimal commas"},
       {"0,0,1\n0,5;0;1\n", ":2", "both commas and semicolons", "decimal commas"},
-      {"0;0;1\n0;0;\"1,5\"\n", ":2", "'1,5' as z", "replace the decimal comma by a point"},
+      {"0;0;1\n0;0;\"1,5\"\n", ":2", "'1,5' as z", "replace the decimal comma with a point"},
       {"x,y,z\n0,0,\"1\n", ":2", "a quote that is not closed", "a closing quote at the end of the field"},
       {"0 0 1\n0 0,1\n", ":2", "2 fields", "3 as in the previous rows"},
       {"0,0,1e999\n", ":1", "'1e999' as z", "a number"},

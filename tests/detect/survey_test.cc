@@ -48,10 +48,10 @@ TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
   EXPECT_TRUE(outcomes[0].detection.hasCorners());
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
   EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kDuplicate);
-  EXPECT_EQ(outcomes[2].detection.detail, "shows the same as a");
+  EXPECT_EQ(outcomes[2].detection.detail, "shows the same corners as a");
   EXPECT_TRUE(outcomes[2].detection.corners.empty());
   EXPECT_TRUE(outcomes[3].detection.hasCorners()) << "moved by more than a quarter of a pixel";
-  EXPECT_EQ(outcomes[4].detection.detail, "shows the same as b");
+  EXPECT_EQ(outcomes[4].detection.detail, "shows the same corners as b");
   EXPECT_EQ(outcomes[2].same_as, 0U);
   EXPECT_EQ(outcomes[4].same_as, 1U);
   EXPECT_FALSE(outcomes[3].same_as.has_value());
@@ -160,7 +160,7 @@ TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
   EXPECT_THAT(hintText(hint, {.columns = 13, .rows = 14, .square_m = 0.025}),
               HasSubstr("12x13 inner corners; did you count squares? Use checkerboard:12x13:25mm"));
   EXPECT_THAT(hintText(hint, {.columns = 12, .rows = 11, .square_m = 0.025}),
-              HasSubstr("did you leave out one line"));
+              HasSubstr("did you miss one line"));
   const BoardHint part{.columns = 7, .rows = 5, .num_images = 1, .is_closed = false};
   EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));
 }

@@ -95,7 +95,7 @@ TEST(Coverage, MeasuresTiltsAndDistances) {
   EXPECT_THAT(
       coverageText(report),
       HasSubstr(
-          "no view has this side of the board turned towards the camera by more than 15 degrees: upper\n"));
+          "sides of the board that no view has turned towards the camera by more than 15 degrees: upper\n"));
 }
 
 TEST(Coverage, SaysOneLineWhereNothingIsMissing) {

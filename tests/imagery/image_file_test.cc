@@ -315,7 +315,7 @@ TEST_F(ImageFile, GivesOpenCvOnlyTheKindsItNames) {
   Bytes dicom(4000, 0);  // GDCM, which OpenCV would ask, has brought the process down
   const std::string_view magic = "DICM";
   std::copy(magic.begin(), magic.end(), dicom.begin() + 128);
-  EXPECT_THAT(errorFor("dicom.png", dicom), AllOf(HasSubstr("not an image"), HasSubstr("unknown kind"),
+  EXPECT_THAT(errorFor("dicom.png", dicom), AllOf(HasSubstr("not an image"), HasSubstr("unknown format"),
                                                   HasSubstr("(JPEG, PNG, TIFF, BMP, PNM, WebP)")));
   // OpenCV reads these, but they are none of the kinds; of BigTIFF it turns the pixels.
   int num_refused = 0;
@@ -326,7 +326,7 @@ TEST_F(ImageFile, GivesOpenCvOnlyTheKindsItNames) {
     ++num_refused;
   }
   EXPECT_EQ(num_refused, 4);
-  EXPECT_THAT(errorFor("big.tif", {'I', 'I', 43, 0, 8, 0, 0, 0}), HasSubstr("unknown kind"));
+  EXPECT_THAT(errorFor("big.tif", {'I', 'I', 43, 0, 8, 0, 0, 0}), HasSubstr("unknown format"));
 }
 
 TEST_F(ImageFile, NamesPathsThatAreNoFiles) {
@@ -491,7 +491,7 @@ TEST_F(ImageFile, WritesJpegUnderTheNameOfOne) {
   EXPECT_FALSE(hasJpegName("jpg"));
   EXPECT_FALSE(hasJpegName("a.jpg.png"));
   const RasterImage deep{.size = {2, 1}, .num_channels = 1, .bits_per_sample = 16, .bytes = {1, 2, 3, 4}};
-  EXPECT_THAT(messageOf([&] { writeImage(path("deep.jpg"), deep); }), HasSubstr("samples of 16 bits"));
+  EXPECT_THAT(messageOf([&] { writeImage(path("deep.jpg"), deep); }), HasSubstr("16-bit samples"));
   const RasterImage clear{.size = {1, 1}, .num_channels = 4, .bits_per_sample = 8, .bytes = {1, 2, 3, 4}};
   EXPECT_THAT(messageOf([&] { writeImage(path("clear.jpg"), clear); }), HasSubstr("alpha"));
   EXPECT_FALSE(fs::exists(path("deep.jpg")));

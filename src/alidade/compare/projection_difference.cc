@@ -69,7 +69,7 @@ std::vector<int> turnsToTry(const ComparedCamera& a, const ComparedCamera& b,
         {.where = "projection difference",
          .found = "images of " + sizeText(a.size) + " and " + sizeText(b.size) + " px",
          .expected =
-             "images of the same shape, where one may be resized or rotated by multiples of 90 degrees",
+             "images with the same aspect ratio, possibly resized or rotated by a multiple of 90 degrees",
          .next_step = cropAdvice(a.size, b.size)});
   }
   if (!options.quarter_turns) return turns.front() == 0 ? std::vector<int>{0} : turns;

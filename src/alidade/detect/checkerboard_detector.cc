@@ -201,9 +201,10 @@ Detection describeUnplaced(Detection detection, const BoardCandidate& candidate,
     return refuse(DetectionReason::kLargerBoard, "the squares continue beyond " + asked + " inner corners");
   if (candidate.placements.empty())
     return refuse(DetectionReason::kOtherBoard,
-                  "shows part of a board, " + counts + ", that does not fit " + asked);
-  return refuse(DetectionReason::kUnplaced, "shows part of a board, " + counts +
-                                                "; too little of its border is visible to identify the part");
+                  "shows part of a board (" + counts + ") that does not fit " + asked);
+  return refuse(
+      DetectionReason::kUnplaced,
+      "shows part of a board (" + counts + "); too little of its border is visible to identify the part");
 }
 
 // Names what hides the corners that were not found.

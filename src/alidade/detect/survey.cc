@@ -102,7 +102,7 @@ void refuseDuplicates(std::span<ImageOutcome> outcomes) {
     });
     if (original == outcome) continue;
     outcome->same_as = static_cast<std::size_t>(original - outcomes.begin());
-    withdraw(outcome->detection, DetectionReason::kDuplicate, "shows the same as " + original->image);
+    withdraw(outcome->detection, DetectionReason::kDuplicate, "shows the same corners as " + original->image);
   }
 }
 
@@ -248,7 +248,7 @@ std::string hintText(const BoardHint& hint, const Checkerboard& asked) {
                                  hint.is_closed ? "" : "at least ", columns, rows);
   if (columns + 1 == asked.columns && rows + 1 == asked.rows) text += "; did you count squares?";
   if (columns - 1 == asked.columns && rows - 1 == asked.rows)
-    text += "; did you leave out one line of corners in each direction?";
+    text += "; did you miss one line of corners in each direction?";
   text += (text.back() == '?' ? " Use " : "; use ") +
           specText({.columns = columns, .rows = rows, .square_m = asked.square_m}) +
           (hint.is_closed ? " if that is your board" : " if that is the whole board");

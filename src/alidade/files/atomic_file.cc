@@ -293,7 +293,7 @@ Error missingPathError(const std::string& path) {
   std::vector<std::string> names = namesIn(parent.empty() ? "." : parent);
   std::erase(names, missing.string());  // a link that leads nowhere
   std::string next_step = "check the path";
-  if (fs::path(path).is_relative()) next_step += "; it starts in " + quoted(fs::current_path(error));
+  if (fs::path(path).is_relative()) next_step += "; it is relative to " + quoted(fs::current_path(error));
   if (const std::optional<std::string> nearest = nearestName(missing.string(), names)) {
     fs::path suggestion = parent / *nearest;
     if (!rest.empty()) suggestion /= rest;

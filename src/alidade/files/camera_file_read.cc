@@ -297,7 +297,7 @@ CameraRecord detail::readCameraRoot(const YamlNode& root) {
   const YamlNode version = root.at("alidade_camera");
   if (version.integer() != 1) {
     throw version.error("format version " + version.text(), "1",
-                        "the file may come from a newer release of Alidade; update this one");
+                        "the file may come from a newer release of Alidade; update the program");
   }
   root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "camera", "conventions", "domain",
                   "self_check", "calibration", "created_by"});

@@ -130,8 +130,8 @@ bool isFreeText(const std::string& file) {
     const bool is_slip = guess->key != guess->meant;
     const std::string title(guess->format->title);
     throw inputError({.where = file + ":" + std::to_string(guess->line) + ": " + guess->key,
-                      .found = is_slip ? "unknown key in a file that is most like the format " + title
-                                       : "a file of no known format, most like " + title,
+                      .found = is_slip ? "an unknown key in a file that most resembles the format " + title
+                                       : "a file of unknown format that most resembles " + title,
                       .expected = is_slip || guess->missing.empty() ? "" : "the key '" + guess->missing + "'",
                       .next_step = is_slip ? "did you mean '" + guess->meant + "'?"
                                            : "see docs/formats.md for the keys of this format"});
@@ -147,7 +147,7 @@ void refuseSameNames(const CameraSource& source, const std::vector<std::string>&
   const auto take = [&](const std::string& name) {
     if (name.empty() || names.insert(name).second) return;
     throw inputError({.where = source.path,
-                      .found = "found two cameras '" + name + "'",
+                      .found = "found two cameras named '" + name + "'",
                       .expected = "a different name for each camera",
                       .next_step = "rename or remove one of them"});
   };

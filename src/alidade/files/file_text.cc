@@ -67,7 +67,7 @@ void checkUtf8(const std::string& text, const std::string& file) {
       throw inputError({.where = file + ":" + std::to_string(lineAt(text, at)),
                         .found = "found bytes that are not UTF-8: \"" + shown(text, at) + "\"",
                         .expected = "text in UTF-8",
-                        .next_step = "save the file as UTF-8, or replace these characters by ASCII"});
+                        .next_step = "save the file as UTF-8, or replace these characters with ASCII"});
     }
     at += length;
   }

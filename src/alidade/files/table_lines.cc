@@ -156,7 +156,7 @@ void TableLines::split(std::string_view line) {
   if (has_comma && has_semicolon)
     throw error("both commas and semicolons",
                 "only one of them, between fields, and a decimal point in numbers",
-                "if the numbers have decimal commas, replace them by points");
+                "if the numbers have decimal commas, replace them with points");
   const std::string_view separators = has_comma ? "," : has_semicolon ? ";" : " \t\r";
   const bool are_blanks = separators.size() > 1;
   std::size_t start = 0;
@@ -186,7 +186,7 @@ double TableLines::number(std::size_t index, const std::string& column) const {
   if (!value) {
     const bool is_decimal_comma = field.find(',') != std::string_view::npos;
     throw error("'" + std::string(field.substr(0, 40)) + "' as " + column, "a number",
-                is_decimal_comma ? "replace the decimal comma by a point" : "");
+                is_decimal_comma ? "replace the decimal comma with a point" : "");
   }
   return *value;
 }

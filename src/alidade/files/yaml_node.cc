@@ -60,7 +60,7 @@ YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
     if (num_documents == 0) {
       throw inputError(
           {.where = file,
-           .found = text.empty() ? "an empty file" : "a file with only blanks and comments",
+           .found = text.empty() ? "an empty file" : "a file with only spaces and comments",
            .expected = "YAML or JSON",
            .next_step = "check the path, and whether the program that wrote the file was interrupted"});
     }
@@ -133,7 +133,7 @@ YamlNode YamlNode::at(const std::string& key) const {
   if (!has(key)) {
     const std::string present = join(keys(), ", ");
     throw error("no key '" + key + "'",
-                "'" + key + "' in addition to " + (present.empty() ? "nothing" : present), "add it");
+                "'" + key + "'" + (present.empty() ? "" : " in addition to " + present), "add it");
   }
   const YAML::Node& node = node_;
   return {node[key], file_, path_.empty() ? key : path_ + "." + key};

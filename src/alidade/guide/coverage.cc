@@ -302,8 +302,9 @@ std::string coverageText(const CoverageReport& report) {
   if (!report.empty_regions.empty())
     text += "almost no board corners in " + regionNames(report.empty_regions) + " of the image\n";
   if (const std::string sides = sidesWithoutTilt(report.tilts); !sides.empty())
-    text += "no view has this side of the board turned towards the camera by more than 15 degrees: " + sides +
-            "\n";
+    text +=
+        "sides of the board that no view has turned towards the camera by more than 15 degrees: " + sides +
+        "\n";
   return text;
 }
 

@@ -401,7 +401,7 @@ std::string nextViewText(const Guidance& guidance, ImageSize size) {
   text += guidance.is_determined
               ? fmt::format("reduces the worst projection uncertainty from {:.2g} to {:.2g} px\n",
                             guidance.worst_px, next.worst_px)
-              : "adds most to what these views leave undetermined\n";
+              : "adds the most to what these views leave undetermined\n";
   return text;
 }
 

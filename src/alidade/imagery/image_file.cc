@@ -59,7 +59,7 @@ std::string describeStart(std::string_view bytes) {
   if (start.size() >= kLeastText || (!start.empty() && whole_line)) {
     return "the file starts with '" + start + "', not an image";
   }
-  return "not an image, or an image of an unknown kind";
+  return "not an image, or an image in an unknown format";
 }
 
 void checkSize(const std::string& path, const ImageSize& size) {
@@ -184,7 +184,7 @@ DecodedFile decodeFile(const std::string& path, int flags) {
   const ContainerInfo info = checkContainer(path, content);
   const cv::Mat image = decode(path, content, flags);
   if (image.empty())
-    throw damagedError(path, "the image cannot be decoded: it is damaged, or of an unusual kind");
+    throw damagedError(path, "the image cannot be decoded: it is damaged, or in an unusual format");
   return {.image = image, .exif_orientation = info.exif_orientation};
 }
 
@@ -242,7 +242,7 @@ void writeImage(const std::string& path, const RasterImage& image) {
   const bool is_jpeg = hasJpegName(path);
   if (is_jpeg && (depth != CV_8U || image.num_channels == 4)) {
     throw inputError({.where = path,
-                      .found = depth != CV_8U ? "samples of 16 bits" : "an image with an alpha channel",
+                      .found = depth != CV_8U ? "16-bit samples" : "an image with an alpha channel",
                       .expected = "8 bits and no alpha channel in a JPEG file",
                       .next_step = "choose a file name that ends with .png"});
   }

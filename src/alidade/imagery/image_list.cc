@@ -147,7 +147,7 @@ std::vector<std::string> listImages(std::span<const std::string> inputs) {
     throw usageError({.where = "images",
                       .found = "no input",
                       .expected = "at least one folder, file or pattern",
-                      .next_step = "name the folder that contains the images"});
+                      .next_step = "give the folder that contains the images"});
   }
   std::vector<std::string> paths;
   for (const std::string& input : inputs) addInput(input, paths);

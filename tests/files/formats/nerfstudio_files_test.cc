@@ -55,7 +55,7 @@ TEST(NerfstudioFiles, OfOtherLensesAreRefused) {
     for (const std::string& text :
          {file("\"" + key + "\": true"),
           file("\"aabb_scale\": 1", R"([{"file_path": "a", ")" + key + R"(": 0.5}])")}) {
-      EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(key + ": found an instant-ngp lens of the kind"),
+      EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr(key + ": found an instant-ngp lens of type"),
                                               HasSubstr("OPENCV_FISHEYE"), HasSubstr("next:")));
     }
   }
@@ -71,7 +71,7 @@ TEST(NerfstudioFiles, WithoutAFocalLengthSayWhatIsMissing) {
       complaintAbout(R"({"camera_model": "OPENCV", "frames": []})"),
       AllOf(HasSubstr("file:1: found no key 'fl_x'"), HasSubstr("or in each frame"), HasSubstr("next:")));
   EXPECT_THAT(complaintAbout("{\"camera_model\": \"OPENCV\",\n\"fx\": 500.0, \"fy\": 501.0, \"frames\": []}"),
-              AllOf(HasSubstr("file:2: fx: found 'fx' and no 'fl_x'"), HasSubstr("rename it")));
+              AllOf(HasSubstr("file:2: fx: found 'fx' but no 'fl_x'"), HasSubstr("rename it")));
   EXPECT_THAT(complaintAbout("{\"frames\": [\n{\"file_path\": \"a\"}]}"),
               AllOf(HasSubstr("file:2: frames[0]: found no key 'fl_x'"), HasSubstr("next:")));
 }

@@ -155,9 +155,9 @@ TEST(FormatRefusals, NamePlaceAndReason) {
 TEST(FormatRefusals, OfNothingSaySo) {
   int num_files = 0;
   for (const auto& [text, found] :
-       {std::pair("", "an empty file"), std::pair(" \n\n", "only blanks and comments"),
-        std::pair("# Camera\n# list\n", "only blanks and comments"),
-        std::pair("%YAML:1.0\n", "only blanks and comments")}) {
+       {std::pair("", "an empty file"), std::pair(" \n\n", "only spaces and comments"),
+        std::pair("# Camera\n# list\n", "only spaces and comments"),
+        std::pair("%YAML:1.0\n", "only spaces and comments")}) {
     EXPECT_THAT(complaintAbout(text), testing::AllOf(testing::StartsWith("file: "), testing::HasSubstr(found),
                                                      testing::HasSubstr("next: check the path")));
     ++num_files;
@@ -177,7 +177,7 @@ TEST(FormatRefusals, AreNoneOfColmapsCutFiles) {
     const CameraSource source = parseCameras(start + count + lines, "file");
     ASSERT_EQ(source.cameras.size(), 2u);
     EXPECT_EQ(remarksOn(source.cameras[0]),
-              is_told ? "assumed: file:2: the header announces " + std::string(count) +
+              is_told ? "assumed: file:2: the header states " + std::string(count) +
                             " cameras, but the file contains 2; it was read, but it may be truncated\n"
                       : "");
     EXPECT_EQ(remarksOn(source.cameras[1]), "");

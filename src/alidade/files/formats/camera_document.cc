@@ -157,7 +157,7 @@ class XmlWriter {
       throw inputError(
           {.where = file_ + ":" +
                     std::to_string(lineAt(source_, static_cast<std::size_t>(element.offset_debug()))),
-           .found = "found elements nested deeper than " + std::to_string(kMaxDepth) + " deep",
+           .found = "found elements nested more than " + std::to_string(kMaxDepth) + " levels deep",
            .expected = "a few levels"});
     }
     std::vector<pugi::xml_node> children;

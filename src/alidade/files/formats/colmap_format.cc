@@ -197,7 +197,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   if (stated && stated->count != static_cast<int>(lines.size()) && !all.cameras.empty()) {
     // For the file as a whole, so it is said once.
     all.cameras.front().remarks.push_back(
-        {"assumed", stated->place + ": the header announces " + std::to_string(stated->count) +
+        {"assumed", stated->place + ": the header states " + std::to_string(stated->count) +
                         " cameras, but the file contains " + std::to_string(lines.size()) +
                         "; it was read, but it may be truncated"});
   }

@@ -100,8 +100,8 @@ void refuseOtherLenses(const Intrinsics& intrinsics) {
   for (const char* key : kOtherLenses) {
     const auto node = intrinsics.find(key);
     if (!node || node->isNull() || (node->isScalar() && node->text() == "false")) continue;
-    throw UnsupportedCamera(node->error(std::string("an instant-ngp lens of the kind '") + key + "'",
-                                        "a camera of OPENCV or OPENCV_FISHEYE",
+    throw UnsupportedCamera(node->error(std::string("an instant-ngp lens of type '") + key + "'",
+                                        "a camera with the model OPENCV or OPENCV_FISHEYE",
                                         "calibrate the images with one of these models"));
   }
 }
@@ -112,7 +112,7 @@ void refuseNoFocalLength(const Intrinsics& intrinsics) {
   for (const char* key : {"fx", "focal_x", "focal", "focal_length", "fl", "f"}) {
     const auto other = intrinsics.find(key);
     if (!other) continue;
-    throw other->error(std::string("'") + key + "' and no 'fl_x'", "fl_x, fl_y, cx and cy, in pixels",
+    throw other->error(std::string("'") + key + "' but no 'fl_x'", "fl_x, fl_y, cx and cy, in pixels",
                        "if it is the focal length in pixels, rename it");
   }
   throw intrinsics.frame.error("no key 'fl_x'",

@@ -215,12 +215,12 @@ void refuseMixedNames(const YamlNode& root, const std::string& own, const std::s
     if (ours && statedNumber(*ours).value == number.value) continue;
     if (ours) {
       throw theirs->error("'" + theirs->text() + "' where " + ours->where() + " says '" + ours->text() + "'",
-                          "one kind of keys for the first camera, or equal values", "remove the wrong one");
+                          "one set of keys for the first camera, or equal values", "remove the wrong one");
     }
     if (number.value == 0) continue;
     throw theirs->error("'" + other + "." + name + "' without '" + own + "." + name + "', in addition to " +
                             root.at(own + ".fx").where(),
-                        "one kind of keys for the first camera",
+                        "one set of keys for the first camera",
                         "rename it, or remove it if it is something else");
   }
 }

@@ -197,7 +197,7 @@ std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   if (isCalibratorIni(document.text())) {
     throw inputError({.where = document.file(),
-                      .found = "found the INI file (ost.txt) of ROS' calibrator",
+                      .found = "found the INI file (ost.txt) of the ROS calibrator",
                       .expected = "its YAML file, which also states the distortion model",
                       .next_step = "use ost.yaml, which the calibrator writes to the same folder"});
   }
