@@ -27,6 +27,8 @@ struct Row {
 Row runRow(Flaw flaw, const std::string& model, int num_sets) {
   Row row;
   const std::vector<std::string> expected = findingsFor(flaw);
+  // A view that was left out does no harm any more, and a lens may deviate by little.
+  const bool is_harmless = flaw == Flaw::kSwappedImage || flaw == Flaw::kTooLean;
   for (int i = 0; i < num_sets; ++i) {
     const VerdictCase c = makeVerdictCase(flaw, model, static_cast<std::uint64_t>(i));
     ++row.num_sets;
@@ -34,7 +36,7 @@ Row runRow(Flaw flaw, const std::string& model, int num_sets) {
       const Calibration result = calibrate(c.set.board, c.set.views, c.options);
       bool is_named = false;
       for (const Diagnosis& f : result.diagnoses) {
-        if (f.severity == Severity::kNote) continue;
+        if (f.severity == Severity::kNote && !is_harmless) continue;
         ++row.ids[f.id];
         is_named = is_named || std::find(expected.begin(), expected.end(), f.id) != expected.end();
       }
