@@ -39,7 +39,8 @@ TEST(Held, ParametersKeepTheirValueWithSigmaZero) {
   EXPECT_EQ(onlyCamera(held.fit).params[3], 239.5);
   EXPECT_EQ(onlyCamera(held.fit).params[8], 0.0);
   EXPECT_EQ(onlyCamera(held.fit).constraint.held, (std::vector<int>{2, 3, 8}));
-  for (const int i : onlyCamera(held.fit).constraint.held) EXPECT_EQ(held.uncertainty.parameterStdByNoise(i), 0.0);
+  for (const int i : onlyCamera(held.fit).constraint.held)
+    EXPECT_EQ(held.uncertainty.parameterStdByNoise(i), 0.0);
   // What is known makes the rest better known, and right values cost next to nothing.
   EXPECT_LT(held.uncertainty.parameterStdByNoise(4), 0.8 * free.uncertainty.parameterStdByNoise(4));
   EXPECT_GE(held.fit.summary.cost, free.fit.summary.cost * (1 - 1e-9));

@@ -110,7 +110,7 @@ std::optional<Evaluation> evaluate(const ViewKernel& kernel, std::span<const dou
   const Eigen::Matrix<double, 6, 6> R = factor.topLeftCorner<6, 6>();
   return Evaluation{.cost = factor.rightCols<1>().squaredNorm(),
                     .drop = y.squaredNorm(),
-                    .step = -R.partialPivLu().solve(y)};
+                    .step = -R.triangularView<Eigen::Upper>().solve(y)};
 }
 
 }  // namespace

@@ -14,11 +14,11 @@ namespace alidade {
 /// image name first, so the result does not depend on their order. Corners that state different sigmas are
 /// weighted (CornerNoise).
 /// @throws Error (kInput) for fewer than kMinViews views, views without a name or size, views of different
-/// image sizes, two views of one image, corner ids that the board does not have or that occur twice in a view,
-/// corners that are not finite, negative sigmas, views that no camera explains, or an initial camera of another
-/// image size; Error (kUsage) for a board without rows, columns or square size, an unknown model, an unknown
-/// fixed parameter, or a fixed parameter without a value; Cancelled. A poor result does not throw: see
-/// Calibration::diagnoses. Views that cannot be used are left out: see Calibration::dropped.
+/// image sizes, two views of one image, corner ids that the board does not have or that occur twice in a
+/// view, corners that are not finite, negative sigmas, views that no camera explains, or an initial camera of
+/// another image size; Error (kUsage) for a board without rows, columns or square size, an unknown model, an
+/// unknown fixed parameter, or a fixed parameter without a value; Cancelled. A poor result does not throw:
+/// see Calibration::diagnoses. Views that cannot be used are left out: see Calibration::dropped.
 [[nodiscard]] Calibration calibrate(const Checkerboard& board, std::vector<View> views,
                                     const CalibratorOptions& options = {});
 

@@ -11,6 +11,7 @@
 #include "alidade/camera/model_list.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -121,7 +122,7 @@ Eigen::VectorXd dampedStep(const Linearisation& at, const Eigen::VectorXd& scale
     A.col(i).setZero();
     A(n + i, i) = 1;
   }
-  return A.colPivHouseholderQr().solve(b);
+  return leastSquares(A, b);
 }
 
 // Where a lens is a quotient of polynomials in r^2 (k1 k2 k3 over k4 k5 k6), both multiplied by 1 + c r^2 up

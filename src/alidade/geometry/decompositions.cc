@@ -12,7 +12,7 @@ Svd3 svdOf(const Eigen::Matrix3d& matrix) {
 }
 
 Eigen::VectorXd leastSquares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
-  return A.completeOrthogonalDecomposition().solve(b);
+  return leastSquares(A, Eigen::MatrixXd(b));  // compiles faster than a decomposition for vectors
 }
 
 Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
@@ -20,7 +20,13 @@ Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B)
 }
 
 Eigen::Quaterniond shortestTurn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to);
+  const Eigen::Vector3d start = from.normalized();
+  const Eigen::Vector3d halfway = start + to.normalized();
+  const double length = halfway.norm();
+  constexpr double kOpposite = 1e-6;  // where what is left of the sum is rounding; any axis across does
+  const Eigen::Vector3d end = length < kOpposite ? start.unitOrthogonal() : Eigen::Vector3d(halfway / length);
+  const Eigen::Vector3d axis = start.cross(end);
+  return {start.dot(end), axis.x(), axis.y(), axis.z()};
 }
 
 }  // namespace alidade

@@ -8,10 +8,11 @@
 #include <numbers>
 #include <optional>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -47,13 +48,14 @@ RayExpansion expandByDifferences(const RayAt& at) {
 
 RayLattice::Basis::Basis() {
   // Chebyshev nodes keep the interpolation error even over the block.
-  Eigen::Matrix<double, kNumNodes, kNumNodes> vandermonde;
+  Eigen::MatrixXd vandermonde(kNumNodes, kNumNodes);
   for (int k = 0; k < kNumNodes; ++k) {
     nodes[k] = -std::cos((2 * k + 1) * std::numbers::pi / (2 * kNumNodes));
     for (int m = 0; m < kNumNodes; ++m) vandermonde(k, m) = std::pow(nodes[k], m);
   }
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(kNumNodes, kNumNodes);
   // Row k: coefficients of t^m for node k's weight.
-  const Eigen::Matrix<double, kNumNodes, kNumNodes> powers = vandermonde.inverse().transpose();
+  const Eigen::Matrix<double, kNumNodes, kNumNodes> powers = leastSquares(vandermonde, one).transpose();
   constexpr double kPixel = 2.0 / kBlock;  // in t
   const auto weightsAt = [&](double t) -> Eigen::Matrix<double, kNumNodes, 3> {
     Eigen::Matrix<double, kNumNodes, 3> monomials;

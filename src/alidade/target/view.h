@@ -19,8 +19,8 @@ struct Corner {
       std::numeric_limits<double>::quiet_NaN();  ///< standard deviation of each coordinate; NaN = unknown
 };
 
-/// One image of a board by one camera. Functions that return views order the corners by id, each at most once;
-/// calibrate() sorts what it is given.
+/// One image of a board by one camera. Functions that return views order the corners by id, each at most
+/// once; calibrate() sorts what it is given.
 struct View {
   std::string image = {};  ///< name or path, for messages and files; unique
   ImageSize size = {};     ///< of the image, in pixels; as in camera files

@@ -44,7 +44,8 @@ Change changeBetween(const Calibration& before, const Calibration& after) {
   for (int i = 0; i < 9; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const double move = onlyCamera(after.fit).params[k] - onlyCamera(before.fit).params[k];
-    change.move_sigmas = std::max(change.move_sigmas, std::abs(move) / before.uncertainty.parameterStdByNoise(i));
+    change.move_sigmas =
+        std::max(change.move_sigmas, std::abs(move) / before.uncertainty.parameterStdByNoise(i));
     const double ratio = after.uncertainty.parameterStdByNoise(i) / before.uncertainty.parameterStdByNoise(i);
     change.std_ratio = std::max({change.std_ratio, ratio, 1 / ratio});
   }

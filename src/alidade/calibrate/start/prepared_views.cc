@@ -7,12 +7,13 @@
 #include <numeric>
 #include <utility>
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/geometry/decompositions.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
@@ -159,7 +160,7 @@ bool repeats(const View& a, const View& b) {
     basis.row(row) << 1, d.places[i].transpose();
     moves.row(row) = d.moves[i].transpose();
   }
-  const Eigen::MatrixXd smooth = basis * basis.colPivHouseholderQr().solve(moves);
+  const Eigen::MatrixXd smooth = basis * leastSquares(basis, moves);
   std::vector<double> scatter;
   for (Eigen::Index row = 0; row < basis.rows(); ++row)
     scatter.push_back((moves.row(row) - smooth.row(row)).norm());
