@@ -23,8 +23,7 @@ namespace {
 // parameters take the pose with them, and how uncertain it is besides.
 Eigen::MatrixXd jointCovariance(const ViewFactor& factor, const Eigen::MatrixXd& params_cov) {
   const Eigen::Index n = params_cov.rows();
-  const Eigen::Matrix<double, 6, 6> root = factor.topLeftCorner<6, 6>().triangularView<Eigen::Upper>().solve(
-      Eigen::Matrix<double, 6, 6>::Identity());
+  const Eigen::Matrix<double, 6, 6> root = factor.topLeftCorner<6, 6>().inverse();
   const Eigen::MatrixXd pose_from_params = -root * factor.block(0, 6, 6, n);
   Eigen::MatrixXd joint(6 + n, 6 + n);
   joint.bottomRightCorner(n, n) = params_cov;

@@ -107,10 +107,11 @@ std::optional<Evaluation> evaluate(const ViewKernel& kernel, std::span<const dou
                                    ViewFactor& factor) {
   if (!kernel.factor(params.data(), pose, corners, loss, Unseen::kRefuse, factor.data())) return std::nullopt;
   const SE3::Vec6 y = factor.topRightCorner<6, 1>();
+  // Not a triangle: its rows are in the order of the pivots.
   const Eigen::Matrix<double, 6, 6> R = factor.topLeftCorner<6, 6>();
   return Evaluation{.cost = factor.rightCols<1>().squaredNorm(),
                     .drop = y.squaredNorm(),
-                    .step = -R.triangularView<Eigen::Upper>().solve(y)};
+                    .step = -R.partialPivLu().solve(y)};
 }
 
 }  // namespace
