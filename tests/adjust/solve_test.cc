@@ -162,10 +162,11 @@ void expectOptimumOfPlainCeres(double outlier_px) {
   for (const Reduced& view : reduced(fit, LossWeights::kUse)) gradient += view.gradient;
   // Coefficients of a numerator and a denominator make up for each other.
   constexpr bool kIsValley = kNumParams < M >> 9;
-  // Whoever compares costs stops where these have no more digits, which is worth their root in sigmas.
+  // Whoever compares costs stops where these have no more digits, which is worth their root in sigmas. They
+  // are sums over a thousand residuals: those of the two solvers differ by up to 90 of their last digits.
   const double rounding = std::sqrt(2 * std::numeric_limits<double>::epsilon() * summary.cost) / kNoisePx;
   EXPECT_LE(std::sqrt(gradient.dot(*inverse * gradient)) / kNoisePx,
-            std::max(kIsValley ? 1e-5 : 1e-6, rounding));
+            std::max(kIsValley ? 1e-5 : 1e-6, 2 * rounding));
   const double kSigmas = std::max(kIsValley ? 2e-5 : 2e-6, 2 * rounding);  // plain Ceres does so, too
   for (std::size_t i = 0; i < params.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);

@@ -100,7 +100,7 @@ TEST(Formats, RefuseWhatContradictsItself) {
        {},
        "values that agree"},
       {size + matrix + "fisheye_model: 1\nD: [0, 0, 0, 0]\n", {"--read-as", "radtan"}, "from --read-as"},
-      {"1 PINHOLE 640 480 500 500 320 240\n1 PINHOLE 640 480 600 600 320 240\n", {}, "two cameras '1'"},
+      {"1 PINHOLE 640 480 500 500 320 240\n1 PINHOLE 640 480 600 600 320 240\n", {}, "two cameras named '1'"},
   };
   const std::string points = scratch.write("points.csv", "x,y,z\n0.1,0.2,1\n");
   int num_refused = 0;

@@ -97,7 +97,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
        "--interpolaton",
        "did you mean '--interpolation'?"},
       {{"validate"}, "no file", "alidade validate --help"},
-      {{"validate", ""}, "file: an empty value", "check that the variable is set"},
+      {{"validate", ""}, "file: an empty value", "check that it is set"},
       {{"validate", "camera.yaml", "--against", ""}, "--against: an empty value", "remove the flag"},
       {{"project", "camera.yaml", "--pose", ""}, "--pose: an empty value", "remove the flag"},
       {{"project", "camera.yaml", "--poses", ""}, "--poses: an empty value", "remove the flag"},

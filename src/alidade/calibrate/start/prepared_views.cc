@@ -14,7 +14,6 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/geometry/decompositions.h"
-#include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
@@ -72,7 +71,13 @@ std::vector<std::string> reasonsOf(const PreparedViews& given) {
 // Checks views and puts them and their corners in order.
 // @returns the index that each has had
 std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>& views) {
-  checkBoard(board, "calibration");
+  if (board.columns < 2 || board.rows < 2 || !(board.square_m > 0)) {  // corners need not be a detector's
+    throw inputError({.where = "calibration",
+                      .found = "a board of " + std::to_string(board.columns) + "x" +
+                               std::to_string(board.rows) + " corners, squares of " +
+                               exactText(board.square_m) + " m",
+                      .expected = "two or more corners in each direction, and squares larger than zero"});
+  }
   if (views.size() < kMinViews) {
     throw inputError(
         {.where = "calibration",
