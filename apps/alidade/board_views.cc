@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/draw_detection.h"
@@ -79,8 +80,7 @@ GivenViews readCorners(const ViewsRequest& request) {
   GivenViews given;
   given.board = file.board;
   given.num_images = given.num_found = file.views.size();
-  std::vector<ImageSize> sizes;
-  for (const View& view : file.views) sizes.push_back(view.size);
+  const std::vector<ImageSize> sizes = mapped(file.views, &View::size);
   const SizeGroups groups = groupBySize(sizes);
   for (const std::size_t i : groups.others) {
     given.reasons.push_back(fmt::format("{}: other_size: {}, while most images are {}", file.views[i].image,

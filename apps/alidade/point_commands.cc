@@ -19,6 +19,7 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/pose_list.h"
@@ -54,9 +55,7 @@ int openInput(const std::string& path) {
 }
 
 std::string namesOf(const std::vector<TableColumn>& columns) {
-  std::vector<std::string> names;
-  for (const TableColumn& column : columns) names.push_back(column.name);
-  return join(names, ",");
+  return join(mapped(columns, &TableColumn::name), ",");
 }
 
 // Reads rows of two or three numbers from a file or standard input in constant memory, in the forms of
@@ -71,7 +70,15 @@ class PointReader {
   // @param before_read  called before each read, which may wait for whoever writes the input; all rows read
   // so far have been handed on by then
   // @throws Error (kInput)
-  PointReader(const std::string& path, std::vector<TableColumn> columns, std::function<void()> before_read);
+  PointReader(const std::string& path, std::vector<TableColumn> columns, std::function<void()> before_read)
+      : lines_(isStandardInput(path) ? "standard input" : path),
+        fd_(openInput(path)),
+        columns_(std::move(columns)),
+        before_read_(std::move(before_read)),
+        buffer_(kReadBytes + 1),  // and the end of a last line that has none
+        begin_(buffer_.data()),
+        lines_end_(begin_),
+        end_(begin_) {}
   ~PointReader() {
     if (fd_ != STDIN_FILENO) ::close(fd_);
   }
@@ -81,12 +88,78 @@ class PointReader {
   // The next rows' numbers in the order of `columns` (NaN and infinities are numbers here), with zero for a
   // third column where there are two. False at the end.
   // @throws Error (kInput) naming file, line and field
-  bool next(std::vector<Eigen::Vector3d>& rows);
+  bool next(std::vector<Eigen::Vector3d>& rows) {
+    rows.clear();
+    for (;;) {
+      while (begin_ != lines_end_ && rows.size() < kMaxRows) readLine(rows);
+      if (!rows.empty()) return true;
+      if (at_end_) return false;
+      refill();
+    }
+  }
 
  private:
-  void refill();
-  void readLine(std::vector<Eigen::Vector3d>& rows);
-  std::string findColumns(const std::vector<std::string>& names);
+  void refill() {
+    const auto kept = static_cast<std::size_t>(end_ - begin_);
+    if (kept > kMaxLineBytes) {
+      lines_.countLine();
+      throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
+    }
+    std::memmove(buffer_.data(), begin_, kept);
+    before_read_();
+    ssize_t got = 0;
+    do {
+      got = ::read(fd_, buffer_.data() + kept, kReadBytes - kept);
+    } while (got < 0 && errno == EINTR);
+    if (got < 0) throw lines_.error(std::strerror(errno), "readable data");
+    char* end = buffer_.data() + kept + got;
+    at_end_ = got == 0;
+    if (at_end_ && kept > 0) *end++ = '\n';
+    begin_ = buffer_.data();
+    end_ = end;
+    const auto* last =
+        static_cast<const char*>(::memrchr(begin_, '\n', static_cast<std::size_t>(end_ - begin_)));
+    lines_end_ = last == nullptr ? begin_ : last + 1;
+  }
+
+  void readLine(std::vector<Eigen::Vector3d>& rows) {
+    const auto* stop =
+        static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
+    const std::string_view line(begin_, static_cast<std::size_t>(stop - begin_));
+    begin_ = stop + 1;
+    const TableLines::Kind kind = lines_.take(line);
+    if (kind == TableLines::Kind::kNothing) return;
+    if (kind == TableLines::Kind::kHeader) {
+      if (const std::string complaint = findColumns(lines_.names()); !complaint.empty())
+        throw lines_.error(complaint, "columns " + namesOf(columns_) + " in " + columns_.front().unit);
+      return;
+    }
+    // Without a header: a comment may name the columns, otherwise they come in order.
+    if (field_of_column_.empty() && !findColumns(lines_.commentNames()).empty()) {
+      if (lines_.numFields() != columns_.size()) {
+        throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
+                           std::to_string(columns_.size()) + ": " + namesOf(columns_));
+      }
+      for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
+    }
+    Eigen::Vector3d row = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      row[static_cast<Eigen::Index>(i)] = lines_.number(field_of_column_[i], columns_[i].name);
+    rows.push_back(row);
+  }
+
+  // Looks each column up among the names of a header. @returns why one is missing; empty if none is
+  std::string findColumns(const std::vector<std::string>& names) {
+    std::vector<std::size_t> fields;
+    for (const TableColumn& column : columns_) {
+      const detail::ColumnSearch search = detail::findColumn(names, column);
+      if (!search.index)
+        return search.complaint.empty() ? "the header " + join(names, ",") : search.complaint;
+      fields.push_back(*search.index);
+    }
+    field_of_column_ = std::move(fields);
+    return {};
+  }
 
   TableLines lines_;
   int fd_;
@@ -115,11 +188,47 @@ class AnswerWriter {
     std::vector<std::string> details;  // columns behind it
   };
 
-  explicit AnswerWriter(Format format);
+  explicit AnswerWriter(Format format) : format_(std::move(format)) {
+    if (format_.is_json) {
+      buffer_ += "{\"points\": [";
+      return;
+    }
+    std::vector<std::string> names = format_.values;
+    if (format_.has_pose) names.insert(names.begin(), "pose");
+    names.emplace_back("status");
+    names.insert(names.end(), format_.details.begin(), format_.details.end());
+    buffer_ += join(names, ",") + "\n";
+  }
 
   // Of the rows to come.
-  void setPose(const std::string& id);
-  void row(std::span<const double> values, std::string_view status, std::span<const double> details);
+  void setPose(const std::string& id) {
+    pose_ = format_.is_json
+                ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
+                : detail::csvField(id) + ",";
+  }
+
+  void row(std::span<const double> values, std::string_view status, std::span<const double> details) {
+    constexpr std::size_t kBufferBytes = std::size_t{1} << 17U;
+    const bool is_json = format_.is_json;
+    const std::string_view separator = is_json ? ", " : ",";
+    if (is_json) buffer_ += has_rows_ ? ",\n{" : "\n{";
+    buffer_ += pose_;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      addNumber(format_.values[i], values[i]);
+      buffer_ += separator;
+    }
+    if (is_json) buffer_ += "\"status\": \"";
+    buffer_ += status;
+    if (is_json) buffer_ += '"';
+    for (std::size_t i = 0; i < details.size(); ++i) {
+      buffer_ += separator;
+      addNumber(format_.details[i], details[i]);
+    }
+    buffer_ += is_json ? '}' : '\n';
+    has_rows_ = true;
+    if (buffer_.size() >= kBufferBytes) flush();
+  }
+
   void end() {
     if (format_.is_json) buffer_ += "\n]}\n";
     flush();
@@ -138,7 +247,17 @@ class AnswerWriter {
   [[nodiscard]] bool hasSent() const { return has_sent_; }
 
  private:
-  void addNumber(const std::string& name, double value);
+  // In JSON behind its name.
+  void addNumber(const std::string& name, double value) {
+    if (format_.is_json) buffer_.append("\"").append(name).append("\": ");
+    if (std::isnan(value) || (format_.is_json && std::isinf(value))) {
+      buffer_ += format_.is_json ? "null" : "nan";
+      return;
+    }
+    std::array<char, 32> digits{};  // the shortest that reads back as the same has at most 24 characters
+    char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+    buffer_.append(digits.data(), end);
+  }
 
   Format format_;
   std::string pose_;
@@ -146,141 +265,6 @@ class AnswerWriter {
   bool has_rows_ = false;
   bool has_sent_ = false;
 };
-
-PointReader::PointReader(const std::string& path, std::vector<TableColumn> columns,
-                         std::function<void()> before_read)
-    : lines_(isStandardInput(path) ? "standard input" : path),
-      fd_(openInput(path)),
-      columns_(std::move(columns)),
-      before_read_(std::move(before_read)),
-      buffer_(kReadBytes + 1),  // and the end of a last line that has none
-      begin_(buffer_.data()),
-      lines_end_(begin_),
-      end_(begin_) {}
-
-bool PointReader::next(std::vector<Eigen::Vector3d>& rows) {
-  rows.clear();
-  for (;;) {
-    while (begin_ != lines_end_ && rows.size() < kMaxRows) readLine(rows);
-    if (!rows.empty()) return true;
-    if (at_end_) return false;
-    refill();
-  }
-}
-
-void PointReader::refill() {
-  const auto kept = static_cast<std::size_t>(end_ - begin_);
-  if (kept > kMaxLineBytes) {
-    lines_.countLine();
-    throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
-  }
-  std::memmove(buffer_.data(), begin_, kept);
-  before_read_();
-  ssize_t got = 0;
-  do {
-    got = ::read(fd_, buffer_.data() + kept, kReadBytes - kept);
-  } while (got < 0 && errno == EINTR);
-  if (got < 0) throw lines_.error(std::strerror(errno), "readable data");
-  char* end = buffer_.data() + kept + got;
-  at_end_ = got == 0;
-  if (at_end_ && kept > 0) *end++ = '\n';
-  begin_ = buffer_.data();
-  end_ = end;
-  const auto* last =
-      static_cast<const char*>(::memrchr(begin_, '\n', static_cast<std::size_t>(end_ - begin_)));
-  lines_end_ = last == nullptr ? begin_ : last + 1;
-}
-
-void PointReader::readLine(std::vector<Eigen::Vector3d>& rows) {
-  const auto* stop =
-      static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
-  const std::string_view line(begin_, static_cast<std::size_t>(stop - begin_));
-  begin_ = stop + 1;
-  const TableLines::Kind kind = lines_.take(line);
-  if (kind == TableLines::Kind::kNothing) return;
-  if (kind == TableLines::Kind::kHeader) {
-    if (const std::string complaint = findColumns(lines_.names()); !complaint.empty())
-      throw lines_.error(complaint, "columns " + namesOf(columns_) + " in " + columns_.front().unit);
-    return;
-  }
-  // Without a header: a comment may name the columns, otherwise they come in order.
-  if (field_of_column_.empty() && !findColumns(lines_.commentNames()).empty()) {
-    if (lines_.numFields() != columns_.size()) {
-      throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
-                         std::to_string(columns_.size()) + ": " + namesOf(columns_));
-    }
-    for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
-  }
-  Eigen::Vector3d row = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < columns_.size(); ++i)
-    row[static_cast<Eigen::Index>(i)] = lines_.number(field_of_column_[i], columns_[i].name);
-  rows.push_back(row);
-}
-
-// Looks each column up among the names of a header. @returns why one is missing; empty if none is
-std::string PointReader::findColumns(const std::vector<std::string>& names) {
-  std::vector<std::size_t> fields;
-  for (const TableColumn& column : columns_) {
-    const detail::ColumnSearch search = detail::findColumn(names, column);
-    if (!search.index) return search.complaint.empty() ? "the header " + join(names, ",") : search.complaint;
-    fields.push_back(*search.index);
-  }
-  field_of_column_ = std::move(fields);
-  return {};
-}
-
-AnswerWriter::AnswerWriter(Format format) : format_(std::move(format)) {
-  if (format_.is_json) {
-    buffer_ += "{\"points\": [";
-    return;
-  }
-  std::vector<std::string> names = format_.values;
-  if (format_.has_pose) names.insert(names.begin(), "pose");
-  names.emplace_back("status");
-  names.insert(names.end(), format_.details.begin(), format_.details.end());
-  buffer_ += join(names, ",") + "\n";
-}
-
-void AnswerWriter::setPose(const std::string& id) {
-  pose_ = format_.is_json
-              ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
-              : detail::csvField(id) + ",";
-}
-
-void AnswerWriter::row(std::span<const double> values, std::string_view status,
-                       std::span<const double> details) {
-  constexpr std::size_t kBufferBytes = std::size_t{1} << 17U;
-  const bool is_json = format_.is_json;
-  const std::string_view separator = is_json ? ", " : ",";
-  if (is_json) buffer_ += has_rows_ ? ",\n{" : "\n{";
-  buffer_ += pose_;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    addNumber(format_.values[i], values[i]);
-    buffer_ += separator;
-  }
-  if (is_json) buffer_ += "\"status\": \"";
-  buffer_ += status;
-  if (is_json) buffer_ += '"';
-  for (std::size_t i = 0; i < details.size(); ++i) {
-    buffer_ += separator;
-    addNumber(format_.details[i], details[i]);
-  }
-  buffer_ += is_json ? '}' : '\n';
-  has_rows_ = true;
-  if (buffer_.size() >= kBufferBytes) flush();
-}
-
-// In JSON behind its name.
-void AnswerWriter::addNumber(const std::string& name, double value) {
-  if (format_.is_json) buffer_.append("\"").append(name).append("\": ");
-  if (std::isnan(value) || (format_.is_json && std::isinf(value))) {
-    buffer_ += format_.is_json ? "null" : "nan";
-    return;
-  }
-  std::array<char, 32> digits{};  // the shortest that reads back as the same has at most 24 characters
-  char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
-  buffer_.append(digits.data(), end);
-}
 
 const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kOk), "out_of_image",
                                                       statusId(ProjectStatus::kBehind),

@@ -14,6 +14,7 @@
 #include "alidade/adjust/view_kernel.h"
 #include "alidade/adjust/view_pose.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
@@ -37,9 +38,7 @@ Halves halvesOf(const Checkerboard& board, std::span<const Observation> view) {
 }
 
 std::vector<Observation> cornersOf(std::span<const Observation> view, const std::vector<std::size_t>& half) {
-  std::vector<Observation> corners;
-  for (const std::size_t i : half) corners.push_back(view[i]);
-  return corners;
+  return mapped(half, [&](std::size_t i) { return view[i]; });
 }
 
 // Four corners that are not nearly on one line give a pose.

@@ -6,6 +6,7 @@
 
 #include "alidade/adjust/errors.h"
 #include "alidade/adjust/view_pose.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 
 namespace alidade {
@@ -18,9 +19,7 @@ Eigen::Vector3d meanPoint(std::span<const Observation> view) {
 }
 
 std::vector<std::vector<Observation>> cornersOfViews(const Fit& fit) {
-  std::vector<std::vector<Observation>> views;
-  for (const FitView& view : fit.views) views.push_back(cornersOnShape(fit, view));
-  return views;
+  return mapped(fit.views, [&](const FitView& view) { return cornersOnShape(fit, view); });
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/fit.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 
@@ -151,10 +152,7 @@ template <ExtraColumns Extra = NoExtra>
 /// One per view, in the order of the views.
 template <ExtraColumns Extra = NoExtra>
 [[nodiscard]] std::vector<Reduced> reduced(const Fit& fit, LossWeights weights, const Extra& extra = {}) {
-  std::vector<Reduced> all;
-  all.reserve(fit.views.size());
-  for (const FitView& view : fit.views) all.push_back(reduced(fit, view, weights, extra));
-  return all;
+  return mapped(fit.views, [&](const FitView& view) { return reduced(fit, view, weights, extra); });
 }
 
 }  // namespace alidade

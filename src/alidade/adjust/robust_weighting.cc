@@ -14,6 +14,7 @@
 #include "alidade/adjust/pose_search.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/adjust/view_kernel.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 
 namespace alidade {
@@ -61,9 +62,8 @@ double reweigh(Fit& fit) {
 // hardly move. The error of a clean corner follows Rayleigh's distribution, whose median is
 // sqrt(2 ln 2) sigma.
 double robustSigma(const Fit& fit) {
-  std::vector<double> lengths;
-  for (const Eigen::Vector2d& error : weightedErrors(fit)) lengths.push_back(error.norm());
-  return std::max(kMinSigmaPx, medianOf(std::move(lengths)) / std::sqrt(2 * std::log(2.0)));
+  const auto lengths = mapped(weightedErrors(fit), [](const Eigen::Vector2d& error) { return error.norm(); });
+  return std::max(kMinSigmaPx, medianOf(lengths) / std::sqrt(2 * std::log(2.0)));
 }
 
 }  // namespace

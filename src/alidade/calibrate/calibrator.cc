@@ -9,6 +9,7 @@
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/camera/model_list.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
@@ -47,8 +48,8 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   Calibration now{.fit = std::move(solution.fit), .choice = std::move(solution.choice)};
   now.uncertainty = uncertaintyOf(now.fit, is_flat ? ignoredBend(now.fit) : std::nullopt,
                                   now.choice.shape.std_m, solution.close_params, options.cancel);
-  std::vector<std::string> names;
-  for (const FitView& view : now.fit.views) names.push_back(given.views[view.source].image);
+  const std::vector<std::string> names =
+      mapped(now.fit.views, [&](const FitView& view) { return given.views[view.source].image; });
   const double sigma_px = now.uncertainty.coordinate_sigma_px;
   now.uncertainty.two_cameras = twoCameras(now.fit, names, sigma_px * sigma_px);
   now.dropped = droppedFrom(now.fit, given, options.cancel);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/same_lens.h"
+#include "alidade/core/mapped.h"
 
 #include <algorithm>
 #include <array>
@@ -80,9 +81,7 @@ std::optional<std::vector<double>> sameLensParameters(const AnyCamera& camera, s
   std::vector<NamedLens> lenses = {source};  // grows at its end: breadth first, the shortest chain wins
   for (std::size_t i = 0; i < lenses.size(); ++i) {
     if (lenses[i].id == model_id) {
-      std::vector<double> params;
-      for (const std::string_view name : target_names) params.push_back(lenses[i].at(name));
-      return params;
+      return mapped(target_names, [&](std::string_view name) { return lenses[i].at(name); });
     }
     for (NamedLens& next : neighbours(lenses[i])) {
       const bool is_new = std::none_of(lenses.begin(), lenses.end(),

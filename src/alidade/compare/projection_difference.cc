@@ -12,6 +12,7 @@
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/statistics.h"
 #include "alidade/core/text.h"
@@ -149,8 +150,7 @@ Eigen::MatrixXd factorOf(const ComparedCamera& camera, std::span<const Eigen::Ve
 Eigen::MatrixXd differenceFactor(const ComparedCamera& a, const ComparedCamera& b, const ImageMatch& match,
                                  std::span<const Eigen::Vector2d> pixels, std::optional<Freed> freed,
                                  std::span<const double> weights) {
-  std::vector<Eigen::Vector2d> in_b;
-  for (const Eigen::Vector2d& pixel : pixels) in_b.push_back(match.inB(pixel));
+  const auto in_b = mapped(pixels, [&](const Eigen::Vector2d& pixel) { return match.inB(pixel); });
   const Eigen::MatrixXd by_a = factorOf(a, pixels, match.unit_from_a, freed, weights);
   const Eigen::MatrixXd by_b = factorOf(b, in_b, match.unit_from_b, freed, weights);
   Eigen::MatrixXd factor(by_a.rows(), by_a.cols() + by_b.cols());
@@ -163,8 +163,7 @@ void setWeights(const ComparedCamera& a, const ComparedCamera& b, const ImageMat
                 std::optional<Freed> freed, std::vector<PixelPair>& pairs) {
   constexpr double kFloorPx = 0.1;
   if (!a.covariance && !b.covariance) return;
-  std::vector<Eigen::Vector2d> pixels;
-  for (const PixelPair& pair : pairs) pixels.push_back(pair.pixel_a);
+  const std::vector<Eigen::Vector2d> pixels = mapped(pairs, &PixelPair::pixel_a);
   const Eigen::MatrixXd factor = differenceFactor(a, b, match, pixels, freed, {});
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double variance = 0.5 * factor.middleRows<2>(2 * static_cast<Eigen::Index>(i)).squaredNorm();

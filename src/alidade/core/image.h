@@ -26,12 +26,6 @@ struct GrayImage {
   }
 };
 
-/// An 8-bit colour image with interleaved red, green and blue, stored row by row without padding.
-struct ColorImage {
-  ImageSize size;
-  std::vector<std::uint8_t> rgb;
-};
-
 /// An image with its samples as stored in a file. One channel is grey, three are red, green and blue; with
 /// two or four channels, the last one is alpha.
 struct RasterImage {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "alidade/core/mapped.h"
 #include "alidade/files/camera_file.h"
 
 #include <algorithm>
@@ -54,9 +55,7 @@ void allowParameters(const YamlNode& map, std::span<const std::string_view> name
 
 std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
   allowParameters(node, names);
-  std::vector<double> values;
-  for (const std::string& name : strings(names)) values.push_back(node.at(name).number());
-  return values;
+  return mapped(strings(names), [&](const std::string& name) { return node.at(name).number(); });
 }
 
 void checkConventions(const YamlNode& node) {

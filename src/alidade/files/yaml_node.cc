@@ -10,6 +10,7 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/parser.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 
@@ -146,9 +147,7 @@ std::optional<YamlNode> YamlNode::find(const std::string& key) const {
 
 std::vector<std::string> YamlNode::keys() const {
   if (!node_.IsMap()) throw error(describe(), "a map");
-  std::vector<std::string> names;
-  for (const auto& entry : node_) names.push_back(YamlNode(entry.first, file_, path_).text());
-  return names;
+  return mapped(node_, [&](const auto& entry) { return YamlNode(entry.first, file_, path_).text(); });
 }
 
 int YamlNode::lineOfKey(const std::string& key) const {
@@ -178,9 +177,7 @@ std::string YamlNode::text() const {
 
 std::vector<std::string> YamlNode::texts() const {
   if (!isSequence()) return {text()};
-  std::vector<std::string> all;
-  for (const YamlNode& item : items()) all.push_back(item.text());
-  return all;
+  return mapped(items(), &YamlNode::text);
 }
 
 double YamlNode::number() const {
@@ -205,8 +202,7 @@ bool YamlNode::boolean() const {
 }
 
 std::vector<double> YamlNode::numbers(std::size_t count) const {
-  std::vector<double> values;
-  for (const YamlNode& item : items()) values.push_back(item.number());
+  std::vector<double> values = mapped(items(), &YamlNode::number);
   if (count != 0 && values.size() != count) {
     throw error(std::to_string(values.size()) + (values.size() == 1 ? " number" : " numbers"),
                 std::to_string(count));

@@ -14,6 +14,7 @@
 #include <boost/algorithm/string/predicate.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 
@@ -171,9 +172,7 @@ std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
       shared.resize(shared.rfind('/') + 1);  // 0 without a slash
     }
   }
-  std::vector<std::string> names;
-  for (const std::string& path : paths) names.push_back(path.substr(shared.size()));
-  return names;
+  return mapped(paths, [&](const std::string& path) { return path.substr(shared.size()); });
 }
 
 }  // namespace alidade

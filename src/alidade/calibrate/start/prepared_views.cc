@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -90,9 +91,7 @@ std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>&
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return naturalLess(views[a].image, views[b].image); });
-  std::vector<View> sorted;
-  for (const std::size_t v : order) sorted.push_back(std::move(views[v]));
-  views = std::move(sorted);
+  views = mapped(order, [&](std::size_t v) { return std::move(views[v]); });
   for (View& view : views) {
     checkView(board, view, views.front().size);
     std::sort(view.corners.begin(), view.corners.end(),

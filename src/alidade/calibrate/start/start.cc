@@ -19,6 +19,7 @@
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/cancel.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
 
 namespace alidade {
@@ -384,9 +385,7 @@ class Search {
 };
 
 std::vector<std::vector<Observation>> cornersOf(const Checkerboard& board, std::span<const View> views) {
-  std::vector<std::vector<Observation>> all;
-  for (const View& view : views) all.push_back(observationsOf(board, view));
-  return all;
+  return mapped(views, [&](const View& view) { return observationsOf(board, view); });
 }
 
 }  // namespace
@@ -410,8 +409,7 @@ std::optional<Start> findStart(std::string_view model_id, const Checkerboard& bo
   const HuberLoss loss = startLoss(size);
   constexpr int kMaxRounds = 3;
   for (int round = 1;; ++round) {
-    std::vector<std::vector<Observation>> some;
-    for (const std::size_t v : chosen) some.push_back(corners[v]);
+    auto some = mapped(chosen, [&](std::size_t v) { return corners[v]; });
     auto start = Search(board, size, std::move(some), options).run(model_id);
     if (!start) return std::nullopt;
     poseAll(model_id, corners, chosen, loss, start->camera);

@@ -6,6 +6,7 @@
 #include "alidade/adjust/solve.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
@@ -51,8 +52,7 @@ StartedFit startedFit(const Checkerboard& board, const PreparedViews& given,
   const ImageSize size = given.views.front().size;
   const HuberLoss loss = startLoss(size);
   const ParamConstraint constraint = constraintOf(options);
-  std::vector<std::vector<Observation>> corners;
-  for (const View& view : given.views) corners.push_back(observationsOf(board, view));
+  const auto corners = mapped(given.views, [&](const View& view) { return observationsOf(board, view); });
   const auto constrain = [&](PosedCamera& camera) {
     if (applyConstraint(options, constraint, size, camera.params))
       improvePoses(options.model, corners, loss, camera);

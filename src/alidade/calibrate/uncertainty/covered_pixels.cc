@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
+#include "alidade/core/mapped.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -52,14 +53,11 @@ bool isInside(const Polygon& hull, const Eigen::Vector2d& pixel) {
 }  // namespace
 
 std::vector<bool> isCovered(std::span<const Eigen::Vector2d> pixels, std::span<const View> views) {
-  std::vector<Polygon> hulls;
-  for (const View& view : views) hulls.push_back(hullOf(view));
-  std::vector<bool> is_covered;
-  for (const Eigen::Vector2d& pixel : pixels) {
-    is_covered.push_back(
-        std::any_of(hulls.begin(), hulls.end(), [&](const Polygon& hull) { return isInside(hull, pixel); }));
-  }
-  return is_covered;
+  const std::vector<Polygon> hulls = mapped(views, hullOf);
+  return mapped(pixels, [&](const Eigen::Vector2d& pixel) {
+    return std::any_of(hulls.begin(), hulls.end(),
+                       [&](const Polygon& hull) { return isInside(hull, pixel); });
+  });
 }
 
 std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
