@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/errors.h"
+#include "alidade/core/mapped.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/target/board_spec.h"
 #include "calibration_output.h"
@@ -111,9 +112,8 @@ namespace {
 json weakPriorJson(const FitCamera& camera) {
   const WeakPrior& held = camera.weak_prior;
   if (held.isNone()) return nullptr;
-  json least_known = json::array();
-  for (const int i : held.least_known)
-    least_known.push_back(parameterNames(camera.model)[static_cast<std::size_t>(i)]);
+  const json least_known = mapped(
+      held.least_known, [&](int i) { return parameterNames(camera.model)[static_cast<std::size_t>(i)]; });
   return {{"width", held.width}, {"least_known", least_known}, {"free_parameters", held.free_params}};
 }
 

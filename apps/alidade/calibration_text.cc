@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/errors.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "calibration_output.h"
@@ -247,11 +248,10 @@ std::string worstViewsText(const Calibration& result) {
 std::string outliersText(const Calibration& result) {
   const std::vector<Outlier>& outliers = result.dropped.outliers;
   if (outliers.empty()) return "";
-  Lines lines;
-  for (const Outlier& o : outliers) {
-    lines.push_back(fmt::format("{} corner {}: error ({:.2f}, {:.2f}) px", o.image, o.corner_id,
-                                o.error_px.x(), o.error_px.y()));
-  }
+  const Lines lines = mapped(outliers, [](const Outlier& o) {
+    return fmt::format("{} corner {}: error ({:.2f}, {:.2f}) px", o.image, o.corner_id, o.error_px.x(),
+                       o.error_px.y());
+  });
   return fmt::format("Outliers {} of {} corners ({:.2g} %)\n", outliers.size(),
                      outliers.size() + numCorners(result.fit),
                      100 * result.dropped.outlierShare(result.fit)) +

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
@@ -34,9 +35,7 @@ struct Converted {
 };
 
 std::vector<std::string> formatIds() {
-  std::vector<std::string> ids;
-  for (const CameraFormat* format : cameraFormats()) ids.emplace_back(format->id);
-  return ids;
+  return mapped(cameraFormats(), [](const CameraFormat* format) { return std::string(format->id); });
 }
 
 std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,
@@ -50,8 +49,8 @@ std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, 
 
 // What made a converted file: "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml (...)".
 std::string provenance(const std::string& path, const CameraRecord& source, const Conversion& conversion) {
-  std::vector<std::string> steps;
-  for (const Conversion::Step& step : conversion.steps) steps.push_back(step.name + " " + step.value);
+  const std::vector<std::string> steps =
+      mapped(conversion.steps, [](const Conversion::Step& step) { return step.name + " " + step.value; });
   return programName() + " convert" + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path +
          (source.created_by.empty() ? "" : " (" + source.created_by + ")");
 }
@@ -154,12 +153,12 @@ json fitJson(const ModelFit& fit) {
 // The same for programs.
 json summaryJson(const Converted& converted) {
   const auto& [where, name, source, conversion, file] = converted;
-  json steps = json::array();
-  for (const Conversion::Step& step : conversion.steps)
-    steps.push_back({{"step", step.name}, {"value", step.value}, {"image_size", step.size}});
-  json reasons = json::array();
-  for (const ConversionProblem problem : conversion.problems)
-    reasons.push_back({{"id", problemId(problem)}, {"message", problemText(problem, converted)}});
+  const json steps = mapped(conversion.steps, [](const Conversion::Step& step) -> json {
+    return {{"step", step.name}, {"value", step.value}, {"image_size", step.size}};
+  });
+  const json reasons = mapped(conversion.problems, [&](ConversionProblem problem) -> json {
+    return {{"id", problemId(problem)}, {"message", problemText(problem, converted)}};
+  });
   const Eigen::Matrix3d& R = conversion.edit.new_from_old;
   return {
       {"input", where},
@@ -326,20 +325,16 @@ class ConvertCommand final : public Command {
   }
 
   [[nodiscard]] static std::string summary(const std::vector<Converted>& cameras) {
-    std::vector<std::string> texts;
-    for (const Converted& c : cameras) texts.push_back(summaryText(c));
-    return join(texts, "\n\n");
+    return join(mapped(cameras, summaryText), "\n\n");
   }
 
   [[nodiscard]] std::string document(const std::vector<Converted>& cameras,
                                      const std::vector<std::string>& notes, bool is_kept) const {
-    json list = json::array();
-    for (const Converted& c : cameras) list.push_back(summaryJson(c));
     json all = {{"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes}};
-    if (list.size() == 1) {
-      all.update(list.front());
+    if (cameras.size() == 1) {
+      all.update(summaryJson(cameras.front()));
     } else {
-      all["cameras"] = std::move(list);
+      all["cameras"] = mapped(cameras, summaryJson);
     }
     return jsonText(all);
   }

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/table_lines.h"
 #include "board_views.h"
@@ -37,11 +38,9 @@ std::vector<std::string> imageTable(const BoardSurvey& survey) {
 
 json imageJson(const ImageOutcome& outcome) {
   const Detection& detection = outcome.detection;
-  json corners = json::array();
-  for (const Corner& corner : detection.corners) {
-    corners.push_back(
-        {{"id", corner.id}, {"u", corner.pixel.x()}, {"v", corner.pixel.y()}, {"sigma_px", corner.sigma_px}});
-  }
+  json corners = mapped(detection.corners, [](const Corner& c) -> json {
+    return {{"id", c.id}, {"u", c.pixel.x()}, {"v", c.pixel.y()}, {"sigma_px", c.sigma_px}};
+  });
   json image = {{"image", outcome.image},
                 {"reason", reasonCode(detection.reason)},
                 {"width", outcome.size.width},
@@ -64,9 +63,9 @@ json imageJson(const ImageOutcome& outcome) {
 }
 
 std::string detectionJson(const DetectionStage& stage) {
-  json images = json::array();
-  for (const ImageOutcome& outcome : stage.survey.outcomes) images.push_back(imageJson(outcome));
-  return jsonText({{"board", specText(stage.survey.board)}, {"images", images}, {"notes", stage.notes}});
+  return jsonText({{"board", specText(stage.survey.board)},
+                   {"images", mapped(stage.survey.outcomes, imageJson)},
+                   {"notes", stage.notes}});
 }
 
 class DetectCommand final : public Command {

@@ -99,9 +99,8 @@ std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns) {
                                        std::abs(by_height / mean - 1) * fine.height);
   return fmt::format(
       "note: {} px is not {} px resized by one factor: the factor would be {:.5g} along x and {:.5g} along "
-      "y. If the "
-      "sides were only rounded after resizing or binning, this causes differences of up to {:.2g} px (of the "
-      "{} image) at the border",
+      "y. If the sides were only rounded after resizing or binning, this causes differences of up to {:.2g} "
+      "px (of the {} image) at the border",
       sizeText(coarse), sizeText(fine), by_width, by_height, off_px, sizeText(fine));
 }
 

@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/detect_images.h"
 #include "console.h"
@@ -66,8 +67,8 @@ std::string flagAdvice(const std::vector<std::string>& words, const std::vector<
 std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App* command, int argc,
                     char** argv) {
   if (command == nullptr) {
-    std::vector<std::string> known;
-    for (const CommandEntry& entry : kCommands) known.emplace_back(entry.name);
+    const std::vector<std::string> known =
+        mapped(kCommands, [](const CommandEntry& entry) { return std::string(entry.name); });
     const std::vector<std::string> words(argv + 1, argv + argc);
     const auto word = std::find_if(words.begin(), words.end(), [](const auto& w) { return w[0] != '-'; });
     if (word != words.end()) {
@@ -94,12 +95,12 @@ void refuseEmptyValues(const CLI::App& command) {
     if (option->get_type_size_min() == 0) continue;  // a flag
     for (const std::string& text : option->results()) {
       if (!text.empty()) continue;
-      throw usageError({.where = command.get_name() + ": " + option->get_name(),
-                        .found = "an empty value",
-                        .expected = "a value",
-                        .next_step =
-                            "if it comes from a shell variable, check that it is set; otherwise remove "
-                            "the flag"});
+      throw usageError(
+          {.where = command.get_name() + ": " + option->get_name(),
+           .found = "an empty value",
+           .expected = "a value",
+           .next_step =
+               "if it comes from a shell variable, check that it is set; otherwise remove the flag"});
     }
   }
 }

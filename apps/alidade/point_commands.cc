@@ -374,18 +374,17 @@ class ProjectCommand final : public StreamCommand {
     app.footer(
         "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\nExample: alidade project camera.yaml "
         "points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], translation_m: [0, 0, 2]}'\nExample: alidade "
-        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status. The status is ok "
-        "(a pixel of the image), out_of_image (a pixel outside the image),\nbehind or outside (no pixel; u "
-        "and v are nan).\nPixel (0, 0) is the centre of "
-        "the top-left pixel. With --poses, the first column is the id of the pose.\n--poses reads one of: a "
-        "YAML list of poses; a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera);\nor a "
-        "table with a header that names tx,ty,tz, a rotation qx,qy,qz,qw or rx,ry,rz (rotation vector), and "
-        "optionally id\nor timestamp.\nPoints are processed as they arrive, in constant memory. With --poses "
-        "all points are kept in memory, at 24 bytes each.\n--jacobian appends the derivatives of u, then "
-        "those of v: "
-        "du_dx,du_dy,du_dz with respect to the point as given,\ndu_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz "
-        "with respect to the pose, camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and "
-        "du_dfx and so on with respect to the camera parameters.");
+        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status. The status is ok (a "
+        "pixel of the image), out_of_image (a pixel outside the image),\nbehind or outside (no pixel; u and "
+        "v are nan).\nPixel (0, 0) is the centre of the top-left pixel. With --poses, the first column is "
+        "the id of the pose.\n--poses reads one of: a YAML list of poses; a TUM trajectory (timestamp tx ty "
+        "tz qx qy qz qw, world_from_camera);\nor a table with a header that names tx,ty,tz, a rotation "
+        "qx,qy,qz,qw or rx,ry,rz (rotation vector), and optionally id\nor timestamp.\nPoints are processed "
+        "as they arrive, in constant memory. With --poses all points are kept in memory, at 24 bytes "
+        "each.\n--jacobian appends the derivatives of u, then those of v: du_dx,du_dy,du_dz with respect to "
+        "the point as given,\ndu_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz with respect to the pose, "
+        "camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and du_dfx and so on with respect "
+        "to the camera parameters.");
     setUpStream(app,
                 "Rows x,y,z in metres, separated by commas or spaces, header optional; standard input if "
                 "omitted or -",

@@ -107,9 +107,8 @@ class UndistortCommand final : public Command {
     app.footer(
         "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov or --keep, the focal "
         "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
-        "colours and "
-        "bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching pinhole "
-        "camera. The other projections get projection.yaml instead.");
+        "colours and bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching "
+        "pinhole camera. The other projections get projection.yaml instead.");
     app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
     app.add_option("input", inputs_, "Folders, image files or patterns");
     app.add_option("-o,--output", output_, "Folder to create");

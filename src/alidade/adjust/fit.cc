@@ -51,26 +51,6 @@ void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_bo
       fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
 }
 
-const FitCamera& onlyCamera(const Fit& fit) {
-  expect(fit.cameras.size() == 1, "the fit has one camera");
-  return fit.cameras.front();
-}
-
-FitCamera& onlyCamera(Fit& fit) {
-  expect(fit.cameras.size() == 1, "the fit has one camera");
-  return fit.cameras.front();
-}
-
-const FitBoard& onlyBoard(const Fit& fit) {
-  expect(fit.boards.size() == 1, "the fit has one board");
-  return fit.boards.front();
-}
-
-FitBoard& onlyBoard(Fit& fit) {
-  expect(fit.boards.size() == 1, "the fit has one board");
-  return fit.boards.front();
-}
-
 std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,
                                  std::span<const Observation> flat) {
   std::vector<Observation> corners(flat.begin(), flat.end());

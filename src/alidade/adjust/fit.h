@@ -12,6 +12,7 @@
 #include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/lens_prior.h"
 #include "alidade/adjust/observation.h"
+#include "alidade/core/error.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board_shape.h"
@@ -112,10 +113,16 @@ void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_bo
 
 /// The only camera, or the only board, of a fit.
 /// @throws std::logic_error if there are several
-[[nodiscard]] const FitCamera& onlyCamera(const Fit& fit);
-[[nodiscard]] FitCamera& onlyCamera(Fit& fit);
-[[nodiscard]] const FitBoard& onlyBoard(const Fit& fit);
-[[nodiscard]] FitBoard& onlyBoard(Fit& fit);
+template <class AnyFit>
+[[nodiscard]] auto& onlyCamera(AnyFit& fit) {
+  expect(fit.cameras.size() == 1, "the fit has one camera");
+  return fit.cameras.front();
+}
+template <class AnyFit>
+[[nodiscard]] auto& onlyBoard(AnyFit& fit) {
+  expect(fit.boards.size() == 1, "the fit has one board");
+  return fit.boards.front();
+}
 
 /// Corners with their positions on the bent board, as used by the solver.
 [[nodiscard]] std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,

@@ -330,10 +330,10 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
   const bool most_refined =
       static_cast<double>(refined.fits.size()) >= kMostShare * static_cast<double>(mesh.size());
   if (!most_refined || refined.fits.size() < kMinPlaced) {
-    return refused(std::move(detection), DetectionReason::kBlurred,
-                   fmt::format("the board is visible, but {} of its {} corners are not clear enough to be "
-                               "located",
-                               mesh.size() - refined.fits.size(), mesh.size()));
+    return refused(
+        std::move(detection), DetectionReason::kBlurred,
+        fmt::format("the board is visible, but {} of its {} corners are not clear enough to be located",
+                    mesh.size() - refined.fits.size(), mesh.size()));
   }
   if (detection.measures.spacing_px < kMinSpacingPx) {
     return refused(std::move(detection), DetectionReason::kTooSmall,

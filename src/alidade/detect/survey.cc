@@ -127,19 +127,21 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& 
   }
   const auto hint = diagnoseBoard(outcomes, board);
   if (hint && hint->is_closed && hint->num_images > num_all_lines) {
-    return refuseUnclosed(outcomes, fmt::format("may show part of the board of {}x{} inner corners that is "
-                                                "completely visible in other images",
-                                                hint->columns, hint->rows));
+    return refuseUnclosed(
+        outcomes,
+        fmt::format(
+            "may show part of the board of {}x{} inner corners that is completely visible in other images",
+            hint->columns, hint->rows));
   }
   constexpr int kEnoughImages = 3;
   if (num_all_lines > 0 || num_with_corners < kEnoughImages) return;
   const auto commonest = std::max_element(counts.begin(), counts.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
   if (2 * commonest->second <= num_with_corners) return;
-  refuseUnclosed(outcomes,
-                 fmt::format("no image shows all rows and columns of a board with {}x{} inner "
-                             "corners; most show {}x{}",
-                             board.columns, board.rows, commonest->first.first, commonest->first.second));
+  refuseUnclosed(
+      outcomes,
+      fmt::format("no image shows all rows and columns of a board with {}x{} inner corners; most show {}x{}",
+                  board.columns, board.rows, commonest->first.first, commonest->first.second));
 }
 
 // Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
@@ -220,17 +222,16 @@ Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
     case SurveyNote::Kind::kBlurred:
       return told("blurred_images", "much more blurred than the others: " + namesText(note, survey));
     case SurveyNote::Kind::kExifOrientation:
-      return told("exif_orientation",
-                  fmt::format("{} {} an Exif orientation ({}); it is ignored, and the camera file applies to "
-                              "the pixels as stored",
-                              count, count == 1 ? "image has" : "images have",
-                              describeExifOrientation(note.exif_orientation)));
+      return told("exif_orientation", fmt::format("{} {} an Exif orientation ({}); it is ignored, and the "
+                                                  "camera file applies to the pixels as stored",
+                                                  count, count == 1 ? "image has" : "images have",
+                                                  describeExifOrientation(note.exif_orientation)));
     case SurveyNote::Kind::kAmbiguousBoard:
       return told(
           "ambiguous_board",
-          fmt::format("a board of {}x{} inner corners looks the same after a rotation by {} degrees, "
-                      "so the first corner may differ between images. This is harmless for one "
-                      "camera, but not for several. A board with one even and one odd count avoids it",
+          fmt::format("a board of {}x{} inner corners looks the same after a rotation by {} degrees, so the "
+                      "first corner may differ between images. This is harmless for one camera, but not for "
+                      "several. A board with one even and one odd count avoids it",
                       board.columns, board.rows, board.symmetryStep() == 1 ? "90, 180 or 270" : "180"));
     case SurveyNote::Kind::kOtherBoard:
       return told("other_board", hintText(note.hint.value(), board));

@@ -136,10 +136,11 @@ bool isFreeText(const std::string& file) {
                       .next_step = is_slip ? "did you mean '" + guess->meant + "'?"
                                            : "see docs/formats.md for the keys of this format"});
   }
-  throw NotACameraFile(inputError({.where = file,
-                                   .found = "not a camera file: it has no key of a camera format",
-                                   .next_step = "see docs/formats.md for the formats; Alidade's own files "
-                                                "start with: alidade_camera: 1"}));
+  throw NotACameraFile(inputError(
+      {.where = file,
+       .found = "not a camera file: it has no key of a camera format",
+       .next_step =
+           "see docs/formats.md for the formats; Alidade's own files start with: alidade_camera: 1"}));
 }
 
 void refuseSameNames(const CameraSource& source, const std::vector<std::string>& passed) {

@@ -155,12 +155,11 @@ class PoseTable {
       return readHeader(comment);
     }
     if (lines_.numFields() != kTumNames.size()) {
-      throw lines_.error(
-          std::to_string(lines_.numFields()) + " columns without a header",
-          "a header that names tx,ty,tz,qx,qy,qz,qw or tx,ty,tz,rx,ry,rz, or the 8 columns of a "
-          "TUM trajectory, " +
-              join(kTumNames, " "),
-          "add a header");
+      throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
+                         "a header that names tx,ty,tz,qx,qy,qz,qw or tx,ty,tz,rx,ry,rz, or the 8 columns of "
+                         "a TUM trajectory, " +
+                             join(kTumNames, " "),
+                         "add a header");
     }
     list_.is_assumed_tum = !direction_;
     if (!direction_) direction_ = PoseDirection::kWorldFromCamera;

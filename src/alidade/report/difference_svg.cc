@@ -117,11 +117,11 @@ CellGrid cellsOf(const ComparedCamera& a, const ComparedCamera& b, const Project
 void addPatterns(SvgCanvas& drawing) {
   const auto pattern = [&](const char* id, const char* ground, const char* line) {
     const double step = 1.2 * drawing.unit();
-    drawing.addText(fmt::format(
-        "<pattern id=\"{}\" width=\"{:.2f}\" height=\"{:.2f}\" patternUnits=\"userSpaceOnUse\" "
-        "patternTransform=\"rotate(45)\"><rect width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/><rect "
-        "width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/></pattern>\n",
-        id, step, step, step, step, ground, 0.3 * step, step, line));
+    drawing.addText(
+        fmt::format("<pattern id=\"{}\" width=\"{:.2f}\" height=\"{:.2f}\" patternUnits=\"userSpaceOnUse\" "
+                    "patternTransform=\"rotate(45)\"><rect width=\"{:.2f}\" height=\"{:.2f}\" "
+                    "fill=\"{}\"/><rect width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/></pattern>\n",
+                    id, step, step, step, step, ground, 0.3 * step, step, line));
   };
   drawing.addText("<defs>\n");
   pattern("one", "#f4f4f4", "#9a9a9a");

@@ -156,8 +156,8 @@ double SvgCanvas::fullWidth() const {
 std::string SvgCanvas::text() const {
   return fmt::format(
              "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" viewBox=\"{0:.1f} {0:.1f} {1:.1f} "
-             "{2:.1f}\" font-family=\"sans-serif\" font-size=\"{3:.2f}\">\n<rect x=\"{0:.1f}\" "
-             "y=\"{0:.1f}\" width=\"{1:.1f}\" height=\"{2:.1f}\" fill=\"white\"/>\n",
+             "{2:.1f}\" font-family=\"sans-serif\" font-size=\"{3:.2f}\">\n<rect x=\"{0:.1f}\" y=\"{0:.1f}\" "
+             "width=\"{1:.1f}\" height=\"{2:.1f}\" fill=\"white\"/>\n",
              -margin_, fullWidth(), low_ + margin_ + 2 * unit_, 2.2 * unit_) +
          svg_ + "</svg>\n";
 }

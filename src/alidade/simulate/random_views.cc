@@ -126,12 +126,12 @@ std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Chec
       for (int k = 0; !pose && k < options.max_attempts; ++k) pose = sampler.tryView(fill, random);
     }
     if (!pose) {
-      throw inputError(
-          {.where = "view " + std::to_string(i + 1) + " of " + std::to_string(count),
-           .found = "no pose shows the whole board inside an image of " + std::to_string(size.width) + "x" +
-                    std::to_string(size.height) + " pixels with a margin of " + exactText(options.margin_px),
-           .next_step = "check the principal point and the focal length against the image size, or "
-                        "reduce margin_px or max_tilt_deg"});
+      throw inputError({.where = "view " + std::to_string(i + 1) + " of " + std::to_string(count),
+                        .found = "no pose shows the whole board inside an image of " +
+                                 std::to_string(size.width) + "x" + std::to_string(size.height) +
+                                 " pixels with a margin of " + exactText(options.margin_px),
+                        .next_step = "check the principal point and the focal length against the image size, "
+                                     "or reduce margin_px or max_tilt_deg"});
     }
     poses.push_back(*pose);
   }

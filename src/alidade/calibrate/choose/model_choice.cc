@@ -62,11 +62,10 @@ void evaluate(Candidate& candidate, const Fit& reference, const PreparedViews& g
   candidate.unsoundness = unsoundnessOf(fit);
   // A prior hides what the views leave open, and a fold where no corner was seen.
   if (!candidate.unsoundness && !onlyCamera(fit).weak_prior.isNone()) {
-    candidate.unsoundness = Unsoundness{.id = "ill_conditioned",
-                                        .text =
-                                            "these views leave its parameters undetermined, and only a "
-                                            "weak prior holds it together",
-                                        .folds = true};
+    candidate.unsoundness = Unsoundness{
+        .id = "ill_conditioned",
+        .text = "these views leave its parameters undetermined, and only a weak prior holds it together",
+        .folds = true};
   }
   if (candidate.unsoundness && !candidate.unsoundness->folds) return;
   const auto held_out = heldOutErrors(fit, cancel);

@@ -15,6 +15,7 @@
 #include "alidade/adjust/model_soundness.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/camera/lens_shapes.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade {
@@ -78,11 +79,10 @@ constexpr double kSmallTiltDeg = 15.0;
 
 // Angles between the image plane and the board, degrees, ascending.
 std::vector<double> tiltsDeg(const Fit& fit) {
-  std::vector<double> tilts;
-  for (const FitView& view : fit.views) {
+  std::vector<double> tilts = mapped(fit.views, [&](const FitView& view) {
     const double c = std::abs(cameraFromBoard(fit, view).rotation.matrix()(2, 2));
-    tilts.push_back(degrees(std::acos(std::min(1.0, c))));
-  }
+    return degrees(std::acos(std::min(1.0, c)));
+  });
   std::sort(tilts.begin(), tilts.end());
   return tilts;
 }
@@ -220,14 +220,14 @@ void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.uncertainty.other_optima.empty()) return;
   const OtherOptimum& other = of.uncertainty.other_optima.front();
   const double effect_px = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, other.params));
-  addByEffect(of,
-              {.id = "ambiguous_optimum",
-               .cause = "two cameras explain the views equally well",
-               .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
-                           cameraText(of.camera, other.params, other.rms_px),
-               .next_step = "add closer and more tilted views that reach the image border, or use a smaller "
-                            "model"},
-              effect_px, diagnoses);
+  addByEffect(
+      of,
+      {.id = "ambiguous_optimum",
+       .cause = "two cameras explain the views equally well",
+       .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
+                   cameraText(of.camera, other.params, other.rms_px),
+       .next_step = "add closer and more tilted views that reach the image border, or use a smaller model"},
+      effect_px, diagnoses);
 }
 
 namespace {

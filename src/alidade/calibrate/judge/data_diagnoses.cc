@@ -61,13 +61,14 @@ void viewsDisagree(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const std::size_t num_given = of.fit.views.size() + of.dropped.views.size();
   const std::size_t num_misfits = of.dropped.numMisfits();
   if (num_misfits == 0 || 2 * num_misfits < num_given) return;
-  diagnoses.push_back({.severity = Severity::kFailure,
-                       .id = "views_disagree",
-                       .cause = "the views contradict each other",
-                       .evidence = std::to_string(num_misfits) + " of " + counted(num_given, "view") +
-                                   " do not fit the camera that the others agree on",
-                       .next_step = "check the board's size, and that all images are from one camera with "
-                                    "unchanged zoom and focus"});
+  diagnoses.push_back(
+      {.severity = Severity::kFailure,
+       .id = "views_disagree",
+       .cause = "the views contradict each other",
+       .evidence = std::to_string(num_misfits) + " of " + counted(num_given, "view") +
+                   " do not fit the camera that the others agree on",
+       .next_step =
+           "check the board's size, and that all images are from one camera with unchanged zoom and focus"});
 }
 
 void twoCamerasMixed(const Evidence& of, std::vector<Diagnosis>& diagnoses) {

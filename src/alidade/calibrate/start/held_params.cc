@@ -56,15 +56,15 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {
       const auto nearest = nearestName(name, known);
-      throw usageError({.where = "parameters to hold",
-                        .found = "'" + name + "'",
-                        .expected = (is_open ? "parameters that all models have, since the model is to be "
-                                               "chosen: "
-                                             : "parameters of " + model + ": ") +
-                                    join(known, ", "),
-                        .next_step = is_open   ? "name the model with --model"
-                                     : nearest ? "did you mean '" + *nearest + "'?"
-                                               : ""});
+      throw usageError(
+          {.where = "parameters to hold",
+           .found = "'" + name + "'",
+           .expected = (is_open ? "parameters that all models have, since the model is to be chosen: "
+                                : "parameters of " + model + ": ") +
+                       join(known, ", "),
+           .next_step = is_open   ? "name the model with --model"
+                        : nearest ? "did you mean '" + *nearest + "'?"
+                                  : ""});
     }
     const int i = static_cast<int>(at - known.begin());
     if (!options.initial && !hasOwnValue(model, i)) {

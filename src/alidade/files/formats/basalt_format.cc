@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
@@ -117,17 +118,13 @@ json intrinsicsJson(const AnyCamera& camera) {
 std::string write(std::span<const NamedCamera> cameras) {
   const json no_turn = {{"px", 0.0}, {"py", 0.0}, {"pz", 0.0}, {"qx", 0.0},
                         {"qy", 0.0}, {"qz", 0.0}, {"qw", 1.0}};
-  json intrinsics = json::array();
-  json sizes = json::array();
-  for (const NamedCamera& named : cameras) {
-    intrinsics.push_back(intrinsicsJson(named.camera));
-    sizes.push_back({named.image_size.width, named.image_size.height});
-  }
+  const auto intrinsics = [](const NamedCamera& named) { return intrinsicsJson(named.camera); };
+  const auto size = [](const NamedCamera& n) { return std::array{n.image_size.width, n.image_size.height}; };
   // basalt reads no file without the rest. It is what its own calibration of cameras writes before it knows
   // an IMU.
   const json values = {{"T_imu_cam", json::array_t(cameras.size(), no_turn)},
-                       {"intrinsics", std::move(intrinsics)},
-                       {"resolution", std::move(sizes)},
+                       {"intrinsics", mapped(cameras, intrinsics)},
+                       {"resolution", mapped(cameras, size)},
                        {"calib_accel_bias", std::vector<double>(9)},
                        {"calib_gyro_bias", std::vector<double>(12)},
                        {"imu_update_rate", 200.0},
@@ -137,8 +134,7 @@ std::string write(std::span<const NamedCamera> cameras) {
                        {"gyro_bias_std", {0.0001, 0.0001, 0.0001}},
                        {"cam_time_offset_ns", 0},
                        {"vignette", json::array()}};
-  const json document = {{"value0", values}};
-  return document.dump(2) + "\n";
+  return json({{"value0", values}}).dump(2) + "\n";
 }
 
 }  // namespace basalt_format

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 
@@ -143,9 +144,7 @@ std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
 }
 
 std::vector<StatedNumber> numbersOf(const YamlNode& map, std::span<const std::string> keys) {
-  std::vector<StatedNumber> numbers;
-  for (const std::string& key : keys) numbers.push_back(statedNumber(map.at(key)));
-  return numbers;
+  return mapped(keys, [&](const std::string& key) { return statedNumber(map.at(key)); });
 }
 
 ImageSize readSize(const YamlNode& width, const YamlNode& height) {
@@ -199,9 +198,7 @@ const LensLayout* findLayout(std::span<const LensLayout> layouts, std::string_vi
 }
 
 std::vector<std::string> layoutNames(std::span<const LensLayout> layouts) {
-  std::vector<std::string> names;
-  for (const LensLayout& layout : layouts) names.emplace_back(layout.name);
-  return names;
+  return mapped(layouts, [](const LensLayout& layout) { return std::string(layout.name); });
 }
 
 const LensLayout& layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name,
@@ -248,8 +245,7 @@ void takeOrigin(std::span<StatedNumber> parameters, double origin) {
 StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
                          std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size,
                          std::vector<Remark> remarks) {
-  std::vector<double> values;
-  for (const StatedNumber& number : parameters) values.push_back(number.value);
+  std::vector<double> values = mapped(parameters, &StatedNumber::value);
   return {.name = std::move(name),
           .camera = withPlace(place, [&] { return AnyCamera::make(model, values); }),
           .image_size = image_size,
@@ -269,9 +265,7 @@ std::string realText(double value) {
 }
 
 std::string listText(std::span<const double> values) {
-  std::vector<std::string> texts;
-  for (const double value : values) texts.push_back(realText(value));
-  return "[" + join(texts, ", ") + "]";
+  return "[" + join(mapped(values, realText), ", ") + "]";
 }
 
 std::string yamlText(const std::string& text) {

@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
@@ -97,8 +98,7 @@ std::vector<StatedNumber> readPinhole(const YamlNode& node, const YamlNode& oute
     for (Pinhole& pinhole : pinholesOf(outer)) all.push_back(std::move(pinhole));
   }
   const auto text = [](const Pinhole& pinhole) {
-    std::vector<std::string> numbers;
-    for (const StatedNumber& number : pinhole.parameters) numbers.push_back(exactText(number.value));
+    const auto numbers = mapped(pinhole.parameters, [](const StatedNumber& n) { return exactText(n.value); });
     return pinhole.name + " (fx fy cx cy = " + join(numbers, " ") + ")";
   };
   for (const Pinhole& pinhole : all) {

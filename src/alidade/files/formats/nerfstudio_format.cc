@@ -202,8 +202,7 @@ std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fis
         is_fisheye ? "0, because a fisheye of this format has no tangential terms"
                    : "0, because a perspective camera of this format has no k4",
         is_fisheye ? "calibrate the images without them"
-                   : "if it is a fisheye, write OPENCV_FISHEYE; otherwise calibrate "
-                     "the images without it"));
+                   : "if it is a fisheye, write OPENCV_FISHEYE; otherwise calibrate the images without it"));
   }
   return parameters;
 }

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
@@ -29,12 +30,12 @@ const std::string kStereo = "R T R1 R2 P1 P2 extrinsic_parameters ";
 // Names that mean something, or that OpenCV's samples write beside the camera.
 const std::vector<std::string> kOtherKeys = words(
     kStereo +
-    "Q E F image_width image_height image_Width image_Height image_size imageSize cameraResolution "
-    "width height fisheye_model distortion_model xi camera_name calibration_time calibration_Time "
-    "calibrationDate framesCount nframes nr_of_frames nrOfFrames board_width board_height board_Width "
-    "board_Height square_size square_Size fix_aspect_ratio aspectRatio flags flagValue "
-    "avg_reprojection_error avg_reprojection_Error per_view_reprojection_errors cameraMatrix_std_dev "
-    "camera_matrix_std_dev dist_coeffs_std_dev distortion_coefficients_std_dev image_points grid_points");
+    "Q E F image_width image_height image_Width image_Height image_size imageSize cameraResolution width "
+    "height fisheye_model distortion_model xi camera_name calibration_time calibration_Time calibrationDate "
+    "framesCount nframes nr_of_frames nrOfFrames board_width board_height board_Width board_Height "
+    "square_size square_Size fix_aspect_ratio aspectRatio flags flagValue avg_reprojection_error "
+    "avg_reprojection_Error per_view_reprojection_errors cameraMatrix_std_dev camera_matrix_std_dev "
+    "dist_coeffs_std_dev distortion_coefficients_std_dev image_points grid_points");
 
 std::optional<std::string> findKey(const YamlNode& root, const std::vector<std::string>& keys,
                                    const std::string& suffix) {
@@ -273,8 +274,7 @@ std::string textOf(const NamedCamera& named, const Style& style) {
   };
   const auto addMatrix = [&](const char* key, std::size_t rows, std::size_t columns,
                              std::span<const double> values) {
-    std::vector<std::string> texts;
-    for (const double value : values) texts.push_back(realText(value));
+    const std::vector<std::string> texts = mapped(values, realText);
     nodes.push_back(
         fmt::format(fmt::runtime(style.matrix), key, rows, columns, join(texts, style.between_values)));
   };

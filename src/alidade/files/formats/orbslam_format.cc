@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
@@ -160,8 +161,7 @@ StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& na
   if (type.empty()) refuseFisheyeWithoutType(keys, common);
   const LensLayout& lens = lensOf(keys, type);
   refuseForeignCoefficients(keys, common, lens, type);
-  std::vector<std::string> names;
-  for (const std::string& listed : words(lens.order)) names.push_back(keys.of(listed));
+  const auto names = mapped(words(lens.order), [&](const std::string& listed) { return keys.of(listed); });
   std::vector<Remark> remarks;
   const auto size = sizeOf(common, options, remarks);
   StatedCamera camera = stateCamera(keys.map.at(names.front()).where(), name, lens.model,

@@ -78,9 +78,8 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
   if (!is_model && beyond(judgement.held_out_rms_px, freed_px) <= tolerance_px) {
     return end(
         Severity::kWarning,
-        fmt::format("the images have errors beyond noise that no camera of this model explains ({:.3g} "
-                    "px with its parameters refitted): blur, a moving board or a rolling "
-                    "shutter; {}",
+        fmt::format("the images have errors beyond noise that no camera of this model explains ({:.3g} px "
+                    "with its parameters refitted): blur, a moving board or a rolling shutter; {}",
                     freed_px, worst_view));
   }
   return end(Severity::kFailure,

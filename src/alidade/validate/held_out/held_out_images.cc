@@ -236,11 +236,11 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
         {.where = view.image,
          .found = "an image of " + sizeText(view.size) + " px",
          .expected = sizeText(camera.size) + " px, the camera's image size",
-         .next_step = is_swapped ? "one is the other rotated by 90 degrees: width and height may be swapped "
-                                   "in the camera file; if the images were rotated, use alidade convert "
-                                   "--rotate 90 or 270"
-                                 : "use images of this size, or adapt the camera with alidade convert "
-                                   "--resize or --crop"});
+         .next_step =
+             is_swapped
+                 ? "one is the other rotated by 90 degrees: width and height may be swapped in the camera "
+                   "file; if the images were rotated, use alidade convert --rotate 90 or 270"
+                 : "use images of this size, or adapt the camera with alidade convert --resize or --crop"});
   }
   std::sort(views.begin(), views.end(),
             [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
