@@ -224,11 +224,11 @@ void aspectTable(const Models& models, int num_sets) {
           const auto result =
               run(stretchedSet(model, num_views, 1 + stretch, static_cast<std::uint64_t>(20000 + i)));
           num_named += hasFinding(result, "board_not_square") ? 1 : 0;
-          if (!result.uncertainty.board_stretch) continue;
-          found.add(result.uncertainty.board_stretch->stretch);
-          sigma.add(result.uncertainty.board_stretch->sigma);
-          z.push_back(std::abs(result.uncertainty.board_stretch->stretch) /
-                      result.uncertainty.board_stretch->sigma);
+          const std::vector<CommonError>& errors = result.uncertainty.common_errors;
+          if (errors.empty() || errors.front().cause != CommonCause::kStretch) continue;
+          found.add(errors.front().value);
+          sigma.add(errors.front().sigma);
+          z.push_back(std::abs(errors.front().value) / errors.front().sigma);
         }
         std::printf("%-15s %5d %9.4f %11.6f %11.6f %11.6f ", model.c_str(), num_views, stretch, found.mean(),
                     found.deviation(), sigma.mean());

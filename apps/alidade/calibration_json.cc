@@ -8,7 +8,6 @@
 
 namespace alidade {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BoardStretch, stretch, sigma)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ExcludedView, image, reason)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RepeatedView, image, same_as)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StartReport, num_tried, num_solved, num_agreed, num_optima)
@@ -108,6 +107,15 @@ void to_json(json& j, const CoverageReport& coverage) {
 }
 
 namespace {
+
+json commonErrorsJson(const Uncertainty& known) {
+  json errors = json::object();
+  for (const CommonError& error : known.common_errors) {
+    errors[std::string(kCommonCauses[static_cast<std::size_t>(error.cause)])] = {{"value", error.value},
+                                                                                 {"sigma", error.sigma}};
+  }
+  return errors;
+}
 
 json weakPriorJson(const FitCamera& camera) {
   const WeakPrior& held = camera.weak_prior;
@@ -283,7 +291,7 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
       {"outlier_share", result.dropped.outlierShare(result.fit)},
       {"excluded_views", result.dropped.views},
       {"repeated_views", result.dropped.repeated},
-      {"board_stretch", orNull(known.board_stretch)},
+      {"common_errors", commonErrorsJson(known)},
       {"variations",
        {{"focal_f", known.variations.focal.f},
         {"focal_spread", known.variations.focal.spread},

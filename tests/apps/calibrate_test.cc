@@ -154,7 +154,7 @@ TEST(Calibrate, NamesTheCornersAndViewsThatItLeavesOut) {
   EXPECT_DOUBLE_EQ(document.at("outlier_share").get<double>(), 1.0 / (11 * 54));
   ASSERT_EQ(document.at("excluded_views").size(), 1u);
   EXPECT_EQ(document.at("excluded_views")[0].at("image"), "view_005.png");
-  EXPECT_TRUE(document.at("board_stretch").contains("sigma"));
+  EXPECT_TRUE(document.at("common_errors").at("stretch").contains("sigma"));
   EXPECT_TRUE(document.at("views")[0].at("influence").contains("move_sigmas"));
   EXPECT_THAT(runAlidade({"calibrate", corners, "--verbose"}).out,
               AllOf(HasSubstr("view_001.png corner 0: error (-10.00, "),

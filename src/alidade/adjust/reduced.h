@@ -38,6 +38,7 @@ enum class LossWeights {
 /// of the weight.
 struct CornerRows {
   const Observation& corner;
+  const SE3& camera_from_board;
   double root_weight;
   std::array<const double*, 2> J_px_pose;    ///< 6 for u, 6 for v: translation, rotation
   std::array<const double*, 2> J_px_params;  ///< N each
@@ -111,6 +112,7 @@ template <ExtraColumns Extra>
     const double weight = of.loss_weight[i];
     const double root = weights == LossWeights::kUse ? std::sqrt(weight) : 1.0;
     const CornerRows rows{.corner = view[of.corner[i]],
+                          .camera_from_board = camera_from_board,
                           .root_weight = of.root_weight[i],
                           .J_px_pose = {u, v},
                           .J_px_params = {u + 6, v + 6},

@@ -79,11 +79,12 @@ TEST(BoardStretch, IsFoundWithItsSigma) {
   for (const char* model : kModels) {
     for (const double stretch : {0.005, -0.005}) {
       const Calibration result = run(stretchedSet(model, 25, 1 + stretch, 11));
-      ASSERT_TRUE(result.uncertainty.board_stretch);
+      ASSERT_FALSE(result.uncertainty.common_errors.empty());
+      const CommonError& found = result.uncertainty.common_errors.front();
+      ASSERT_EQ(found.cause, CommonCause::kStretch);
       // Of first order: a hundredth of the stretch is left.
-      EXPECT_NEAR(result.uncertainty.board_stretch->stretch, stretch,
-                  4 * result.uncertainty.board_stretch->sigma);
-      EXPECT_LT(result.uncertainty.board_stretch->sigma, 5e-4);
+      EXPECT_NEAR(found.value, stretch, 4 * found.sigma);
+      EXPECT_LT(found.sigma, 5e-4);
       EXPECT_EQ(named(result, "board_not_square").size(), 1U);
       ++num_checked;
     }
@@ -97,9 +98,11 @@ TEST(BoardStretch, OfSquareBoardsIsWithinItsSigma) {
   for (const char* model : kModels) {
     for (std::uint64_t seed = 1; seed <= 15; ++seed) {
       const Calibration result = run(cleanSet(model, 12, 100 + seed));
-      ASSERT_TRUE(result.uncertainty.board_stretch);
+      ASSERT_FALSE(result.uncertainty.common_errors.empty());
+      const CommonError& found = result.uncertainty.common_errors.front();
+      ASSERT_EQ(found.cause, CommonCause::kStretch);
       EXPECT_TRUE(named(result, "board_not_square").empty());
-      const double z = result.uncertainty.board_stretch->stretch / result.uncertainty.board_stretch->sigma;
+      const double z = found.value / found.sigma;
       sum += z * z;
       ++num_sets;
     }

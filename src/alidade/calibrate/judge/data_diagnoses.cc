@@ -140,15 +140,20 @@ void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 
 namespace {
 
-// The stretch of the squares and its standard deviation, if it is significant.
-std::optional<BoardStretch> significantStretch(const Evidence& of) {
-  constexpr double kSignificant = 4;  // standard deviations
-  if (!of.uncertainty.board_stretch) return std::nullopt;
-  const auto [stretch, noise_sigma] = *of.uncertainty.board_stretch;
-  // A lens that deviates from its model errs alike in all views, so that they agree on it.
-  const double sigma = noise_sigma * std::max(1.0, of.smoothness());
-  if (!(std::abs(stretch) > kSignificant * sigma)) return std::nullopt;
-  return BoardStretch{.stretch = stretch, .sigma = sigma};
+// The error of this cause, if it is significant.
+std::optional<CommonError> significantError(const Evidence& of, CommonCause cause) {
+  constexpr double kSignificant = 3;  // standard deviations; the severity follows from the effect
+  for (CommonError error : of.uncertainty.common_errors) {
+    // A lens that deviates from its model errs alike in all views, so that they agree on it.
+    error.sigma *= std::max(1.0, of.smoothness());
+    if (error.cause == cause && std::abs(error.value) > kSignificant * error.sigma) return error;
+  }
+  return std::nullopt;
+}
+
+double effectOf(const Evidence& of, const CommonError& error) {
+  return effectOfStep(of, Eigen::Map<const Eigen::VectorXd>(
+                              error.params_step.data(), static_cast<Eigen::Index>(error.params_step.size())));
 }
 
 // What a wrong ratio of fx and fy displaces: each is off by half of it.
@@ -159,15 +164,79 @@ double effectOfStretch(const Evidence& of, double stretch) {
 }  // namespace
 
 void boardNotSquare(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  const auto board = significantStretch(of);
-  if (!board) return;
+  const auto error = significantError(of, CommonCause::kStretch);
+  if (!error) return;
   addByEffect(of,
               {.id = "board_not_square",
                .cause = "the board's squares are not square",
-               .evidence = "width / height = " + numberText("%.4f", 1 + board->stretch) + " +- " +
-                           numberText("%.4f", board->sigma),
+               .evidence = "width / height = " + numberText("%.4f", 1 + error->value) + " +- " +
+                           numberText("%.4f", error->sigma),
                .next_step = "measure the board in both directions over many squares, and print it again"},
-              effectOfStretch(of, board->stretch), diagnoses);
+              effectOfStretch(of, error->value), diagnoses);
+}
+
+void boardGraded(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  for (const CommonCause cause : {CommonCause::kGradingX, CommonCause::kGradingY}) {
+    const auto error = significantError(of, cause);
+    if (!error) continue;
+    addByEffect(of,
+                {.id = "board_graded",
+                 .cause = std::string("the board's squares grow along its ") +
+                          (cause == CommonCause::kGradingX ? "rows" : "columns"),
+                 .evidence = "by " + percent(4 * std::abs(error->value)) + " from edge to edge",
+                 .next_step = "measure squares at both ends of the board, and print it again"},
+                effectOf(of, *error), diagnoses);
+  }
+}
+
+void boardTwisted(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  const auto error = significantError(of, CommonCause::kTwist);
+  if (!error) return;
+  const double height_m = std::abs(error->value) * onlyBoard(of.fit).target.middle().x();
+  addByEffect(of,
+              {.id = "board_twisted",
+               .cause = "the board is twisted",
+               .evidence = "its corners are " + numberText("%.2g", 1e3 * height_m) + " mm out of its plane",
+               .next_step = "mount the board on something flat and rigid, and photograph it again"},
+              effectOf(of, *error), diagnoses);
+}
+
+void focusBreathes(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  const auto error = significantError(of, CommonCause::kFocus);
+  if (!error) return;
+  addByEffect(
+      of,
+      {.id = "focus_breathes",
+       .cause = "the focal length depends on the distance of the board, as with autofocus",
+       .evidence = "it changes by " + percent(std::abs(error->value) / of.uncertainty.board_distance_m) +
+                   " from the boards' distance to far points",
+       .next_step = "fix the focus; if it is fixed, use a larger board farther away"},
+      effectOf(of, *error), diagnoses);
+}
+
+void cornersBiased(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  const auto error = significantError(of, CommonCause::kOutward);
+  if (!error) return;
+  addByEffect(of,
+              {.id = "corners_biased",
+               .cause = std::string("corners at the edges of the board are seen too ") +
+                        (error->value > 0 ? "far out" : "near its middle"),
+               .evidence = "by " + numberText("%.2g", std::abs(error->value)) + " px",
+               .next_step = "use even light, no overexposure, and a board with a wide margin"},
+              effectOf(of, *error), diagnoses);
+}
+
+void centreMoves(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  const auto error = significantError(of, CommonCause::kPupil);
+  if (!error) return;
+  addByEffect(
+      of,
+      {.id = "centre_moves",
+       .cause = "the rays do not meet in one point, as behind glass or with a wide lens close to the board",
+       .evidence = "the point moves along the axis by " + numberText("%.2g", 1e3 * std::abs(error->value)) +
+                   " mm at 57 degrees",
+       .next_step = "photograph a larger board from farther away, without glass in front of the lens"},
+      effectOf(of, *error), diagnoses);
 }
 
 namespace {
@@ -201,9 +270,9 @@ void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kHarmless = 2e-3;  // of the image height
   // Distortion that the model lacks looks different from each pose, and squares that are not square shear
   // each view according to its roll.
-  const auto stretch = significantStretch(of);
+  const auto stretch = significantError(of, CommonCause::kStretch);
   const bool is_stretched =
-      stretch && severityOf(effectOfStretch(of, stretch->stretch), of.tolerance_px) >= Severity::kWarning;
+      stretch && severityOf(effectOfStretch(of, stretch->value), of.tolerance_px) >= Severity::kWarning;
   if (of.choice.better_model || of.uncertainty.hasBias() || of.uncertainty.two_cameras || is_stretched)
     return;
   const ViewVariations& variations = of.uncertainty.variations;

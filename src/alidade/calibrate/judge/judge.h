@@ -57,12 +57,17 @@ void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void illConditioned(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses);
+void centreMoves(const Evidence& of, std::vector<Diagnosis>& diagnoses);
+void focusBreathes(const Evidence& of, std::vector<Diagnosis>& diagnoses);
+void cornersBiased(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 
 // The board.
 void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void bendIgnored(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void bendUnknown(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void boardNotSquare(const Evidence& of, std::vector<Diagnosis>& diagnoses);
+void boardGraded(const Evidence& of, std::vector<Diagnosis>& diagnoses);
+void boardTwisted(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 
 // Corners and views.
 void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses);

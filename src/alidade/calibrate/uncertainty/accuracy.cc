@@ -49,8 +49,9 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
   of.params.assign(params.begin(), params.end());
   of.weak_prior = {};
   Eigen::MatrixXd information = intrinsicsInformation(flexible).information;
-  // Of LensScale: how far lenses deviate from a stiff model, 5 % of the image diagonal in the corner.
-  constexpr double kDeviation = 0.1;
+  // Of LensScale: how far a lens may deviate from a stiff model that cross-validation has not rejected, 0.5 %
+  // of the image diagonal in the corner.
+  constexpr double kDeviation = 0.01;
   const LensPrior prior = lensScale(id, same.camera, of.size).prior(kDeviation, variance);
   for (std::size_t i = 0; i < prior.precision.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
@@ -185,7 +186,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
     error = stated.error(i, covariance);
     if (!accuracy.is_covered[i] && open && open->hasRay(i))
       error = std::max(error, open->error(i, flexible->covariance));
-    if (!accuracy.is_covered[i]) error = std::max(error, open_px[i]);
+    error = std::max(error, open_px[i]);
     error += accuracy.deviation_px;
     if (accuracy.is_covered[i]) {
       ++num_covered;

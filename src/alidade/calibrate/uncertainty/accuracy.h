@@ -17,11 +17,10 @@ struct Uncertainty;
 /// The error of the pixel of a far scene point that is not exceeded with a probability of 95 %, over the
 /// whole image and after alignment by the best rotation. It adds up
 ///
-/// - the stated covariance,
-/// - the deviation of the lens from its model that all views have in common (ImageBias), and
-/// - outside the region that boards covered, what is open there: the covariance of a more flexible model at
-///   the same lens, or the difference to another camera that explains the corners as well, whichever is
-///   larger. A stiff model extrapolates with a small covariance, and wrongly.
+/// - the stated covariance, or if larger, the difference to another camera that explains the corners as well,
+///   or outside the region that boards covered, the covariance of a more flexible model at the same lens: a
+///   stiff model extrapolates with a small covariance, and wrongly; and
+/// - the deviation of the lens from its model that all views have in common (ImageBias).
 struct Accuracy {
   int columns = 0;  ///< of the grid, from border to border
   int rows = 0;

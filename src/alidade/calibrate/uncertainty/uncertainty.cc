@@ -180,8 +180,9 @@ Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_ben
   result.local_sigma_px = localSigma(fit);
   result.num_places = numPlaces(fit);
   setCovariances(fit, residuals, result);
-  const auto scores = reduced(fit, LossWeights::kUse, StretchColumn{});
-  result.board_stretch = boardStretch(scores, residuals.directions, residuals.variance);
+  const auto scores =
+      reduced(fit, LossWeights::kUse, CommonColumns(onlyBoard(fit).target, onlyCamera(fit).params));
+  result.common_errors = commonErrors(scores, residuals.directions, residuals.variance);
   result.influences = viewInfluences(scores, residuals.directions, residuals.variance);
   result.variations = viewVariations(fit);
   setProjection(fit, camera, result);

@@ -74,8 +74,7 @@ struct Uncertainty {
   std::vector<ViewInfluence> influences;  ///< one a view; empty where the views do not determine the camera
   HoldoutReport holdout;
   ImageBias image_bias;
-  /// Whether the board's squares are square, from the corners; nothing where the views do not tell.
-  std::optional<BoardStretch> board_stretch;
+  std::vector<CommonError> common_errors;  ///< one a cause that the views determine
   ViewVariations variations;               ///< what changes from view to view although it should not
   std::optional<TwoCameras> two_cameras;   ///< what speaks for two cameras among the views
   std::vector<OtherOptimum> other_optima;  ///< that the corners do not rule out, the likeliest first

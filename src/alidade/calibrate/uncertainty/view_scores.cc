@@ -86,33 +86,40 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-std::optional<BoardStretch> boardStretch(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
-                                         double variance) {
+std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
+                                      double variance) {
   const Eigen::Index n = directions.rows();
   const Eigen::Index m = directions.cols();
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(n + 1, m + 1);
-  basis.topLeftCorner(n, m) = directions;
-  basis(n, m) = 1;
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m + 1, m + 1);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(m + 1);
-  for (const Reduced& score : scores) {
-    information += basis.transpose() * score.information * basis;
-    gradient += basis.transpose() * score.gradient;
+  std::vector<CommonError> errors;
+  for (std::size_t cause = 0; cause < kCommonCauses.size(); ++cause) {
+    Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(n + CommonColumns::size(), m + 1);
+    basis.topLeftCorner(n, m) = directions;
+    basis(n + static_cast<Eigen::Index>(cause), m) = 1;
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m + 1, m + 1);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(m + 1);
+    for (const Reduced& score : scores) {
+      information += basis.transpose() * score.information * basis;
+      gradient += basis.transpose() * score.gradient;
+    }
+    const auto inverse = inverseOf(information);
+    if (!inverse) continue;
+    const Eigen::VectorXd step = -*inverse * gradient;
+    double by_views = 0;
+    for (const Reduced& score : scores) {
+      const Eigen::VectorXd left = basis.transpose() * (score.gradient + score.information * basis * step);
+      const double share = inverse->row(m).dot(left);
+      by_views += share * share;
+    }
+    // The step's own freedom makes the views' shares agree a little too well.
+    const auto num_views = static_cast<double>(scores.size());
+    by_views *= num_views / std::max(1.0, num_views - 1);
+    const Eigen::VectorXd params_step = directions * step.head(m);
+    errors.push_back({.cause = static_cast<CommonCause>(cause),
+                      .value = step(m),
+                      .sigma = std::sqrt(std::max(by_views, variance * (*inverse)(m, m))),
+                      .params_step = {params_step.begin(), params_step.end()}});
   }
-  const auto inverse = inverseOf(information);
-  if (!inverse) return std::nullopt;
-  const Eigen::VectorXd step = -*inverse * gradient;
-  double by_views = 0;
-  for (const Reduced& score : scores) {
-    const Eigen::VectorXd left = basis.transpose() * (score.gradient + score.information * basis * step);
-    const double share = inverse->row(m).dot(left);
-    by_views += share * share;
-  }
-  // The step's own freedom makes the views' shares agree a little too well.
-  const auto num_views = static_cast<double>(scores.size());
-  by_views *= num_views / std::max(1.0, num_views - 1);
-  return BoardStretch{.stretch = step(m),
-                      .sigma = std::sqrt(std::max(by_views, variance * (*inverse)(m, m)))};
+  return errors;
 }
 
 std::vector<ViewInfluence> viewInfluences(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,

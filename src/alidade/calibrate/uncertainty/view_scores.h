@@ -1,41 +1,85 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
+#include <array>
+#include <cmath>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "alidade/adjust/reduced.h"
+#include "alidade/target/checkerboard.h"
 
 namespace alidade {
 
-/// The stretch of the board along its columns (x times 1 + stretch), as one further column.
-struct StretchColumn {
-  static int size() { return 1; }
-  static ExtraElements<1> elements(const CornerRows& rows, int axis) {
-    // The stretch moves the corner along the board's x, as a translation by x does.
-    return {.column = {0},
-            .value = {rows.J_px_pose[static_cast<std::size_t>(axis)][0] * rows.corner.p_board.x()}};
+/// What a calibration takes for exact, the same in all views.
+enum class CommonCause {
+  kStretch,   ///< width over height of the squares, less 1
+  kGradingX,  ///< of the squares along x: how far the edges are farther out, over the board's half width
+  kGradingY,  ///< the same along y
+  kTwist,     ///< height of the board's corners over its plane, over its half width
+  kPupil,     ///< how far the entrance pupil is nearer to the scene at 1 rad off the axis, metres
+  kFocus,     ///< share by which the focal length changes with the inverse of the distance, metres
+  kOutward,   ///< how far corners at the board's edges are seen too far from its middle, px
+};
+/// Their names, for JSON.
+inline constexpr std::array<std::string_view, 7> kCommonCauses = {
+    "stretch", "grading_x", "grading_y", "twist", "pupil_m", "focus_m", "outward_px"};
+
+/// One further column for each of them.
+class CommonColumns {
+ public:
+  CommonColumns(const Checkerboard& board, std::span<const double> params)
+      : middle_(board.middle()), focal_{params[0], params[1]} {}
+
+  static int size() { return static_cast<int>(kCommonCauses.size()); }
+  [[nodiscard]] ExtraElements<kCommonCauses.size()> elements(const CornerRows& rows, int axis) const {
+    // A point of the board moves as by a translation of the pose.
+    using Row = Eigen::Map<const Eigen::RowVector3d>;
+    const auto at = static_cast<std::size_t>(axis);
+    const Row J(rows.J_px_pose[at]);
+    const Eigen::Vector3d& p = rows.corner.p_board;
+    const Eigen::Vector3d out = p - middle_;
+    const double X = out.x() / middle_.x();
+    const double Y = out.y() / middle_.y();
+    const Eigen::Vector3d p_cam = rows.camera_from_board * p;
+    const double angle = std::atan2(p_cam.head<2>().norm(), p_cam.z());
+    const Eigen::Vector3d optical_axis = rows.camera_from_board.rotation.matrix().row(2);
+    const double distance_m = (rows.camera_from_board * middle_).norm();
+    const double* by_params = rows.J_px_params[at];
+    const double outward = std::hypot(Row(rows.J_px_pose[0]).dot(out), Row(rows.J_px_pose[1]).dot(out));
+    return {.column = {0, 1, 2, 3, 4, 5, 6},
+            .value = {J[0] * p.x(), J[0] * middle_.x() * X * X, J[1] * middle_.y() * Y * Y,
+                      J[2] * middle_.x() * X * Y, -angle * angle * J.dot(optical_axis),
+                      (focal_[0] * by_params[0] + focal_[1] * by_params[1]) / distance_m,
+                      outward > 0 ? rows.root_weight * (X * X + Y * Y) * J.dot(out) / outward : 0.0}};
   }
+
+ private:
+  Eigen::Vector3d middle_;
+  std::array<double, 2> focal_;
 };
 
-/// How far squares are from square.
-struct BoardStretch {
-  double stretch = 0;  ///< width over height of the squares, less 1
-  double sigma = 0;    ///< one standard deviation
+/// An error that all views have in common.
+struct CommonError {
+  CommonCause cause;
+  double value = 0;                      ///< in the unit of the cause
+  double sigma = 0;                      ///< one standard deviation
+  std::vector<double> params_step = {};  ///< N: what taking it into account would change
 };
 
-/// The stretch that explains the corners best, to first order (one step of Gauss and Newton with intrinsics
-/// and poses following). Its sigma is the larger of that by the corners' noise and that by how much the views
-/// disagree (White 1980, A heteroskedasticity-consistent covariance matrix estimator, by view), which
-/// a lens that does not follow its model raises. Nothing where the views do not determine it.
-/// @param scores  one a view, with StretchColumn and the loss' weights
+/// Each of the errors that explains the corners best, by itself and to first order (one step of Gauss and
+/// Newton with intrinsics and poses following). The sigma is the larger of that by the corners' noise and
+/// that by how much the views disagree (White 1980, A heteroskedasticity-consistent covariance matrix
+/// estimator, by view), which a lens that does not follow its model raises. Without those that the views do
+/// not determine.
+/// @param scores  one a view, with CommonColumns and the loss' weights
 /// @param variance  of the coordinate of a corner of weight 1, px^2
 /// @param directions  what is free among the intrinsics, see freeDirections()
-[[nodiscard]] std::optional<BoardStretch> boardStretch(std::span<const Reduced> scores,
-                                                       const Eigen::MatrixXd& directions, double variance);
+[[nodiscard]] std::vector<CommonError> commonErrors(std::span<const Reduced> scores,
+                                                    const Eigen::MatrixXd& directions, double variance);
 
 /// What leaving out one view would do, to first order.
 struct ViewInfluence {
