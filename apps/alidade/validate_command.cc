@@ -105,22 +105,28 @@ std::string reasonText(const FileJudgement& file) {
   for (const CameraJudgement& camera : file.cameras) {
     for (const FileCheck& check : camera.checks) {
       if (check.severity != worst) continue;
-      reasons.push_back((file.cameras.size() > 1 ? camera.name + ": " : "") + check.id + ": " +
-                        check.message.substr(0, check.message.find("\n  next: ")));
+      // A check that names a slip tells more than the others.
+      reasons.insert(check.mended ? reasons.begin() : reasons.end(),
+                     (file.cameras.size() > 1 ? camera.name + ": " : "") + check.id + ": " +
+                         check.message.substr(0, check.message.find("\n  next: ")));
     }
   }
   if (reasons.size() > 1) reasons[0] += fmt::format(" (and {} more)", reasons.size() - 1);
   return printable(oneLine(reasons[0]));
 }
 
-// Verdict, file, model, image size and reason.
+// Outcome, file, model, image size, and what the file states of its calibration and what is wrong with it.
 using Row = std::array<std::string, 5>;
 
 Row rowOf(const ValidationResult& result, const FileJudgement& file) {
   const std::size_t num_cameras = file.cameras.size();
+  std::string remark = reasonText(file);
+  // A file that states its calibration has one camera.
+  if (num_cameras == 1 && file.cameras[0].calibration && !result.isFailed(file))
+    remark = calibrationText(*file.cameras[0].calibration) + (remark.empty() ? "" : "; ") + remark;
   return {std::string(statusLabel(outcomeOf(result, file))), printable(file.file),
           (num_cameras > 1 ? std::to_string(num_cameras) + " " : "") + commonText(file, modelText),
-          commonText(file, cameraSizeText), reasonText(file)};
+          commonText(file, cameraSizeText), remark};
 }
 
 std::string rowsText(const std::vector<Row>& rows) {
@@ -180,11 +186,22 @@ json cameraJson(const CameraJudgement& camera) {
                       {"status", severityName(check.severity)},
                       {"values", std::move(values)},
                       {"message", check.message}});
+    if (check.mended) {
+      checks.back()["slip"] = {
+          {"id", check.slip},
+          {"parameters", parametersJson(check.mended->parameterNames(), check.mended->parameters())}};
+    }
   }
   json document = {{"name", camera.name},
                    {"model", nullptr},
                    {"image_size", orNull(camera.image_size)},
+                   {"calibration", nullptr},
                    {"checks", std::move(checks)}};
+  if (const auto& stated = camera.calibration) {
+    document["calibration"] = {{"verdict", verdictName(stated->verdict)},
+                               {"accuracy_px", stated->accuracy_px},
+                               {"covered_share", stated->covered_share}};
+  }
   if (camera.camera) {
     document["model"] = camera.camera->modelId();
     document["parameters"] = parametersJson(camera.camera->parameterNames(), camera.camera->parameters());
@@ -281,7 +298,7 @@ std::vector<CheckValue> valuesOf(const std::string& id, const HeldOutJudgement& 
             {"num_corners", static_cast<double>(judgement.num_corners)},
             {"num_views", static_cast<double>(judgement.views.size())}};
   }
-  if (id != "images_agree" || !judgement.difference) return {};
+  if (!judgement.difference) return {};
   return {{"p95_px", judgement.difference->p95_px},
           {"tolerance_px", tolerance_px},
           {"covered_share", judgement.covered_share}};
@@ -370,6 +387,34 @@ class ValidateCommand final : public Command {
     for (const std::string& note : given_->notes) printMessage("note: " + note);
   }
 
+  void testOnImages(const CameraRecord& record, CameraJudgement& judgement) const {
+    const auto add = [&](const Diagnosis& check) -> FileCheck& {
+      return judgement.checks.emplace_back(fileCheck(check));
+    };
+    const auto& stated = record.calibration;
+    const HeldOutJudgement on_images =
+        judgeOnImages(compared(record), given_->board, given_->views,
+                      {.is_covariance_by_views = stated && stated->is_covariance_by_views,
+                       .jobs = common_.jobs,
+                       .cancel = cancel_});
+    bool is_decided = true;
+    for (const Diagnosis& check : heldOutChecks(on_images, tolerance_px_)) {
+      add(check).values = valuesOf(check.id, on_images, tolerance_px_);
+      is_decided = is_decided && !check.is_undecided;
+    }
+    if (const Slip* const slip = namedSlip(on_images, tolerance_px_)) {
+      judgement.checks.back().slip = slip->id;
+      judgement.checks.back().mended = slip->mended;
+    }
+    if (stated && std::isfinite(stated->accuracy_px)) {
+      FileCheck& check = add(statedAccuracyCheck(stated->accuracy_px, on_images));
+      check.values = {{"stated_px", stated->accuracy_px}};
+      if (on_images.difference) check.values.push_back({"measured_px", on_images.difference->p95_px});
+    }
+    if (stated && !stated->view_centers.empty()) add(ownImagesCheck(stated->view_centers, given_->views));
+    judgement.can_show_slips = judgement.can_show_slips || is_decided;
+  }
+
   // Adds the checks on images and against the other camera, as far as they were asked for. Thread-safe
   // without images.
   void compare(const StatedCamera& camera, const std::string& file, CameraJudgement& judgement) const {
@@ -380,31 +425,13 @@ class ValidateCommand final : public Command {
         judgement.checks.push_back({.severity = Severity::kFailure, .id = id, .message = error.what()});
       }
     };
-    const auto add = [&](const Diagnosis& check) -> FileCheck& {
-      return judgement.checks.emplace_back(fileCheck(check));
-    };
     if (given_) {
-      attempt("held_out_error", [&](const CameraRecord& record) {
-        const Checkerboard& board = given_->board;
-        const HeldOutJudgement on_images = judgeOnImages(
-            compared(record), board, given_->views,
-            {.is_covariance_by_views = record.calibration && record.calibration->is_covariance_by_views,
-             .jobs = common_.jobs,
-             .cancel = cancel_});
-        bool is_decided = true;
-        for (const Diagnosis& check : heldOutChecks(on_images, tolerance_px_)) {
-          add(check).values = valuesOf(check.id, on_images, tolerance_px_);
-          is_decided = is_decided && !check.is_undecided;
-        }
-        if (record.calibration && !record.calibration->view_centers.empty())
-          add(ownImagesCheck(record.calibration->view_centers, given_->views));
-        if (is_decided) judgement.can_show_slips = true;
-      });
+      attempt("held_out_error", [&](const CameraRecord& record) { testOnImages(record, judgement); });
     }
     if (other_) {
       attempt("against", [&](const CameraRecord& record) {
         const Diagnosis check = againstCheck(compared(record), compared(*other_), tolerance_px_);
-        add(check);
+        judgement.checks.push_back(fileCheck(check));
         if (!check.is_undecided) judgement.can_show_slips = true;
       });
     }
@@ -431,7 +458,7 @@ class ValidateCommand final : public Command {
 
   // Nothing: a file of a folder that is not a camera file.
   [[nodiscard]] std::optional<FileJudgement> judge(const ListedFile& file) const {
-    FileJudgement judgement{.file = file.path, .format = {}, .error = {}, .cameras = {}};
+    FileJudgement judgement{.file = file.path};
     try {
       const CameraSource source = readListed(file);
       judgement.format = source.format;

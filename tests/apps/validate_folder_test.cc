@@ -10,6 +10,7 @@
 #include "alidade/files.h"
 #include "alidade/files/formats/camera_format.h"
 #include "apps/command_line.h"
+#include "files/formats/examples.h"
 
 namespace alidade {
 namespace {
@@ -28,8 +29,7 @@ AnyCamera goodCamera() {
 const std::vector<std::pair<std::string, std::string>> kWritten = {
     {"alidade", ".yaml"}, {"opencv", ".yml"},      {"opencv", ".xml"},     {"opencv", ".json"},
     {"ros", ".yaml"},     {"kalibr", ".yaml"},     {"colmap", ".txt"},     {"mrcal", ".cameramodel"},
-    {"basalt", ".json"},  {"nerfstudio", ".json"}, {"camodocal", ".yaml"}, {"orbslam", ".yaml"},
-    {"matlab", ".json"}};
+    {"basalt", ".json"},  {"nerfstudio", ".json"}, {"camodocal", ".yaml"}, {"matlab", ".json"}};
 
 std::string written(const std::string& format, const std::string& extension) {
   const NamedCamera named{.name = "", .camera = goodCamera(), .image_size = kSize};
@@ -74,6 +74,20 @@ std::string opencvText(const Numbers& n) {
       "0.4, 0.5, "
       "0.6,\n       0.1, 0.2, 0.3, 0.4, 0.5, 0.6 ]\n",
       n.width, n.height, n.fx, n.cx, n.fy, n.cy, n.coefficients);
+}
+
+// As OpenCV's sample stereo_calib.cpp writes it from the photographs of its samples: a pair, no image size.
+std::string stereoText(const std::string& left_coefficients) {
+  const std::string tail = "\n   cols: 3\n   dt: d\n   data: [ ";
+  return "%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3" + tail +
+         "533.98794545095393, 0., 328.38647470393420, 0., 528.71081491500581, 236.84272837245879, 0., 0., 1. "
+         "]\n"
+         "D1: !!opencv-matrix\n   rows: 1\n   cols: 14\n   dt: d\n   data: [ " +
+         left_coefficients + " ]\nM2: !!opencv-matrix\n   rows: 3" + tail +
+         "533.98794545095393, 0., 313.77033540418699, 0., 528.71081491500581, 241.87045349503515, 0., 0., 1. "
+         "]\n"
+         "D2: !!opencv-matrix\n   rows: 1\n   cols: 14\n   dt: d\n"
+         "   data: [ -0.26296, -0.01215, 0., 0., 0., 0., 0., -0.1951, 0., 0., 0., 0., 0., 0. ]\n";
 }
 
 std::string kalibrText(const Numbers& n) {
@@ -129,6 +143,8 @@ std::vector<std::string> writeSoundFiles(const ScratchFolder& scratch) {
     add(format + "/written" + extension, written(format, extension));
   add("ros/ost.yaml", rosText({}));
   add("opencv/out_camera_data.yml", opencvText({}));
+  add("opencv/intrinsics.yml",
+      stereoText("-0.25897, -0.12619, 0., 0., 0., 0., 0., -0.39963, 0., 0., 0., 0., 0., 0."));
   add("kalibr/camchain.yaml",
       kalibrText({.width = 752, .fx = 458.654, .fy = 457.296, .cx = 367.215, .cy = 248.375}));
   add("orbslam/EuRoC.yaml", orbslamText({.fx = 458.654, .fy = 457.296, .cx = 367.215, .cy = 248.375}));
@@ -150,14 +166,14 @@ std::map<std::string, std::string> writeWrongFiles(const ScratchFolder& scratch)
   const std::string alidade = written("alidade", ".yaml");
   // Other units.
   add("in_mm.yaml", rosText({.fx = 0.5331, .fy = 0.5334}), "focal_length");
-  add("in_metres.yml", opencvText({.fx = 0.0031, .fy = 0.0031}), "focal_length");
+  add("negative.yml", opencvText({.fx = -533.1}), "expected a positive focal length");
+  add("nan.yml", replaced(opencvText({}), "[ 533.1,", "[ .NaN,"), "expected a finite number");
   add("normalised.yaml", kalibrText({.width = 752, .fx = 0.61, .fy = 0.95, .cx = 0.488, .cy = 0.517}),
       "focal_length");
   add("normalised_without_size.yaml", orbslamText({.fx = 0.61, .fy = 0.95, .cx = 0.488, .cy = 0.517}),
       "focal_length");
   // Images of another size.
   add("half_size.yaml", handText("width: 1280, height: 960", kHandParameters), "principal_point");
-  add("double_size.yaml", rosText({.fx = 1066, .fy = 1067, .cx = 685.5, .cy = 468.3}), "principal_point");
   add("other_shape.yaml", rosText({.width = 1280, .height = 720}), "principal_point");
   add("portrait.yml", opencvText({.width = 480, .height = 640}), "principal_point");
   // The principal point.
@@ -202,6 +218,10 @@ void writeOtherFiles(const ScratchFolder& scratch) {
   scratch.write("set/README.txt", "See the folders: camera_matrix: and more\n");
   scratch.write("set/scene.yaml", readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"));
   scratch.write("set/template.json", "{{ not json }}\n");
+  // The ROS calibrator writes it beside ost.yaml.
+  scratch.write("set/sound/ros/ost.txt",
+                "# oST version 5.0 parameters\n\n\n[image]\n\nwidth\n640\n\nheight\n480\n\n"
+                "[narrow_stereo]\n\ncamera matrix\n533.1 0 342.5\n0 533.4 233.9\n0 0 1\n");
 }
 
 // What the reason has to contain: the failed checks of a file, or its error.
@@ -248,13 +268,13 @@ TEST(ValidateFolder, TellsSoundFilesFromWrongOnes) {
                                                      {"passed", 20},
                                                      {"passed_with_warnings", 0},
                                                      {"failed", 20},
-                                                     {"other_files", 7}}));
-    EXPECT_EQ(document.at("other_files").size(), 7u);
+                                                     {"other_files", 8}}));
+    EXPECT_EQ(document.at("other_files").size(), 8u);
   }
   const RunResult table = runAlidade({"validate", scratch.path("set")});
   EXPECT_EQ(std::count(table.out.begin(), table.out.end(), '\n'), 41);
   EXPECT_THAT(table.out,
-              testing::EndsWith("\n40 files: 20 passed, 20 failed; 7 other files without a camera\n"));
+              testing::EndsWith("\n40 files: 20 passed, 20 failed; 8 other files without a camera\n"));
   EXPECT_EQ(table.err, "");
   const RunResult failures = runAlidade({"validate", scratch.path("set"), "--quiet"});
   EXPECT_EQ(std::count(failures.out.begin(), failures.out.end(), '\n'), 20);
@@ -271,6 +291,38 @@ TEST(ValidateFolder, PassesEverySoundFileByItself) {
     ++num_passed;
   }
   EXPECT_EQ(num_passed, 20);
+}
+
+TEST(ValidateFolder, PassesWhatToolsWrite) {
+  const ScratchFolder scratch;
+  std::size_t num_written = 0;
+  for (const FormatExample& example : formatExamples()) {
+    const char first = example.text[example.text.find_first_not_of(" \n")];
+    const bool is_json = first == '{' && example.format != "mrcal";
+    const char* extension = first == '<' ? ".xml" : is_json ? ".json" : first == '#' ? ".txt" : ".yaml";
+    scratch.write(fmt::format("set/{}_{}{}", example.format, num_written++, extension), example.text);
+  }
+  EXPECT_GE(num_written, 30u);
+  for (const char* flag : {"--verbose", "--strict"}) {
+    const RunResult result = runAlidade({"validate", scratch.path("set"), "--json", flag});
+    EXPECT_THAT(result, EndsWith(0)) << result.out;
+    EXPECT_EQ(nlohmann::json::parse(result.out).at("totals").at("passed"), num_written);
+  }
+}
+
+// OpenCV ships a pair of which the first camera has the coefficients of another lens: on the photographs of
+// the samples it is off by 16 px.
+TEST(ValidateFolder, WarnsOfOpenCvsOwnPair) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write(
+      "intrinsics.yml", stereoText("0.29589, -1.03547, 0., 0., 0., 0., 0., 0., 0., 0., 0., 0., 0., 0."));
+  const RunResult result = runAlidade({"validate", file});
+  EXPECT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out,
+              AllOf(testing::StartsWith("WARN  "), HasSubstr("1: one_to_one: the distortion folds over"),
+                    HasSubstr("% of an image of 658x475 px around the principal point has a ray")));
+  EXPECT_THAT(runAlidade({"validate", file, "--strict"}), EndsWith(3));
+  EXPECT_THAT(runAlidade({"validate", file, "--image-size", "640x480"}), EndsWith(3));
 }
 
 }  // namespace

@@ -128,7 +128,7 @@ TEST(Validate, FailsAFileThatSaysItIsNotToBeTrusted) {
   ASSERT_THAT(scratch.read("pinhole.yaml"), HasSubstr("verdict: rejected"));
   const RunResult result = runAlidade({"validate", file});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.out, HasSubstr("calibration: the verdict was 'rejected'"));
+  EXPECT_THAT(result.out, HasSubstr("calibration: the verdict was rejected"));
 }
 
 // The check of this id in the report on one file.
@@ -175,6 +175,53 @@ TEST(Validate, TestsACameraOnImages) {
   EXPECT_THAT(
       runAlidade({"validate", wrong, "--images", dataPath("corners.csv"), "--tolerance", "20", "--json"}),
       EndsWith(0));
+}
+
+TEST(Validate, NamesASlipWithTheMendedNumbers) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write(
+      "slip.yaml", replaced(readFile(withFocal(scratch, "535", "534")), "k1: -0.28", "k1: 0.28"));
+  const std::vector<std::string> args = {"validate", file, "--images", dataPath("corners.csv")};
+  const RunResult table = runAlidade(args);
+  EXPECT_THAT(table, EndsWith(3));
+  // Before what fails for the same reason.
+  EXPECT_THAT(table.out, AllOf(HasSubstr("  images_agree: "),
+                               HasSubstr("k1 has the wrong sign: k1 -0.28 instead of 0.28")));
+  const RunResult result = runAlidade({"validate", file, "--images", dataPath("corners.csv"), "--json"});
+  EXPECT_EQ(checkOf(result, "images_agree").at("slip").at("id"), "k1_sign");
+  EXPECT_EQ(checkOf(result, "images_agree").at("slip").at("parameters").at("k1"), -0.28);
+  EXPECT_FALSE(checkOf(result, "held_out_error").contains("slip"));
+}
+
+TEST(Validate, ShowsTheStatedAccuracyAndWhetherImagesAgreeWithIt) {
+  const ScratchFolder scratch;
+  constexpr std::size_t kViews = 30;
+  const auto cornersOf = [&](std::uint64_t seed) {
+    const AnyCamera camera = AnyCamera::make(
+        "radtan", std::vector<double>{535, 534, 322.5, 238.1, -0.28, 0.08, 8e-4, -4e-4, -0.01});
+    return scratch.write(
+        std::to_string(seed) + ".csv",
+        cornersText(simulateSet(camera, {.width = 640, .height = 480}, kViews, 0.1, seed), kViews));
+  };
+  const std::string file = scratch.path("camera.yaml");
+  ASSERT_THAT(runAlidade({"calibrate", cornersOf(1), "--model", "radtan", "-o", file}), EndsWith(0));
+  const RunResult table = runAlidade({"validate", file});
+  EXPECT_THAT(table.out,
+              MatchesRegex("PASS  .*  640x480  [a-z_]+, within [0-9.]+ px \\(95 %\\) over [0-9]+ % of the "
+                           "image\n1 file: 1 passed, 0 failed\n"));
+  const RunResult images = runAlidade({"validate", file, "--images", cornersOf(2), "--json"});
+  const auto stated =
+      nlohmann::json::parse(images.out).at("files").at(0).at("cameras").at(0).at("calibration");
+  EXPECT_GT(stated.at("accuracy_px").get<double>(), 0);
+  EXPECT_GT(stated.at("covered_share").get<double>(), 0.3);
+  EXPECT_LE(stated.at("covered_share").get<double>(), 1);
+  EXPECT_THAT(stated.at("verdict").get<std::string>(), AnyOf("trustworthy", "usable_with_reservations"));
+  EXPECT_EQ(checkOf(images, "stated_accuracy").at("status"), "pass");
+  EXPECT_EQ(checkOf(images, "stated_accuracy").at("values").at("stated_px"), stated.at("accuracy_px"));
+  // Nothing is known of a file by hand.
+  const RunResult bare = runAlidade({"validate", dataPath("camera.yaml"), "--json"});
+  EXPECT_TRUE(
+      nlohmann::json::parse(bare.out).at("files").at(0).at("cameras").at(0).at("calibration").is_null());
 }
 
 // What is said at the end goes by what was asked: images and another camera can show a wrong number.

@@ -231,11 +231,14 @@ FileCheck checkOneToOne(const CheckedNumbers& numbers, const DomainCertificate& 
   FileCheck check{
       .severity = Severity::kPass,
       .id = "one_to_one",
-      .message = fmt::format("every pixel has one ray, up to {:.1f} degrees off-axis", degrees),
+      .message = fmt::format("100 % of the image has a ray, up to {:.1f} degrees off-axis", degrees),
       .values = {
           {"ray_share", share}, {"limit", 1 - kMaxFolded}, {"max_angle_rad", domain.cone.max_angle_rad}}};
   if (domain.full_image) return check;
-  const std::string percent = fmt::format("{:.2f} % of the image has a ray", 100 * share);
+  const std::string percent = fmt::format(
+      "{:.2f} % of {} has a ray", 100 * share,
+      numbers.is_size_guessed ? "an image of " + sizeText(numbers.size) + " px around the principal point"
+                              : "the image");
   if (!foldsInsideImage(domain)) {
     // A wide lens leaves the corners of the image dark.
     check.severity = Severity::kNote;
@@ -343,27 +346,20 @@ FileCheck checkCovariance(const CameraRecord& record) {
                      (is_semidefinite ? "it contradicts parameter_std" : "a variance is negative")};
 }
 
-FileCheck checkVerdict(Verdict verdict) {
-  const std::string message = "the verdict was '" + std::string(verdictName(verdict)) + "'";
-  if (verdict == Verdict::kNo) {
-    return {.severity = Severity::kFailure,
-            .id = "calibration",
-            .message = message + ": the camera must not be used"};
-  }
-  return {.severity = verdict == Verdict::kTrustworthy ? Severity::kPass : Severity::kNote,
+FileCheck checkVerdict(const CalibrationRecord& stated) {
+  const bool is_rejected = stated.verdict == Verdict::kNo;
+  return {.severity = is_rejected                               ? Severity::kFailure
+                      : stated.verdict == Verdict::kTrustworthy ? Severity::kPass
+                                                                : Severity::kNote,
           .id = "calibration",
-          .message = message};
+          .message = "the verdict was " + calibrationText(stated) +
+                     (is_rejected ? ": the camera must not be used" : "")};
 }
 
 // What the file says of the camera, with the size to check it by.
 CameraRecord recordToCheck(const StatedCamera& stated) {
   if (stated.own) return *stated.own;
-  return {.camera = stated.camera,
-          .image_size = stated.image_size.value_or(sizeAround(stated.camera)),
-          .domain = {},
-          .self_check = {},
-          .calibration = {},
-          .created_by = {}};
+  return {.camera = stated.camera, .image_size = stated.image_size.value_or(sizeAround(stated.camera))};
 }
 
 }  // namespace
@@ -383,6 +379,16 @@ ImageSize sizeAround(const AnyCamera& camera) {
   return {.width = side(camera.parameters()[2]), .height = side(camera.parameters()[3])};
 }
 
+std::string calibrationText(const CalibrationRecord& stated) {
+  std::string text(verdictName(stated.verdict));
+  if (!std::isfinite(stated.accuracy_px)) return text;
+  constexpr double kLeastPx = 1e-4;  // of corners without noise
+  text += fmt::format(", within {:.3g} px (95 %)", std::max(stated.accuracy_px, kLeastPx));
+  if (std::isfinite(stated.covered_share))
+    text += fmt::format(" over {:.0f} % of the image", 100 * stated.covered_share);
+  return text;
+}
+
 std::vector<FileCheck> checkCamera(const CameraRecord& record, const RecordContext& context) {
   const DomainCertificate domain = certifyDomain(record.camera, record.image_size);
   const SelfCheckOutcome self_check = runSelfCheck(record.camera, record.image_size, record.self_check);
@@ -399,7 +405,7 @@ std::vector<FileCheck> checkCamera(const CameraRecord& record, const RecordConte
   if (record.domain) checks.push_back(checkDomainClaim(*record.domain, domain));
   if (!record.calibration) return checks;
   if (!record.calibration->covariance.empty()) checks.push_back(checkCovariance(record));
-  checks.push_back(checkVerdict(record.calibration->verdict));
+  checks.push_back(checkVerdict(*record.calibration));
   return checks;
 }
 
@@ -419,7 +425,7 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
   CameraJudgement judgement{.name = cameraLabel(stated),
                             .camera = stated.camera,
                             .image_size = stated.image_size,
-                            .checks = {},
+                            .calibration = stated.own ? stated.own->calibration : std::nullopt,
                             .can_show_slips = stated.own && !stated.own->self_check.empty()};
   judgement.checks = checkCamera(recordToCheck(stated), {.is_size_guessed = !stated.image_size,
                                                          .rectified_center = stated.rectified_center});
@@ -440,8 +446,6 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
 
 CameraJudgement judgeRefused(const RefusedCamera& camera, const std::string& file) {
   return {.name = cameraLabel(camera),
-          .camera = std::nullopt,
-          .image_size = std::nullopt,
           .checks = {{.severity = Severity::kFailure,
                       .id = "model",
                       .message = withoutPath(camera.reason.what(), cameraFilePath(file))}}};

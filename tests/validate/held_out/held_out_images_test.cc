@@ -194,6 +194,21 @@ TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   EXPECT_THAT(other[1].cause, testing::Not(HasSubstr("half a pixel")));
 }
 
+TEST(HeldOutImages, SayWhetherTheStatedAccuracyHolds) {
+  const DrawnCamera drawn = ordinaryCamera();
+  const UserSet set = viewsOf(drawn, 30, 3);
+  const HeldOutJudgement right = judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views);
+  const double measured_px = right.difference->p95_px;
+  EXPECT_EQ(statedAccuracyCheck(1.1 * measured_px, right).severity, Severity::kPass);
+  // Too good for these images to confirm; they do not contradict it either.
+  EXPECT_EQ(statedAccuracyCheck(0.5 * measured_px, right).severity, Severity::kNote);
+  const AnyCamera tested = spoiled(drawn.camera, Wrong::kFocal);
+  const HeldOutJudgement wrong = judgeOnImages({&tested, drawn.size}, set.board, set.views);
+  const Diagnosis check = statedAccuracyCheck(measured_px, wrong);
+  EXPECT_EQ(check.severity, Severity::kWarning);
+  EXPECT_THAT(check.cause, HasSubstr("exceeds the stated"));
+}
+
 // A camera may be so wrong that the change it would need leaves the parameters' range, or looks like another
 // one.
 TEST(HeldOutImages, RejectGrosslyWrongCamerasWithoutAWrongName) {
@@ -266,9 +281,11 @@ TEST(HeldOutImages, SayThatACameraIsFarOffWhereNoChangeExplainsIt) {
   wrongs[0][0] = wrongs[0][1] = 1500;  // with the principal point elsewhere too
   wrongs[0][2] = 100;
   wrongs[0][3] = 400;
-  wrongs[1][4] = -good[4];  // a sign
-  wrongs[2][0] *= 1.3;      // one of the two
-  wrongs[3][2] += 80;       // two numbers
+  wrongs[1][4] = -good[4];  // a sign and a focal length
+  wrongs[1][0] *= 1.1;
+  wrongs[2][0] *= 1.3;  // each by something else
+  wrongs[2][1] *= 0.8;
+  wrongs[3][2] += 80;  // two numbers
   wrongs[3][4] *= 0.5;
   int num_checked = 0;
   for (const std::vector<double>& wrong : wrongs) {

@@ -14,6 +14,7 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
@@ -196,10 +197,12 @@ std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
 
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   if (isCalibratorIni(document.text())) {
-    throw inputError({.where = document.file(),
-                      .found = "found the INI file (ost.txt) of the ROS calibrator",
-                      .expected = "its YAML file, which also states the distortion model",
-                      .next_step = "use ost.yaml, which the calibrator writes to the same folder"});
+    // In a folder the camera is read from the file beside it.
+    throw NotACameraFile(
+        inputError({.where = document.file(),
+                    .found = "found the INI file (ost.txt) of the ROS calibrator",
+                    .expected = "its YAML file, which also states the distortion model",
+                    .next_step = "use ost.yaml, which the calibrator writes to the same folder"}));
   }
   const YamlNode& root = document.root();
   const Names& names = *namesOf(document);

@@ -115,6 +115,19 @@ const NeededChange* otherPixelOrigin(const std::vector<NeededChange>& changes) {
   return is_other ? &surest : nullptr;
 }
 
+// The part of the difference to the freed camera that is not chance, px.
+double surePx(const HeldOutJudgement& judgement) {
+  return judgement.overall ? judgement.overall->sure_share * judgement.difference->p95_px : 0.0;
+}
+
+std::string differenceText(const HeldOutJudgement& judgement) {
+  return fmt::format(
+      "{:.3g} px (95 %), at least {:.3g} px of it real, over the {:.0f} % of the image where boards were; "
+      "known to within {:.2g} px",
+      judgement.difference->p95_px, surePx(judgement), 100 * judgement.covered_share,
+      judgement.significance->expected_rms_px);
+}
+
 // Compares a camera with the one that the images give by themselves.
 class ImagesAgree {
  public:
@@ -129,6 +142,9 @@ class ImagesAgree {
     return check_;
   }
 
+  // The slip that check() named; may be nothing.
+  [[nodiscard]] const Slip* slip() const { return slip_; }
+
  private:
   void judge() {
     if (!judgement_.freed) {
@@ -142,6 +158,7 @@ class ImagesAgree {
           "the images do not match the camera, which does not see their boards from any pose; RMS {:.3g} px "
           "with its parameters refitted",
           judgement_.freed_rms_px);
+      if (const std::string reason = explanation(); !reason.empty()) check_.cause += "; " + reason;
       return;
     }
     if (!judgement_.difference || !judgement_.significance) {
@@ -159,11 +176,7 @@ class ImagesAgree {
           "the camera calibrated from these images cannot be compared; " + evidenceText() + "; " + kMore;
       return;
     }
-    const double sure_px = judgement_.overall ? judgement_.overall->sure_share * difference.p95_px : 0.0;
-    check_.evidence = fmt::format(
-        "{:.3g} px (95 %), at least {:.3g} px of it real, over the {:.0f} % of the image where boards were; "
-        "known to within {:.2g} px",
-        difference.p95_px, sure_px, 100 * judgement_.covered_share, judgement_.significance->expected_rms_px);
+    check_.evidence = differenceText(judgement_);
     if ((is_other && difference.p95_px > tolerance_px_) || isAnyNeeded() || isFarOff()) {
       reject();
     } else {
@@ -173,9 +186,10 @@ class ImagesAgree {
     if (origin == nullptr || check_.severity == Severity::kFailure) return;
     check_.severity = Severity::kWarning;
     check_.is_undecided = false;
-    check_.cause = textOf(*origin) +
-                   ": half a pixel, as if the pixel origin of the file differed from that of its format; " +
-                   check_.cause;
+    for (const Slip& slip : judgement_.slips) {
+      if (slip.id == "pixel_origin" && (slip_ == nullptr || slip.rms_px < slip_->rms_px)) slip_ = &slip;
+    }
+    check_.cause = (slip_ != nullptr ? slip_->text + "; " : "") + textOf(*origin) + "; " + check_.cause;
   }
 
   // Another camera than that of the images: fails, unless what the images say cannot be trusted itself.
@@ -185,8 +199,8 @@ class ImagesAgree {
     check_.cause = is_usable ? "the images do not match the camera"
                              : "the images do not seem to match the camera, but the calibration from these "
                                "images cannot be trusted";
-    if (const NeededChange* const reason = explanation()) {
-      check_.cause += ": if nothing else is wrong, " + textOf(*reason);
+    if (const std::string reason = explanation(); !reason.empty()) {
+      check_.cause += ": " + reason;
     } else {
       check_.cause += isFarOff() ? ": it is far off, and no" : ": no";
       check_.cause +=
@@ -220,42 +234,58 @@ class ImagesAgree {
                        [&](const NeededChange& change) { return isNeeded(change); });
   }
 
-  // Whether the errors that a change leaves are about those that are left with all parameters free. Where
-  // what remains is larger than the images' own errors (in squares, so that together they are 1.4 times as
-  // long), the camera is not the images' one after the change either, and whoever made it would have been
-  // misled. Of changes that were brought to rest.
-  [[nodiscard]] bool isCloseToFreed(const NeededChange& change) const {
+  // Whether errors of this size, px, are about those that are left with all parameters free. Where what
+  // remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
+  // the camera is not the images' one after the change either, and whoever made it would have been misled.
+  [[nodiscard]] bool isCloseToFreed(double rms_px) const {
     const double freed_px = std::max(judgement_.freed_rms_px, std::numbers::sqrt2 * kFinestPx);
-    return beyond(change.refined->rms_px, freed_px) <= freed_px;
+    return beyond(rms_px, freed_px) <= freed_px;
   }
 
-  // The needed change that by itself explains most of what the images have against the camera: of the mean
-  // square of its errors less that of the freed one's, the share that it takes away, poses refitted. Where
-  // none does, something else is wrong, and a single change would be the wrong name for it. Where errors are
-  // small all through, being close to the freed camera says nothing, and the share tells the change that is
-  // needed from one that merely helps.
-  [[nodiscard]] const NeededChange* explanation() const {
+  // The slip or needed change that by itself explains most of what the images have against the camera: of the
+  // mean square of its errors less that of the freed one's, the share that it takes away, poses refitted.
+  // Where none does, something else is wrong, and a single change would be the wrong name for it. Where
+  // errors are small all through, being close to the freed camera says nothing, and the share tells the
+  // change that is needed from one that merely helps. Of several the Bayesian information criterion chooses:
+  // a change always fits a little better than a slip, for it has a number more.
+  [[nodiscard]] std::string explanation() {
     constexpr double kMost = 0.7;
     const auto square = [](double x) { return x * x; };
     const double fixed = square(judgement_.fixed_rms_px);
     const double excess = fixed - square(judgement_.freed_rms_px);
-    const NeededChange* best = nullptr;
-    double best_share = kMost;
-    for (const NeededChange& change : judgement_.changes) {
-      if (!isNeeded(change) || !change.refined || !isCloseToFreed(change)) continue;
-      const double share = excess > 0 ? (fixed - square(change.refined->rms_px)) / excess : 0.0;
-      if (!(share >= best_share)) continue;
-      best_share = share;
-      best = &change;
+    // As in misfitSigmas(), a view brings two numbers, however many corners it has.
+    const double count = 2.0 * static_cast<double>(judgement_.freed->fit.views.size());
+    double best_score = std::numeric_limits<double>::infinity();
+    const auto isBest = [&](double rms_px, int num_free) {
+      // A camera that does not see all corners has no mean of all errors to take from.
+      const double share =
+          judgement_.num_unseen > 0 ? 1.0 : (excess > 0 ? (fixed - square(rms_px)) / excess : 0.0);
+      const double score = count * std::log(square(std::max(rms_px, kFinestPx))) + num_free * std::log(count);
+      if (!isCloseToFreed(rms_px) || !(share >= kMost) || !(score < best_score)) return false;
+      best_score = score;
+      return true;
+    };
+    std::string best;
+    for (const Slip& slip : judgement_.slips) {
+      // Numbers from a calibration that cannot be trusted mend nothing.
+      if (slip.num_free > 0 && isFreedWrong(*judgement_.freed)) continue;
+      if (!isBest(slip.rms_px, slip.num_free)) continue;
+      slip_ = &slip;
+      best = slip.text;
     }
-    return best;
+    for (const NeededChange& change : judgement_.changes) {
+      if (!isNeeded(change) || !change.refined || !isBest(change.refined->rms_px, 1)) continue;
+      slip_ = nullptr;
+      best = textOf(change);
+    }
+    return best.empty() ? best : "if nothing else is wrong, " + best;
   }
 
   // What is beyond chance but not beyond the tolerance, and what may be.
   [[nodiscard]] std::string hintText() const {
     for (const NeededChange& change : judgement_.changes) {
       if (!change.isHint() || change.change == CameraChange::kPixelOrigin) continue;
-      if (!change.refined || (judgement_.freed && !isCloseToFreed(change))) continue;
+      if (!change.refined || (judgement_.freed && !isCloseToFreed(change.refined->rms_px))) continue;
       if (!change.estimate.isSignificant()) return "; a hint, not a proof: " + textOf(change);
       if (change.p95_px <= tolerance_px_)
         return fmt::format("; off, but by less than the tolerance ({:.2g} px): {}", change.p95_px,
@@ -291,6 +321,7 @@ class ImagesAgree {
 
   const HeldOutJudgement& judgement_;
   double tolerance_px_;
+  const Slip* slip_ = nullptr;
   // Whatever warns here does so for want of evidence, with one exception.
   Diagnosis check_{.severity = Severity::kWarning,
                    .id = "images_agree",
@@ -303,6 +334,31 @@ class ImagesAgree {
 
 std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
   return {heldOutErrorCheck(judgement, tolerance_px), ImagesAgree(judgement, tolerance_px).check()};
+}
+
+const Slip* namedSlip(const HeldOutJudgement& judgement, double tolerance_px) {
+  ImagesAgree agree(judgement, tolerance_px);
+  static_cast<void>(agree.check());
+  return agree.slip();
+}
+
+Diagnosis statedAccuracyCheck(double accuracy_px, const HeldOutJudgement& judgement) {
+  const bool is_measured = judgement.freed && !isFreedWrong(*judgement.freed) && judgement.difference &&
+                           judgement.significance && isComparable(*judgement.difference);
+  Diagnosis check{
+      .severity = Severity::kNote,
+      .id = "stated_accuracy",
+      .cause = fmt::format("the images cannot show whether the camera is within the stated {:.3g} px",
+                           accuracy_px),
+      .evidence = is_measured ? differenceText(judgement) : ""};
+  if (is_measured && judgement.difference->p95_px <= accuracy_px) {
+    check.severity = Severity::kPass;
+    check.cause = fmt::format("the measured error agrees with the stated {:.3g} px", accuracy_px);
+  } else if (is_measured && surePx(judgement) > accuracy_px) {
+    check.severity = Severity::kWarning;
+    check.cause = fmt::format("the measured error exceeds the stated {:.3g} px", accuracy_px);
+  }
+  return check;
 }
 
 Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {

@@ -20,6 +20,13 @@ inline constexpr double kDefaultTolerancePx = 0.2;
 /// warning.
 [[nodiscard]] std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px);
 
+/// The slip that `images_agree` names; nothing if it names none.
+[[nodiscard]] const Slip* namedSlip(const HeldOutJudgement& judgement, double tolerance_px);
+
+/// The check `stated_accuracy`: whether the camera is as near to the one that the images show as its file
+/// states. A note where the images cannot tell.
+[[nodiscard]] Diagnosis statedAccuracyCheck(double accuracy_px, const HeldOutJudgement& judgement);
+
 /// The check `against`: the difference to another camera, the rotation taken out.
 [[nodiscard]] Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
                                      double tolerance_px);

@@ -188,11 +188,13 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
 
 // What a change would do, where it is worth mentioning.
 NeededChange measured(CameraChange change, const StepEstimate& estimate, const ComparedCamera& tested,
-                      const ChangeEvidence& evidence, const std::vector<Eigen::Vector2d>& covered) {
+                      const PosedViews* freed, double noise_variance,
+                      const std::vector<Eigen::Vector2d>& covered) {
   NeededChange needed{.change = change, .estimate = estimate};
   if (!needed.isHint()) return needed;
   needed.p95_px = std::numeric_limits<double>::infinity();
-  needed.refined = refitChange(*tested.camera, change, evidence);
+  if (freed != nullptr)
+    needed.refined = refitChange(*tested.camera, change, *freed, noise_variance, tested.covariance);
   const auto other = changed(*tested.camera, change, estimate.amount);
   if (!other) return needed;
   const ProjectionDifference difference =
@@ -205,15 +207,14 @@ void testAsItIs(const ComparedCamera& tested, const PosedViews& held, const Pose
                 const std::vector<Eigen::Vector2d>& covered, HeldOutJudgement& judgement) {
   if (covered.size() < kFewestPixels || !std::isfinite(judgement.noise_sigma_px)) return;
   const double sigma_px = std::max(judgement.noise_sigma_px, kFinestPx);
-  const auto scores = HeldScores::make(*tested.camera, held, freed, sigma_px * sigma_px, tested.covariance);
+  const double variance = sigma_px * sigma_px;
+  const auto scores = HeldScores::make(*tested.camera, held, freed, variance, tested.covariance);
   if (!scores) return;
   judgement.overall = scores->overall();
-  const ChangeEvidence evidence{
-      .held = &held, .freed = freed, .noise_variance = sigma_px * sigma_px, .covariance = tested.covariance};
   for (const CameraChange change : kAllCameraChanges) {
     const Eigen::VectorXd direction = directionOf(change, *tested.camera);
     const auto estimate = direction.size() > 0 ? scores->along(direction) : std::nullopt;
-    if (estimate) judgement.changes.push_back(measured(change, *estimate, tested, evidence, covered));
+    if (estimate) judgement.changes.push_back(measured(change, *estimate, tested, freed, variance, covered));
   }
   std::stable_sort(
       judgement.changes.begin(), judgement.changes.end(),
@@ -275,6 +276,11 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard&
     tested.covariance = DenseMatrix(variance_ratio * tested.covariance->view());
   if (judgement.freed) compareWithFreed(tested, covered, variance_ratio, judgement);
   testAsItIs(tested, held, freed, covered, judgement);
+  if (judgement.freed) {
+    PosedViews all{.fit = judgement.freed->fit, .weights = {}};
+    all.fit.loss = kNoLoss;
+    judgement.slips = mendedSlips(*camera.camera, all);
+  }
   return judgement;
 }
 

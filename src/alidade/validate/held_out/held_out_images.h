@@ -13,6 +13,7 @@
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/held_out/held_scores.h"
+#include "alidade/validate/held_out/slips.h"
 
 namespace alidade {
 
@@ -79,6 +80,7 @@ struct HeldOutJudgement {
   std::optional<OverallTest> overall;
   /// One for each way to change the camera that the views say something of, the surest first.
   std::vector<NeededChange> changes;
+  std::vector<Slip> slips;  ///< mended, see mendedSlips(); none without a freed camera
 };
 
 /// Judges a camera by views that it was not made from. The camera is held as it is throughout; two questions

@@ -87,47 +87,14 @@ std::string figure(double value) {
   return value < 100 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
 }
 
-// A camera on the way, with the views posed for it.
-struct Stop {
-  AnyCamera camera;
-  PosedViews posed;
-  Misfit misfit;
-};
-
-// The views are refitted from where they are and, where they are given, from the freed camera's poses, of
-// which the better counts, for far from the truth a pose may rest in a tilt that is not the board's. Nothing
-// where a view is not seen from either, or for a camera that cannot be.
-std::optional<Stop> stopAt(const AnyCamera& tested, CameraChange change, double amount,
-                           const PosedViews& near, const PosedViews* freed) {
-  const auto camera = changed(tested, change, amount);
-  if (!camera) return std::nullopt;
-  Stop stop{.camera = *camera, .posed = near, .misfit = {}};
-  Fit& fit = stop.posed.fit;
-  onlyCamera(fit).params.assign(camera->parameters().begin(), camera->parameters().end());
-  for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    std::vector<SE3> starts = {cameraFromBoard(near.fit, near.fit.views[v])};
-    if (freed != nullptr) starts.push_back(cameraFromBoard(freed->fit, freed->fit.views[v]));
-    const auto pose = bestPose(*camera, cornersOnShape(near.fit, near.fit.views[v]), kNoLoss, starts);
-    if (!pose) return std::nullopt;
-    setCameraFromBoard(fit, fit.views[v], *pose);
-  }
-  stop.misfit = misfitOf(stop.posed);
-  return stop;
-}
-
 }  // namespace
 
 Misfit misfitOf(const PosedViews& posed) {
   Misfit misfit;
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < posed.fit.views.size(); ++v) {
-    double squares = 0;
-    const auto errors = viewErrors(posed.fit, posed.fit.views[v]);
-    for (const Eigen::Vector2d& error : errors) squares += error.squaredNorm();
-    misfit.squares += squares;
-    count += errors.size();
-    misfit.weighted_squares += (posed.weights.empty() ? 1.0 : posed.weights[v]) * squares;
+  for (const FitView& view : posed.fit.views) {
+    for (const Eigen::Vector2d& error : viewErrors(posed.fit, view)) misfit.squares += error.squaredNorm();
   }
+  const std::size_t count = numCorners(posed.fit);
   if (count > 0) misfit.rms_px = std::sqrt(misfit.squares / static_cast<double>(count));
   return misfit;
 }
@@ -164,6 +131,18 @@ std::optional<SE3> bestPose(const AnyCamera& camera, std::span<const Observation
     best = pose;
   }
   return best;
+}
+
+std::optional<PosedViews> posedFor(const AnyCamera& camera, PosedViews views) {
+  Fit& fit = views.fit;
+  onlyCamera(fit).params.assign(camera.parameters().begin(), camera.parameters().end());
+  for (const FitView& view : fit.views) {
+    const auto pose = refitPose(camera.modelId(), camera.parameters(), cornersOnShape(fit, view), kNoLoss,
+                                cameraFromBoard(fit, view));
+    if (!pose) return std::nullopt;
+    setCameraFromBoard(fit, view, *pose);
+  }
+  return views;
 }
 
 double StepEstimate::effectiveStd() const {
@@ -352,37 +331,30 @@ std::string complaintOf(CameraChange change, double amount, double std) {
   return "";
 }
 
-std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChange change,
-                                       const ChangeEvidence& evidence) {
-  constexpr int kMostSteps = 50;
-  constexpr int kMostHalvings = 10;
-  constexpr double kRestSigmas = 0.01;  // a step so short changes no figure that is printed
-  expect(evidence.held != nullptr, "views to refit");
+Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& open,
+                               const PosedViews& freed) {
+  const auto n = static_cast<Eigen::Index>(camera.parameters().size());
+  const Eigen::VectorXd way = Eigen::Map<const Eigen::VectorXd>(onlyCamera(freed.fit).params.data(), n) -
+                              Eigen::Map<const Eigen::VectorXd>(camera.parameters().data(), n);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  for (const Reduced& pull : weightedPulls(freed)) information += pull.information;
+  return (open.transpose() * information * open).ldlt().solve(open.transpose() * information * way);
+}
+
+std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChange change, const PosedViews& freed,
+                                       double noise_variance, const std::optional<DenseMatrix>& covariance) {
   const Eigen::VectorXd direction = directionOf(change, tested);
   if (direction.size() == 0) return std::nullopt;
-  auto now = stopAt(tested, change, 0, *evidence.held, evidence.freed);
-  double amount = 0;
-  for (int step = 0; now && step < kMostSteps; ++step) {
-    const auto scores = HeldScores::make(now->camera, now->posed, evidence.freed, evidence.noise_variance,
-                                         evidence.covariance);
-    auto estimate = scores ? scores->along(direction) : std::nullopt;
-    if (!estimate) return std::nullopt;
-    if (std::abs(estimate->amount) <= kRestSigmas * estimate->std) {
-      estimate->amount = amount;
-      estimate->sigmas = normalOfStudentT(std::abs(amount) / estimate->std, estimate->freedom);
-      return ChangeRefit{*estimate, now->misfit.rms_px};
-    }
-    std::optional<Stop> next;
-    double length = estimate->amount;
-    for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
-      next = stopAt(tested, change, amount + length, now->posed, evidence.freed);
-      if (next && next->misfit.weighted_squares < now->misfit.weighted_squares) break;
-      next.reset();
-    }
-    amount += length;
-    now = std::move(next);
-  }
-  return std::nullopt;
+  const double amount = amountsToFreed(tested, direction, freed)(0);
+  const auto camera = changed(tested, change, amount);
+  const auto posed = camera ? posedFor(*camera, freed) : std::nullopt;
+  const auto scores =
+      posed ? HeldScores::make(*camera, *posed, &freed, noise_variance, covariance) : std::nullopt;
+  auto estimate = scores ? scores->along(direction) : std::nullopt;
+  if (!estimate) return std::nullopt;
+  estimate->amount += amount;
+  estimate->sigmas = normalOfStudentT(std::abs(estimate->amount) / estimate->std, estimate->freedom);
+  return ChangeRefit{*estimate, misfitOf(*posed).rms_px};
 }
 
 }  // namespace alidade

@@ -29,9 +29,8 @@ inline constexpr double kFinestPx = 1e-3;
 
 /// How far views are from what a camera predicts at their poses.
 struct Misfit {
-  double rms_px = 0;            ///< sqrt(mean of dx^2 + dy^2) over all corners
-  double squares = 0;           ///< sum over the corners, px^2
-  double weighted_squares = 0;  ///< sum over the corners, each by its view's weight, px^2
+  double rms_px = 0;   ///< sqrt(mean of dx^2 + dy^2) over all corners
+  double squares = 0;  ///< sum over the corners, px^2
 };
 [[nodiscard]] Misfit misfitOf(const PosedViews& posed);
 
@@ -51,6 +50,9 @@ struct Misfit {
 /// @param corners  on the board as it is bent
 [[nodiscard]] std::optional<SE3> bestPose(const AnyCamera& camera, std::span<const Observation> corners,
                                           HuberLoss loss, std::span<const SE3> starts);
+
+/// The views refitted to another camera, from where they are; nothing where it does not see one of them.
+[[nodiscard]] std::optional<PosedViews> posedFor(const AnyCamera& camera, PosedViews views);
 
 /// By how much a camera would have to be changed in one way, and in no other, to suit images best.
 struct StepEstimate {
@@ -144,25 +146,24 @@ inline constexpr std::array kAllCameraChanges = {CameraChange::kFocalLength, Cam
 /// 1.02 +- 0.05 % too long".
 [[nodiscard]] std::string complaintOf(CameraChange change, double amount, double std);
 
-/// What the views are taken for while one change of a camera is estimated, see HeldScores::make().
-struct ChangeEvidence {
-  const PosedViews* held = nullptr;   ///< posed for the camera as it is
-  const PosedViews* freed = nullptr;  ///< the same views, posed for the camera that they give; may be nothing
-  double noise_variance = 0;          ///< px^2
-  std::optional<DenseMatrix> covariance;  ///< of the tested camera
-};
+/// The amounts of directions in which a camera is nearest to the freed one, as the views count: near the
+/// freed camera the sum of squared errors is a parabola, however far the first one is from it.
+/// @param open  N x M: a direction a column
+[[nodiscard]] Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& open,
+                                             const PosedViews& freed);
 
-/// One way to change a camera, taken until nothing more is gained by it.
+/// One way to change a camera, taken until nothing more is gained by it: the first step alone, which a score
+/// test takes, falls far short where the camera is far off.
 struct ChangeRefit {
   StepEstimate estimate;  ///< of the change in all, its uncertainty that where it has come to rest
   double rms_px = 0;      ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted
 };
 
-/// Gauss and Newton's steps along one change, with the poses of all views refitted after each: the first step
-/// alone, which a score test takes, falls far short where the camera is far off.
-/// @returns nothing where the views say nothing of the change, where the way leads to a camera that cannot be
-/// or does not see the boards, or where it does not come to rest
+/// The other parameters are as in HeldScores::make().
+/// @returns nothing where the views say nothing of the change, or where it leads to a camera that cannot be
+/// or does not see the boards
 [[nodiscard]] std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChange change,
-                                                     const ChangeEvidence& evidence);
+                                                     const PosedViews& freed, double noise_variance,
+                                                     const std::optional<DenseMatrix>& covariance);
 
 }  // namespace alidade
