@@ -65,7 +65,8 @@ void outlierTable(const Models& models, int num_sets) {
       for (int i = 0; i < num_sets; ++i) {
         const auto seed = static_cast<std::uint64_t>(1000 + i);
         SimulatedSet set = cleanSet(model, 25, seed);
-        clean_fx.add(onlyCamera(run(set).fit).params[0]);
+        const Calibration clean = run(set);
+        clean_fx.add(onlyCamera(clean.fit).params[0]);
         const auto moved = moveCorners(set, blunder, 0.05, seed);
         const Calibration result = run(set);
         fx.add(onlyCamera(result.fit).params[0]);

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -114,11 +115,13 @@ void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_bo
 /// The only camera, or the only board, of a fit.
 /// @throws std::logic_error if there are several
 template <class AnyFit>
+requires std::is_same_v<const AnyFit, const Fit>
 [[nodiscard]] auto& onlyCamera(AnyFit& fit) {
   expect(fit.cameras.size() == 1, "the fit has one camera");
   return fit.cameras.front();
 }
 template <class AnyFit>
+requires std::is_same_v<const AnyFit, const Fit>
 [[nodiscard]] auto& onlyBoard(AnyFit& fit) {
   expect(fit.boards.size() == 1, "the fit has one board");
   return fit.boards.front();
