@@ -49,10 +49,10 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
   of.params.assign(params.begin(), params.end());
   of.weak_prior = {};
   Eigen::MatrixXd information = intrinsicsInformation(flexible).information;
-  // Of LensScale: how far a lens may deviate from a stiff model that cross-validation has not rejected, 0.5 %
-  // of the image diagonal in the corner.
-  constexpr double kDeviation = 0.01;
-  const LensPrior prior = lensScale(id, same.camera, of.size).prior(kDeviation, variance);
+  // Of LensScale: how far a lens may deviate from a stiff model in the corner of the image, 5 % of its
+  // diagonal, or a tenth of that where the model has a polynomial of its own.
+  const double deviation = camera.model == "radtan" ? 0.01 : 0.1;
+  const LensPrior prior = lensScale(id, same.camera, of.size).prior(deviation, variance);
   for (std::size_t i = 0; i < prior.precision.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     information(at, at) += prior.precision[i];
