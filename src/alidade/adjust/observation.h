@@ -8,7 +8,6 @@
 
 #include <Eigen/Core>
 
-#include "alidade/core/mapped.h"
 #include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 
@@ -25,12 +24,15 @@ struct Observation {
 
 /// All corners of a view on the flat board, with weight 1.
 [[nodiscard]] inline std::vector<Observation> observationsOf(const Checkerboard& board, const View& view) {
-  return mapped(view.corners, [&](const Corner& corner) {
-    return Observation{.p_board = board.corner(corner.id),
+  std::vector<Observation> corners;
+  corners.reserve(view.corners.size());
+  for (const Corner& corner : view.corners) {
+    corners.push_back({.p_board = board.corner(corner.id),
                        .pixel = corner.pixel,
                        .sigma_px = corner.sigma_px,
-                       .id = corner.id};
-  });
+                       .id = corner.id});
+  }
+  return corners;
 }
 
 /// Huber's loss on a corner's squared weighted error s = weight (dx^2 + dy^2): rho(s) = s up to threshold^2,

@@ -14,7 +14,6 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/fit.h"
-#include "alidade/core/mapped.h"
 
 namespace alidade {
 
@@ -154,7 +153,10 @@ template <ExtraColumns Extra = NoExtra>
 /// One per view, in the order of the views.
 template <ExtraColumns Extra = NoExtra>
 [[nodiscard]] std::vector<Reduced> reduced(const Fit& fit, LossWeights weights, const Extra& extra = {}) {
-  return mapped(fit.views, [&](const FitView& view) { return reduced(fit, view, weights, extra); });
+  std::vector<Reduced> all;
+  all.reserve(fit.views.size());
+  for (const FitView& view : fit.views) all.push_back(reduced(fit, view, weights, extra));
+  return all;
 }
 
 }  // namespace alidade
