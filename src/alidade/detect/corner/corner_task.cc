@@ -27,17 +27,38 @@ std::optional<double> greyAt(const GrayImage& image, const Eigen::Vector2d& pixe
          fy * ((1 - fx) * image.at(x, next_y) + fx * image.at(next_x, next_y));
 }
 
-// Of the four squares, at `share` of the way along both steps; those that look like the one between step_u
-// and step_v come first.
+// The squares around a corner; those that look like the one between step_u and step_v come first.
+constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
+
+// Of the four squares, at `share` of the way along both steps.
 std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const Eigen::Vector2d& corner,
                                                    double share) {
-  constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
   std::array<std::optional<double>, 4> grey;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto [u, v] = kSquares[i];
-    grey[i] = greyAt(task.image, corner + share * (u * task.guess.step_u + v * task.guess.step_v));
+    const double share_u = u * task.shareOnSide(u > 0 ? 0 : 2, share);
+    const double share_v = v * task.shareOnSide(v > 0 ? 1 : 3, share);
+    grey[i] = greyAt(task.image, corner + share_u * task.guess.step_u + share_v * task.guess.step_v);
   }
   return grey;
+}
+
+// Beyond cut squares lies a margin as bright as the bright squares, where whole ones would still alternate.
+std::array<bool, 4> cutSides(const CornerTask& task) {
+  constexpr double kNear = 0.2;
+  constexpr double kBeyond = 0.6;
+  constexpr double kAlike = 0.3;  // of the contrast
+  std::array<bool, 4> is_cut = task.guess.is_outermost;
+  const auto near = greyOfSquares(task, task.guess.pixel, kNear);
+  const auto beyond = greyOfSquares(task, task.guess.pixel, kBeyond);
+  const auto mean = [&](std::size_t i) { return 0.5 * (near[i].value_or(0) + near[i + 1].value_or(0)); };
+  const double bright = std::max(mean(0), mean(2));
+  const double contrast = bright - std::min(mean(0), mean(2));
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (near[i] && beyond[i] && std::abs(*beyond[i] - bright) < kAlike * contrast) continue;
+    is_cut[kSquares[i][0] > 0 ? 0 : 2] = is_cut[kSquares[i][1] > 0 ? 1 : 3] = false;
+  }
+  return is_cut;
 }
 
 // Tells whether places, relative to the origin, are in the window.
@@ -178,12 +199,14 @@ std::optional<CornerTask> makeCornerTask(const GrayImage& image, const CornerGue
   if (!(guess.pixel.x() > -spacing && guess.pixel.x() < image.size.width + spacing &&
         guess.pixel.y() > -spacing && guess.pixel.y() < image.size.height + spacing))
     return std::nullopt;
-  return CornerTask{.image = image,
-                    .guess = guess,
-                    .origin = {static_cast<int>(std::lround(guess.pixel.x())),
-                               static_cast<int>(std::lround(guess.pixel.y()))},
-                    .spacing = spacing,
-                    .crossing_sine = sine};
+  CornerTask task{.image = image,
+                  .guess = guess,
+                  .origin = {static_cast<int>(std::lround(guess.pixel.x())),
+                             static_cast<int>(std::lround(guess.pixel.y()))},
+                  .spacing = spacing,
+                  .crossing_sine = sine};
+  task.is_cut = cutSides(task);
+  return task;
 }
 
 std::optional<double> CornerTask::contrastOfSquares(const Eigen::Vector2d& corner) const {
