@@ -46,7 +46,7 @@ std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const
 // Beyond cut squares lies a margin as bright as the bright squares, where whole ones would still alternate.
 std::array<bool, 4> cutSides(const CornerTask& task) {
   constexpr double kNear = 0.2;
-  constexpr double kBeyond = 0.6;
+  constexpr double kBeyond = 0.45;
   constexpr double kAlike = 0.3;  // of the contrast
   std::array<bool, 4> is_cut = task.guess.is_outermost;
   const auto near = greyOfSquares(task, task.guess.pixel, kNear);
