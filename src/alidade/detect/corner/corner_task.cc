@@ -45,17 +45,20 @@ std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const
 
 // Beyond cut squares lies a margin as bright as the bright squares, where whole ones would still alternate.
 std::array<bool, 4> cutSides(const CornerTask& task) {
-  constexpr double kNear = 0.2;
+  constexpr double kNear = 0.17;  // nearer than a quarter by what a guess may be off
   constexpr double kBeyond = 0.45;
   constexpr double kAlike = 0.3;  // of the contrast
-  std::array<bool, 4> is_cut = task.guess.is_outermost;
   const auto near = greyOfSquares(task, task.guess.pixel, kNear);
   const auto beyond = greyOfSquares(task, task.guess.pixel, kBeyond);
-  const auto mean = [&](std::size_t i) { return 0.5 * (near[i].value_or(0) + near[i + 1].value_or(0)); };
-  const double bright = std::max(mean(0), mean(2));
-  const double contrast = bright - std::min(mean(0), mean(2));
+  if (!std::ranges::all_of(near, [](const auto& level) { return level.has_value(); })) return {};
+  const double first = 0.5 * (*near[0] + *near[1]);
+  const double second = 0.5 * (*near[2] + *near[3]);
+  const double least = kAlike * std::abs(first - second);
+  const auto alike = [&](double a, double b) { return std::abs(a - b) < least; };
+  if (!alike(*near[0], *near[1]) || !alike(*near[2], *near[3])) return {};
+  std::array<bool, 4> is_cut = task.guess.is_outermost;
   for (std::size_t i = 0; i < 4; ++i) {
-    if (near[i] && beyond[i] && std::abs(*beyond[i] - bright) < kAlike * contrast) continue;
+    if (beyond[i] && alike(*beyond[i], std::max(first, second))) continue;
     is_cut[kSquares[i][0] > 0 ? 0 : 2] = is_cut[kSquares[i][1] > 0 ? 1 : 3] = false;
   }
   return is_cut;

@@ -125,8 +125,7 @@ std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Ve
   const CornerGuess& guess = task.guess;
   const double reach = kMaxMoveShare * task.spacing;
   double radius_share = kRadiusShare;
-  for (const std::size_t side : {0U, 1U, 2U, 3U})
-    radius_share = task.shareOnSide(side, radius_share);
+  for (const std::size_t side : {0U, 1U, 2U, 3U}) radius_share = task.shareOnSide(side, radius_share);
   const auto saddle = findSaddle(task.image, start,
                                  std::clamp(radius_share * task.spacing, kMinRadiusPx, kMaxRadiusPx), reach);
   if (!saddle || !((saddle->pixel - guess.pixel).norm() <= reach)) return std::nullopt;
