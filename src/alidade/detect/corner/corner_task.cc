@@ -45,9 +45,9 @@ std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const
 
 // Beyond cut squares lies a margin as bright as the bright squares, where whole ones would still alternate.
 std::array<bool, 4> cutSides(const CornerTask& task) {
-  constexpr double kNear = 0.17;  // nearer than a quarter by what a guess may be off
-  constexpr double kBeyond = 0.45;
-  constexpr double kAlike = 0.3;  // of the contrast
+  constexpr double kNear = 0.17;    // nearer than a quarter by what a guess may be off
+  constexpr double kBeyond = 0.45;  // squares of half the size and more have room for the usual windows
+  constexpr double kAlike = 0.3;    // of the contrast
   const auto near = greyOfSquares(task, task.guess.pixel, kNear);
   const auto beyond = greyOfSquares(task, task.guess.pixel, kBeyond);
   if (!std::ranges::all_of(near, [](const auto& level) { return level.has_value(); })) return {};
