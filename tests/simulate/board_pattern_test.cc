@@ -42,6 +42,20 @@ TEST(BoardTone, AlternatesFromADarkSquareAtCornerZero) {
   EXPECT_EQ(num_background, 12 * 11 - 7 * 6);
 }
 
+TEST(BoardTone, BorderSquaresMayBeNarrow) {
+  const auto tone = [](double x, double y) {
+    return boardTone(kBoard, kBoard.square_m * Eigen::Vector2d(x, y), 0.25);
+  };
+  EXPECT_EQ(tone(-0.2, -0.2), BoardTone::kDark);
+  EXPECT_EQ(tone(-0.3, -0.2), BoardTone::kBright);
+  EXPECT_EQ(tone(-1.2, 0.5), BoardTone::kBright);
+  EXPECT_EQ(tone(-1.3, 0.5), BoardTone::kBackground);
+  EXPECT_EQ(tone(3.2, -0.2), BoardTone::kDark);
+  EXPECT_EQ(tone(3.2, 1.5), BoardTone::kDark);
+  EXPECT_EQ(tone(3.3, 1.5), BoardTone::kBright);
+  EXPECT_EQ(tone(2.5, 2.3), BoardTone::kBright);
+}
+
 TEST(BoardTone, IsBackgroundForWhatIsNotAPlace) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -70,11 +84,14 @@ TEST(EdgeDistance, NoToneChangesNearerThanIt) {
   for (int i = 0; i < 20000; ++i) {
     const double x = random.uniform(-5, 8);
     const double y = random.uniform(-5, 7);
+    const double border_square = i % 2 == 0 ? 1 : random.uniform(0.1, 1);
+    const Eigen::Vector2d place = kBoard.square_m * Eigen::Vector2d(x, y);
     // A hair less than the distance, so that rounding does not carry the other place onto the edge.
-    const double step = edgeInSquares(x, y) * (1 - 1e-9) * std::sqrt(random.uniform());
+    const double step = edgeDistance(kBoard, place, border_square) * (1 - 1e-9) * std::sqrt(random.uniform());
     const double angle = random.uniform(0, 7);
-    ASSERT_EQ(toneInSquares(x, y), toneInSquares(x + step * std::cos(angle), y + step * std::sin(angle)))
-        << x << " " << y;
+    const Eigen::Vector2d other = place + step * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    ASSERT_EQ(boardTone(kBoard, place, border_square), boardTone(kBoard, other, border_square))
+        << x << " " << y << " " << border_square;
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 20000);

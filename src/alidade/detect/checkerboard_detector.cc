@@ -256,7 +256,10 @@ RefinedMesh refineMesh(const GrayImage& image, const CornerMesh& mesh) {
     const auto u = mesh.stepAt(node, 0);
     const auto v = mesh.stepAt(node, 1);
     if (!u || !v) return;
-    const auto fit = fitter.fit(image, {.pixel = corner.pixel, .step_u = *u, .step_v = *v});
+    CornerGuess guess{.pixel = corner.pixel, .step_u = *u, .step_v = *v};
+    for (int d = 0; d < 4; ++d)
+      guess.is_outermost[static_cast<std::size_t>(d)] = mesh.find(step(node, d)) == nullptr;
+    const auto fit = fitter.fit(image, guess);
     if (!fit || (fit->contrast > 0) != mesh.squareIsDark(node)) return;
     refined.mesh.insert(node, {.pixel = fit->pixel, .contrast = std::abs(fit->contrast)});
     refined.fits.emplace_back(node, *fit);

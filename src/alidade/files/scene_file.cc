@@ -36,6 +36,7 @@ constexpr Field<RenderOptions> kRenderFields[] = {
     {"dark_level", &RenderOptions::dark_level},
     {"bright_level", &RenderOptions::bright_level},
     {"background_level", &RenderOptions::background_level},
+    {"border_square", &RenderOptions::border_square},
     {"falloff", &RenderOptions::falloff},
     {"vignetting_exponent", &RenderOptions::vignetting_exponent},
     {"read_noise", &RenderOptions::read_noise},

@@ -18,7 +18,7 @@ namespace alidade {
 ///   seed: 1
 ///   random: {max_tilt_deg: 45, max_roll_deg: 30, min_fill: 0.35, max_fill: 0.8, margin_px: 4}
 ///   render: {blur_px: 0.8, read_noise: 1.5, full_well_electrons: 10000, dark_level: 30, bright_level: 220,
-///            background_level: 110, falloff: 0, vignetting_exponent: 0, samples: 377}
+///            background_level: 110, border_square: 1, falloff: 0, vignetting_exponent: 0, samples: 377}
 ///   corner_noise_px: 0
 ///
 /// camera, board and views are needed. Files are looked for from the scene's folder.

@@ -37,6 +37,7 @@ void RenderOptions::validate() const {
   detail::checkOption("dark_level", dark_level, 0, kMaxLevel);
   detail::checkOption("bright_level", bright_level, 0, kMaxLevel);
   detail::checkOption("background_level", background_level, 0, kMaxLevel);
+  detail::checkOption("border_square", border_square, 0.01, 1);
   detail::checkOption("falloff", falloff, 0, 1);
   detail::checkOption("vignetting_exponent", vignetting_exponent, 0, 16);
   detail::checkOption("read_noise", read_noise, 0, kMaxLevel);

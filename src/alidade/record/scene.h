@@ -40,7 +40,8 @@ struct RenderOptions {
   double dark_level = 30;
   double bright_level = 220;
   double background_level = 110;
-  double falloff = 0;  ///< share of the light lost, linearly, from the left border to the right one
+  double border_square = 1;  ///< width of the outermost squares as a share of a square, in [0.01, 1]
+  double falloff = 0;        ///< share of the light lost, linearly, from the left border to the right one
   double vignetting_exponent = 0;  ///< light falls by cos^n of the angle to the optical axis; 4 is natural
   double read_noise = 1.5;         ///< standard deviation of the noise without light, grey levels
   /// Electrons at level 255, which decide the shot noise: its variance in electrons is their number. 0: no

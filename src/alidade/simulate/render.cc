@@ -22,6 +22,7 @@ class BoardLight {
  public:
   BoardLight(const Checkerboard& board, const SE3& camera_from_board, const RenderOptions& options)
       : board_in_squares_{board.columns, board.rows, 1.0},
+        border_square_(options.border_square),
         is_visible_(seesPrintedSide(camera_from_board)),
         spread_(makePointSpread(options.blur_px, options.samples)) {
     levels_[static_cast<std::size_t>(BoardTone::kDark)] = options.dark_level;
@@ -68,7 +69,7 @@ class BoardLight {
 
   // Of a place on the board's plane in homogeneous coordinates, in squares.
   [[nodiscard]] BoardTone toneAt(double x, double y, double w) const {
-    return w > 0 ? boardTone(board_in_squares_, {x / w, y / w}) : BoardTone::kBackground;
+    return w > 0 ? boardTone(board_in_squares_, {x / w, y / w}, border_square_) : BoardTone::kBackground;
   }
 
   // True if no edge can come into the point spread. With the centre at p = X / w, a place at offset d is at
@@ -84,10 +85,11 @@ class BoardLight {
     if (w - change_of_w <= 0) return false;
     const Eigen::Vector2d p = terms.col(0).head<2>() / w;
     const Eigen::Matrix2d first = terms.block<2, 2>(0, 1) - p * terms.block<1, 2>(2, 1);
-    return edgeDistance(board_in_squares_, p) > radius * first.norm() / (w - change_of_w);
+    return edgeDistance(board_in_squares_, p, border_square_) > radius * first.norm() / (w - change_of_w);
   }
 
   Checkerboard board_in_squares_;
+  double border_square_;
   bool is_visible_;
   PointSpread spread_;
   std::array<double, 3> levels_{};
@@ -111,6 +113,12 @@ std::uint8_t withNoise(double light, const RenderOptions& options, Random& rando
   return static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, kMaxLevel)));
 }
 
+// How far a place in squares is outside the squares, along both axes; negative is inside.
+std::array<double, 2> beyondSquares(const Checkerboard& board, double x, double y, double border_square) {
+  return {std::max(-border_square - x, x - (board.columns - 1 + border_square)),
+          std::max(-border_square - y, y - (board.rows - 1 + border_square))};
+}
+
 // Where pointSpreadShare() is `share`, by bisection; share in (0, 0.5].
 double leftQuantile(double share, double blur_px) {
   if (blur_px == 0) return share - 0.5;
@@ -126,30 +134,29 @@ double leftQuantile(double share, double blur_px) {
 
 }  // namespace
 
-BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board) {
+BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board, double border_square) {
   const double x = point_board.x() / board.square_m;
   const double y = point_board.y() / board.square_m;
+  const auto [beyond_x, beyond_y] = beyondSquares(board, x, y, border_square);
   // Written so that NaN fails, and before the conversion to int, for which the value must be in range.
-  if (!(x >= -2 && x < board.columns + 1 && y >= -2 && y < board.rows + 1)) return BoardTone::kBackground;
-  if (x < -1 || x >= board.columns || y < -1 || y >= board.rows) return BoardTone::kBright;
+  if (!(beyond_x < 1 && beyond_y < 1)) return BoardTone::kBackground;
+  if (beyond_x >= 0 || beyond_y >= 0) return BoardTone::kBright;
   const int i = static_cast<int>(x + 1);  // from 0 at the outermost square
   const int j = static_cast<int>(y + 1);
   return (i + j) % 2 == 0 ? BoardTone::kDark : BoardTone::kBright;
 }
 
-double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board) {
+double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board, double border_square) {
   const double x = point_board.x() / board.square_m;
   const double y = point_board.y() / board.square_m;
-  // How far the point is outside the squares, then outside the paper; negative is inside.
-  const double beyond_x = std::max(-1 - x, x - board.columns);
-  const double beyond_y = std::max(-1 - y, y - board.rows);
+  const auto [beyond_x, beyond_y] = beyondSquares(board, x, y, border_square);
   const auto distanceToBox = [](double dx, double dy) {
     return dx > 0 && dy > 0 ? std::hypot(dx, dy) : std::abs(std::max(dx, dy));
   };
   const double to_paper = distanceToBox(beyond_x - 1, beyond_y - 1);
   double distance = to_paper;
   if (beyond_x <= 0 && beyond_y <= 0) {
-    distance = std::min(std::abs(x - std::round(x)), std::abs(y - std::round(y)));
+    distance = std::min({std::abs(x - std::round(x)), std::abs(y - std::round(y)), -beyond_x, -beyond_y});
   } else if (beyond_x <= 1 && beyond_y <= 1) {
     distance = std::min(distanceToBox(beyond_x, beyond_y), to_paper);
   }

@@ -25,13 +25,16 @@ enum class BoardTone {
 
 /// Around columns x rows inner corners lie (columns + 1) x (rows + 1) squares. The one between the corners
 /// (0, 0) and (1, 1) is dark, and so is its diagonal neighbour beyond corner 0: that is what tells corner 0.
-/// `point_board`: x and y in the board frame, metres; anything not finite is background.
-[[nodiscard]] BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board);
+/// `point_board`: x and y in the board frame, metres; anything not finite is background. `border_square`: see
+/// RenderOptions.
+[[nodiscard]] BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board,
+                                  double border_square = 1);
 
 /// Distance in metres from `point_board` to the nearest line across which the tone may change: the tone is
 /// the same everywhere nearer than that. All sides of squares count, also those between a bright square and
 /// the margin. NaN for NaN.
-[[nodiscard]] double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board);
+[[nodiscard]] double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board,
+                                  double border_square = 1);
 
 /// How light from one point spreads along an axis of the image: a Gaussian of standard deviation `blur_px`
 /// convolved with the pixel's own width of 1. Returns the share of the light left of `x_px`.

@@ -159,8 +159,7 @@ class Refinement {
     while (true) {
       const double samples = 4 * share * share * area;
       const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(samples / kSearchSamples))));
-      EdgeWindow window = task_.window(model.corner());
-      window.reach_u = window.reach_v = share;
+      const EdgeWindow window = task_.window(model.corner(), share);
       gatherLattice(task_.image, window, task_.origin, stride, pixels_);
       if (pixels_.size() < kMinSearchPixels) return std::nullopt;
       if (is_first) startLevels(pixels_, model);
@@ -183,11 +182,10 @@ class Refinement {
 
   // The window of half size `share` about a model's corner, without what the neighbours' blur reaches.
   [[nodiscard]] EdgeWindow windowFor(const EdgeModel& model, double share) const {
-    EdgeWindow window = task_.window(model.corner());
     // Steps along u end at edges that run along v, and blur like line 1.
-    window.reach_u = share - task_.marginShare(window.step_u.norm(), model[EdgeModel::kBlur2]);
-    window.reach_v = share - task_.marginShare(window.step_v.norm(), model[EdgeModel::kBlur1]);
-    return window;
+    return task_.window(model.corner(), share,
+                        task_.marginShare(task_.guess.step_u.norm(), model[EdgeModel::kBlur2]),
+                        task_.marginShare(task_.guess.step_v.norm(), model[EdgeModel::kBlur1]));
   }
   // Whether the window reaches as far along both lines, in pixels and in blurs.
   [[nodiscard]] bool hasRoom(const EdgeModel& model, double share, double least_px,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include <Eigen/Core>
@@ -21,6 +22,8 @@ struct CornerGuess {
   Eigen::Vector2d
       step_u;  ///< to the next corner along the board's columns: the mean of both sides where there are
   Eigen::Vector2d step_v;  ///< the same along its rows
+  /// True where no corner follows, along +u, +v, -u, -v: the board's border may cut off the squares there.
+  std::array<bool, 4> is_outermost{};
 };
 
 /// A refined corner: of two crossing edges, see EdgeModel, or, where there are too few pixels for that, the

@@ -27,17 +27,41 @@ std::optional<double> greyAt(const GrayImage& image, const Eigen::Vector2d& pixe
          fy * ((1 - fx) * image.at(x, next_y) + fx * image.at(next_x, next_y));
 }
 
-// Of the four squares, at `share` of the way along both steps; those that look like the one between step_u
-// and step_v come first.
+// The squares around a corner; those that look like the one between step_u and step_v come first.
+constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
+
+// Of the four squares, at `share` of the way along both steps.
 std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const Eigen::Vector2d& corner,
                                                    double share) {
-  constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
   std::array<std::optional<double>, 4> grey;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto [u, v] = kSquares[i];
-    grey[i] = greyAt(task.image, corner + share * (u * task.guess.step_u + v * task.guess.step_v));
+    const double share_u = u * task.shareOnSide(u > 0 ? 0 : 2, share);
+    const double share_v = v * task.shareOnSide(v > 0 ? 1 : 3, share);
+    grey[i] = greyAt(task.image, corner + share_u * task.guess.step_u + share_v * task.guess.step_v);
   }
   return grey;
+}
+
+// Beyond cut squares lies a margin as bright as the bright squares, where whole ones would still alternate.
+std::array<bool, 4> cutSides(const CornerTask& task) {
+  constexpr double kNear = 0.17;    // nearer than a quarter by what a guess may be off
+  constexpr double kBeyond = 0.45;  // squares of half the size and more have room for the usual windows
+  constexpr double kAlike = 0.3;    // of the contrast
+  const auto near = greyOfSquares(task, task.guess.pixel, kNear);
+  const auto beyond = greyOfSquares(task, task.guess.pixel, kBeyond);
+  if (!std::ranges::all_of(near, [](const auto& level) { return level.has_value(); })) return {};
+  const double first = 0.5 * (*near[0] + *near[1]);
+  const double second = 0.5 * (*near[2] + *near[3]);
+  const double least = kAlike * std::abs(first - second);
+  const auto alike = [&](double a, double b) { return std::abs(a - b) < least; };
+  if (!alike(*near[0], *near[1]) || !alike(*near[2], *near[3])) return {};
+  std::array<bool, 4> is_cut = task.guess.is_outermost;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (beyond[i] && alike(*beyond[i], std::max(first, second))) continue;
+    is_cut[kSquares[i][0] > 0 ? 0 : 2] = is_cut[kSquares[i][1] > 0 ? 1 : 3] = false;
+  }
+  return is_cut;
 }
 
 // Tells whether places, relative to the origin, are in the window.
@@ -178,12 +202,14 @@ std::optional<CornerTask> makeCornerTask(const GrayImage& image, const CornerGue
   if (!(guess.pixel.x() > -spacing && guess.pixel.x() < image.size.width + spacing &&
         guess.pixel.y() > -spacing && guess.pixel.y() < image.size.height + spacing))
     return std::nullopt;
-  return CornerTask{.image = image,
-                    .guess = guess,
-                    .origin = {static_cast<int>(std::lround(guess.pixel.x())),
-                               static_cast<int>(std::lround(guess.pixel.y()))},
-                    .spacing = spacing,
-                    .crossing_sine = sine};
+  CornerTask task{.image = image,
+                  .guess = guess,
+                  .origin = {static_cast<int>(std::lround(guess.pixel.x())),
+                             static_cast<int>(std::lround(guess.pixel.y()))},
+                  .spacing = spacing,
+                  .crossing_sine = sine};
+  task.is_cut = cutSides(task);
+  return task;
 }
 
 std::optional<double> CornerTask::contrastOfSquares(const Eigen::Vector2d& corner) const {

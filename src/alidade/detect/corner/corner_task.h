@@ -49,11 +49,27 @@ struct CornerTask {
   const GrayImage& image;
   const CornerGuess& guess;
   Eigen::Vector2i origin;
-  double spacing = 0;        // the shorter step's length, px
-  double crossing_sine = 0;  // of the steps
+  double spacing = 0;               // the shorter step's length, px
+  double crossing_sine = 0;         // of the steps
+  std::array<bool, 4> is_cut = {};  // along +u, +v, -u, -v: whether a margin cuts off the squares
 
-  [[nodiscard]] EdgeWindow window(const Eigen::Vector2d& corner) const {
-    return {.center = corner + origin.cast<double>(), .step_u = guess.step_u, .step_v = guess.step_v};
+  // `share` of a step, or what is safe of it where the squares are cut.
+  [[nodiscard]] double shareOnSide(std::size_t side, double share) const {
+    constexpr double kCutShare = 0.22;  // of a quarter, perspective may leave this
+    return is_cut[side] ? std::min(share, kCutShare) : share;
+  }
+  // Ends `share` of the steps from the corner, or nearer where the squares are cut, less the margins.
+  [[nodiscard]] EdgeWindow window(const Eigen::Vector2d& corner, double share, double margin_u = 0,
+                                  double margin_v = 0) const {
+    const double half_u = 0.5 * (shareOnSide(0, share) + shareOnSide(2, share));
+    const double half_v = 0.5 * (shareOnSide(1, share) + shareOnSide(3, share));
+    const Eigen::Vector2d shift =
+        (shareOnSide(0, share) - half_u) * guess.step_u + (shareOnSide(1, share) - half_v) * guess.step_v;
+    return {.center = corner + origin.cast<double>() + shift,
+            .step_u = guess.step_u,
+            .step_v = guess.step_v,
+            .reach_u = half_u - margin_u,
+            .reach_v = half_v - margin_v};
   }
   [[nodiscard]] double distanceFromGuess(const EdgeModel& model) const {
     return (model.corner() + origin.cast<double>() - guess.pixel).norm();

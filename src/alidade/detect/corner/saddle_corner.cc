@@ -124,8 +124,10 @@ std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Ve
   constexpr double kMaxBend = 1.5;
   const CornerGuess& guess = task.guess;
   const double reach = kMaxMoveShare * task.spacing;
+  double radius_share = kRadiusShare;
+  for (const std::size_t side : {0U, 1U, 2U, 3U}) radius_share = task.shareOnSide(side, radius_share);
   const auto saddle = findSaddle(task.image, start,
-                                 std::clamp(kRadiusShare * task.spacing, kMinRadiusPx, kMaxRadiusPx), reach);
+                                 std::clamp(radius_share * task.spacing, kMinRadiusPx, kMaxRadiusPx), reach);
   if (!saddle || !((saddle->pixel - guess.pixel).norm() <= reach)) return std::nullopt;
   const auto contrast = task.contrastOfSquares(saddle->pixel);
   if (!contrast || std::abs(*contrast) < kMinContrast ||
@@ -145,7 +147,7 @@ std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Ve
   // At the corner the edge model's twist is (2 / pi) (contrast / 2) sin^2 / s^2.
   fit.blur_px = task.crossing_sine * std::sqrt(std::abs(*contrast / twist) / std::numbers::pi);
   fit.contrast = *contrast;
-  fit.window = kRadiusShare;
+  fit.window = radius_share;
   return fit;
 }
 
