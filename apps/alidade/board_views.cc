@@ -175,7 +175,8 @@ void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool
 
 void checkDebugFolder(const std::string& folder, const std::string& output) {
   const auto normal = [](const std::string& path) {
-    const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
+    std::error_code ignored;
+    const std::filesystem::path whole = std::filesystem::absolute(path, ignored).lexically_normal();
     return whole.has_filename() ? whole : whole.parent_path();
   };
   if (folder.empty() || output.empty() || normal(folder) != normal(output)) return;

@@ -135,7 +135,9 @@ const CancelFlag* catchInterrupts() {
 void endByCaughtSignal() {
   std::signal(caught_signal, SIG_DFL);
   std::raise(caught_signal);
-  std::abort();
+  constexpr int kSignalExit =
+      128;  // as a shell has it; the first process of a container survives its signals
+  ::_exit(kSignalExit + caught_signal);
 }
 
 }  // namespace alidade

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <map>
 #include <memory>
 #include <new>
 #include <sstream>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
@@ -180,6 +184,11 @@ int runProgram(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace alidade;
+  // A closed stream's number would go to the next file that is opened, and messages into that.
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) == -1) static_cast<void>(::open("/dev/null", O_RDWR));
+  }
+  std::signal(SIGXFSZ, SIG_IGN);  // the write fails, and says so
   try {
     useOneThreadPerImage();
     return runProgram(argc, argv);

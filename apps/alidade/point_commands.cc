@@ -99,12 +99,14 @@ class PointReader {
   }
 
  private:
+  [[noreturn]] void failOnLongLine() {
+    lines_.countLine();
+    throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
+  }
+
   void refill() {
     const auto kept = static_cast<std::size_t>(end_ - begin_);
-    if (kept > kMaxLineBytes) {
-      lines_.countLine();
-      throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
-    }
+    if (kept > kMaxLineBytes) failOnLongLine();
     std::memmove(buffer_.data(), begin_, kept);
     before_read_();
     ssize_t got = 0;
@@ -127,6 +129,7 @@ class PointReader {
         static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
     const std::string_view line(begin_, static_cast<std::size_t>(stop - begin_));
     begin_ = stop + 1;
+    if (line.size() > kMaxLineBytes) failOnLongLine();
     const TableLines::Kind kind = lines_.take(line);
     if (kind == TableLines::Kind::kNothing) return;
     if (kind == TableLines::Kind::kHeader) {

@@ -29,6 +29,10 @@ bool isOwnEntry(const std::filesystem::path& relative) {
          relative.extension() == ".png";
 }
 
+bool isOwnResult(const std::filesystem::path& folder) {
+  return isWrittenBy(folder / "camera.yaml", "simulate") && isWrittenBy(folder / "corners.csv", "simulate");
+}
+
 class SimulateCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
@@ -46,6 +50,7 @@ class SimulateCommand final : public Command {
   int run(const CLI::App&) override {
     if (scene_path_.empty()) throw missingError("simulate", "no scene file", "a scene file (YAML)");
     if (output_.empty()) throw missingError("simulate", "no --output", "-o FOLDER");
+    refuseFolderOfInputs(output_, {scene_path_, common_.config});
     const CancelFlag* cancel = catchInterrupts();
     const Scene scene = readSceneFile(scene_path_);
     if (!common_.quiet) {
@@ -62,9 +67,10 @@ class SimulateCommand final : public Command {
 
     const CornersFile corners = trueCorners(scene, poses, names);
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
-    PendingFolder folder(output_, overwrite_, isOwnEntry);
+    PendingFolder folder(output_, overwrite_, {.is_name = isOwnEntry, .is_result = isOwnResult});
     writeCornersFile(folder.path("corners.csv"), corners);
-    writeCameraFile(folder.path("camera.yaml"), bareRecord(scene.camera, scene.image_size, programName()));
+    writeCameraFile(folder.path("camera.yaml"),
+                    bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
     writeFileAtomically(folder.path("poses.yaml"), posesText(names, poses));
     if (!corners_only_) renderAll(scene, poses, names, folder, cancel);
     folder.commit();

@@ -35,32 +35,6 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
 
-bool isBelow(const fs::path& path, const fs::path& folder) {
-  std::error_code ignored;  // of folders that do not exist, which hold nothing
-  for (fs::path parent = path.parent_path(); !parent.empty(); parent = parent.parent_path()) {
-    if (fs::equivalent(parent, folder, ignored)) return true;
-    if (parent == parent.parent_path()) return false;
-  }
-  return false;
-}
-
-// Refuses a folder for the output that holds, at any depth, one of the files that are read, by its own name
-// or by that of the file that it links to. Sources that do not exist do not matter.
-void refuseFolderOfInputs(const std::string& folder, const std::vector<std::string>& sources) {
-  for (const std::string& source : sources) {
-    if (source.empty()) continue;
-    std::error_code error;
-    const fs::path own = fs::absolute(source, error).lexically_normal();
-    const fs::path target = fs::weakly_canonical(source, error);
-    if (!isBelow(own, folder) && !isBelow(target, folder)) continue;
-    throw usageError({.where = "--output " + folder,
-                      .found = "this is the folder of the input " + source,
-                      .expected = "a different folder",
-                      .next_step = "choose another folder, otherwise the results would replace the inputs or "
-                                   "be read as inputs next time"});
-  }
-}
-
 // What comes of one image.
 struct UndistortedImage {
   std::string image;   // short name
@@ -147,9 +121,14 @@ class UndistortCommand final : public Command {
     const ViewChoice choice = chooseView(source.camera, source.image_size, request(app));
     std::set<std::string> own_names = {kCameraName, kProjectionName};
     for (const UndistortedImage& image : images) own_names.insert(image.output);
-    PendingFolder folder(output_, overwrite_, [&own_names](const fs::path& relative) {
-      return own_names.contains(relative.string());
-    });
+    PendingFolder folder(
+        output_, overwrite_,
+        {.is_name = [&](const fs::path& relative) { return own_names.contains(relative.string()); },
+         .is_result =
+             [](const fs::path& result) {
+               return isWrittenBy(result / kCameraName, "undistort") ||
+                      isWrittenBy(result / kProjectionName, "undistort");
+             }});
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
     undistortAll(paths, images, table, folder, cancel);
@@ -257,8 +236,10 @@ class UndistortCommand final : public Command {
 
   static void writeView(const OutputView& view, const PendingFolder& folder) {
     if (view.projection != ViewProjection::kRectilinear)
-      return writeProjectionFile(folder.path(kProjectionName), {.view = view, .created_by = programName()});
-    writeCameraFile(folder.path(kCameraName), bareRecord(pinholeOf(view), view.size, programName()));
+      return writeProjectionFile(folder.path(kProjectionName),
+                                 {.view = view, .created_by = programName() + " undistort"});
+    writeCameraFile(folder.path(kCameraName),
+                    bareRecord(pinholeOf(view), view.size, programName() + " undistort"));
   }
 
   static std::vector<std::string> notesOn(const ViewChoice& choice,

@@ -78,6 +78,40 @@ TEST(Simulate, ReplacesOnlyWhatItMade) {
   EXPECT_EQ(num_foreign, 4);
 }
 
+// People give the results of calibrate and detect the names that simulate uses.
+TEST(Simulate, KnowsItsOwnResultsByWhatTheySay) {
+  const ScratchFolder scratch;
+  const std::string scene = scratch.write("scene.yaml", smallScene());
+  ASSERT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path("out")}), EndsWith(0));
+  const std::string camera = scratch.read("out/camera.yaml");
+  int num_kept = 0;
+  for (const char* name : {"camera.yaml", "corners.csv"}) {
+    const std::string own = scratch.read(std::string("out/") + name);
+    const std::string foreign = replaced(own, " simulate", "");
+    scratch.write(std::string("out/") + name, foreign);
+    EXPECT_THAT(runAlidade({"simulate", scene, "-o", scratch.path("out"), "--overwrite"}),
+                FailsWith(1, HasSubstr("choose another name")));
+    EXPECT_EQ(scratch.read(std::string("out/") + name), foreign);
+    scratch.write(std::string("out/") + name, own);
+    ++num_kept;
+  }
+  EXPECT_EQ(num_kept, 2);
+  scratch.write("out/scene.yaml", smallScene());
+  EXPECT_THAT(
+      runAlidade({"simulate", scratch.path("out/scene.yaml"), "-o", scratch.path("out"), "--overwrite"}),
+      FailsWith(2, HasSubstr("folder of the input")));
+}
+
+TEST(Simulate, KeepsThePermissionsOfAnEmptyFolder) {
+  const ScratchFolder scratch;
+  const std::string scene = scratch.write("scene.yaml", smallScene());
+  scratch.makeFolder("private");
+  std::filesystem::permissions(scratch.path("private"), std::filesystem::perms::owner_all);
+  ASSERT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path("private")}), EndsWith(0));
+  EXPECT_EQ(std::filesystem::status(scratch.path("private")).permissions(),
+            std::filesystem::perms::owner_all);
+}
+
 TEST(Simulate, NamesFoldersThatCannotBeMade) {
   const ScratchFolder scratch;
   const std::string scene = scratch.write("scene.yaml", smallScene());

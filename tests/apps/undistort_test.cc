@@ -159,6 +159,17 @@ TEST_F(Undistort, ReplacesOnlyWhatItMade) {
   EXPECT_EQ(scratch.list(), before);
 }
 
+// A folder with copies of the photographs looks like a result by its names.
+TEST_F(Undistort, DoesNotReplaceCopiesOfItsInputs) {
+  writePhoto("a.png", pattern(CV_8UC1));
+  const std::string photo = scratch.read("photos/a.png");
+  scratch.write("backup/a.png", photo);
+  EXPECT_THAT(undistort({"--overwrite"}, "photos", "backup"), FailsWith(1, HasSubstr("a.png")));
+  scratch.write("backup/camera.yaml", kLens);
+  EXPECT_THAT(undistort({"--overwrite"}, "photos", "backup"), FailsWith(1, HasSubstr("choose another name")));
+  EXPECT_EQ(scratch.read("backup/a.png"), photo);
+}
+
 TEST_F(Undistort, RefusesTheFolderOfItsInputs) {
   writePhoto("a.png", pattern(CV_8UC1));
   std::filesystem::create_symlink(scratch.path("photos"), scratch.path("link"));

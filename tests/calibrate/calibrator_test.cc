@@ -15,6 +15,7 @@
 namespace alidade {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -78,6 +79,13 @@ TEST(Calibrate, RefusesWhatItCannotUse) {
   EXPECT_THAT(message([](auto& v) { v[1].corners[3].id = 54; }), HasSubstr("corner id 54; expected 0 to 53"));
   EXPECT_THAT(message([](auto& v) { v[1].corners[3].pixel.x() = std::numeric_limits<double>::quiet_NaN(); }),
               HasSubstr("not a number"));
+  EXPECT_THAT(message([](auto& v) {
+                for (View& view : v) view.size = {.width = 480, .height = 640};
+              }),
+              AllOf(HasSubstr("outside the image of 480x640"), HasSubstr("may be swapped")));
+  EXPECT_THAT(message([](auto& v) { v[1].corners[3].pixel.y() = -14; }),
+              AllOf(HasSubstr("corner 3 at ("), HasSubstr(", -14.0)")));
+  EXPECT_EQ(message([](auto& v) { v[1].corners[3].pixel.y() = -12; }), "no error") << "merely an outlier";
   EXPECT_THAT(message([](auto& v) { v[1].image = v[0].image; }), HasSubstr("two views with this name"));
   EXPECT_THAT(message([](auto&) {}, "radtn"), HasSubstr("did you mean 'radtan'?"));
   EXPECT_THAT(message([](auto& v) {

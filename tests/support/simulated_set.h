@@ -36,6 +36,16 @@ inline SimulatedSet simulateSet(const AnyCamera& camera, ImageSize size, int num
   return set;
 }
 
+/// Leaves out corners outside the image, which no detector sees.
+inline void dropOutside(std::vector<View>& views) {
+  for (View& view : views) {
+    std::erase_if(view.corners, [&](const Corner& corner) {
+      return corner.pixel.minCoeff() < -0.5 || corner.pixel.x() > view.size.width - 0.5 ||
+             corner.pixel.y() > view.size.height - 0.5;
+    });
+  }
+}
+
 /// Focal length at which a lens without distortion sees `fov_deg` across the width.
 inline double focalForFov(double fov_deg, ImageSize size) {
   return 0.5 * size.width / std::tan(0.5 * fov_deg * std::numbers::pi / 180);

@@ -218,6 +218,7 @@ VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t num
     default:
       break;
   }
+  dropOutside(c.set.views);
   return c;
 }
 

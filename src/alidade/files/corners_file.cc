@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kHeader = "camera,image,width,height,board,corner_id,col,row,u,v,sigma_px";
 constexpr std::size_t kNumColumns = 11;
-constexpr std::size_t kMaxCornersFileBytes = std::size_t{1} << 32U;
+constexpr std::size_t kMaxCornersFileBytes = std::size_t{1} << 30U;
 
 class Parser {
  public:

@@ -2,6 +2,7 @@
 #include "alidade/imagery/image_container.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstddef>
 #include <limits>
@@ -54,7 +55,8 @@ std::optional<ByteOrder> tiffByteOrder(Bytes tiff) {
 int tiffOrientation(Bytes tiff) {
   constexpr std::size_t kEntryBytes = 12;
   constexpr std::uint32_t kOrientationTag = 0x0112;
-  constexpr std::uint32_t kShort = 3;
+  // BYTE, SHORT, LONG and their signed forms: libtiff takes all of them.
+  constexpr std::array<std::size_t, 10> kBytesOfType = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4};
   const std::optional<ByteOrder> order = tiffByteOrder(tiff);
   if (!order) return 1;
   const auto directory = readUint(tiff, 4, 4, *order);
@@ -63,8 +65,9 @@ int tiffOrientation(Bytes tiff) {
     const std::size_t entry = std::size_t{*directory} + 2 + i * kEntryBytes;
     const auto tag = readUint(tiff, entry, 2, *order);
     if (!tag) break;
-    if (tag != kOrientationTag || readUint(tiff, entry + 2, 2, *order) != kShort) continue;
-    const std::uint32_t value = readUint(tiff, entry + 8, 2, *order).value_or(1);
+    const auto type = readUint(tiff, entry + 2, 2, *order);
+    if (tag != kOrientationTag || !type || *type >= kBytesOfType.size() || kBytesOfType[*type] == 0) continue;
+    const std::uint32_t value = readUint(tiff, entry + 8, kBytesOfType[*type], *order).value_or(1);
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
   }
   return 1;

@@ -12,7 +12,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <span>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -23,6 +22,7 @@
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/image_container.h"
+#include "alidade/imagery/jpeg_damage.h"
 
 namespace alidade {
 namespace {
@@ -86,6 +86,10 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
   }
   if (!info.intact) throw damagedError(path, "the image is damaged: a checksum is wrong");
   if (info.size) checkSize(path, *info.size);
+  if (info.format == ContainerInfo::Format::kJpeg) {
+    if (const std::string damage = jpegDamage(content); !damage.empty())
+      throw damagedError(path, "the image cannot be decoded without errors (" + damage + ")");
+  }
   if (info.format == ContainerInfo::Format::kTiff && info.exif_orientation != 1) {
     // OpenCV (4.6) turns TIFF images even when told not to.
     throw imageError(path,

@@ -5,7 +5,6 @@
 
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/nodes.h"
 #include "alidade/files/yaml_writer.h"
 
 namespace alidade {

@@ -12,6 +12,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/geometry/decompositions.h"
@@ -45,11 +46,25 @@ void checkView(const Checkerboard& board, const View& view, ImageSize size) {
                         .found = "corner " + std::to_string(corner.id) + " with a negative sigma",
                         .expected = "a standard deviation in pixels, or NaN where it is unknown"});
     }
-    if (corner.pixel.allFinite()) continue;
+    if (!corner.pixel.allFinite()) {
+      throw inputError(
+          {.where = view.image,
+           .found = "corner " + std::to_string(corner.id) + " with a position that is not a number",
+           .expected = "finite pixel coordinates"});
+    }
+    constexpr double kBeyond = 0.02;  // of the longer side: noise, and what a detector may extrapolate
+    const Eigen::Vector2d beyond =
+        (corner.pixel - 0.5 * Eigen::Vector2d(view.size.width - 1, view.size.height - 1)).cwiseAbs() -
+        0.5 * Eigen::Vector2d(view.size.width, view.size.height);
+    if (beyond.maxCoeff() <= kBeyond * std::max(view.size.width, view.size.height)) continue;
     throw inputError(
         {.where = view.image,
-         .found = "corner " + std::to_string(corner.id) + " with a position that is not a number",
-         .expected = "finite pixel coordinates"});
+         .found = "corner " + std::to_string(corner.id) + " at (" + numberText("%.1f", corner.pixel.x()) +
+                  ", " + numberText("%.1f", corner.pixel.y()) + "), outside the image of " +
+                  sizeText(view.size),
+         .expected = "a corner inside the image",
+         .next_step = "check the image size: width and height may be swapped, or those of another "
+                      "image"});
   }
 }
 

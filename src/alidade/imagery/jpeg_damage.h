@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace alidade {
+
+/// What is wrong in the coded data of a JPEG file, in libjpeg's words; empty if nothing. Decoders go on after
+/// damage, and what follows it is displaced by whole blocks. A byte or two between the data and the next
+/// marker are the padding of some cameras.
+[[nodiscard]] std::string jpegDamage(std::string_view content);
+
+}  // namespace alidade
