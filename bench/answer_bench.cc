@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/uncertainty/far_difference.h"
+#include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/files/corners_file.h"
@@ -55,7 +55,7 @@ Answer answerOf(const Checkerboard& board, const std::vector<View>& views, const
     for (std::size_t i = 0; i < accuracy.pixels.size(); ++i) {
       if (accuracy.is_covered[i]) anchors.push_back(accuracy.pixels[i]);
     }
-    const std::vector<double> errors = farDifferences(result.camera(), truth, accuracy.pixels, anchors);
+    const std::vector<double> errors = alignedDifferences(result.camera(), truth, accuracy.pixels, anchors);
     std::vector<double> known;
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (std::isnan(accuracy.error_px[i])) continue;

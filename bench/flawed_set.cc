@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "support/simulated_set.h"
+
 namespace alidade {
 namespace {
 
@@ -404,6 +406,7 @@ FlawedSet drawFlawedSet(const FlawKind& kind, std::string_view model, std::uint6
       .drawn = drawCamera(model, fov_deg, random), .set = {}, .noise_px = drawSize(random, 0.05, 0.3)};
   of.set = drawUserViews(of.drawn, 8 + static_cast<int>(random.index(23)), of.noise_px, random);
   kind.apply(of, random);
+  dropOutside(of.set.views);
   constexpr std::size_t kFewest = 6;
   for (std::size_t v = of.set.views.size(); v-- > 0;) {
     if (of.set.views[v].corners.size() >= kFewest) continue;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
+#include <filesystem>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -11,11 +11,14 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/record_of.h"
 #include "alidade/calibrate/start/held_params.h"
+#include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_format.h"
 #include "alidade/report/next_view_svg.h"
+#include "alidade/target/board_spec.h"
 #include "board_views.h"
 #include "calibration_output.h"
 #include "console.h"
@@ -56,6 +59,12 @@ class CalibrateCommand final : public Command {
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
+    app.add_option("--to", format_,
+                   fmt::format("Format of the camera file: {}. The lens model is one that the format can "
+                               "represent",
+                               fmt::join(formatIds(), ", ")))
+        ->check(CLI::IsMember(formatIds()))
+        ->capture_default_str();
     app.add_option("--name", name_.name, "Name of the camera, for the camera file");
     app.add_option("--serial", name_.serial, "Serial number of the camera, for the camera file");
     app.add_option("--evidence", evidence_,
@@ -66,6 +75,9 @@ class CalibrateCommand final : public Command {
                    "warnings depend on it")
         ->check(pixelComplaint, "")
         ->capture_default_str();
+    app.add_option("--distance", distance_,
+                   "Distance of the points that the accuracy is for, for example 2m, with the camera's pose "
+                   "aligned. Default: far points, with the rotation aligned");
     app.add_flag("--verbose", is_verbose_, "Print all details after the summary");
     app.add_option("--target-sigma", target_sigma_,
                    "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "
@@ -86,17 +98,7 @@ class CalibrateCommand final : public Command {
     checkOutput(output_, sources, common_);
     checkFurtherOutput("--next-view", next_view_, "next.svg", sources);
     checkFurtherOutput("--evidence", evidence_, "evidence.json", sources);
-    CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
-    options.jobs = common_.jobs;
-    options.tolerance_px = *parsePixels(tolerance_);
-    options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
-                          : board_shape_ == "warp" ? BoardShapeMode::kWarp
-                                                   : BoardShapeMode::kAuto;
-    if (!init_.empty()) {
-      const CameraRecord file = readCameraTelling(init_, {}, common_.quiet);
-      options.initial = {.camera = file.camera, .size = file.image_size};
-    }
-    static_cast<void>(constraintOf(options));  // wrong names are told before the images are read
+    CalibratorOptions options = calibratorOptions();
     options.cancel = catchInterrupts();
     const GivenViews given =
         readViews({.command = "calibrate", .inputs = inputs_, .board = board_, .debug_folder = debug_},
@@ -127,7 +129,7 @@ class CalibrateCommand final : public Command {
     const bool to_stdout = output_ == "-";
     if (!evidence_.empty())
       writeFileAtomically(evidence_, evidenceJson(result, given, advice, effectiveSettings(app)));
-    if (!output_.empty() && !to_stdout && is_kept) writeCameraFile(output_, file);
+    if (!output_.empty() && !to_stdout && is_kept) saveCamera(output_, file, format_);
 
     const auto summary = [&](bool is_terminal) {
       const SummaryStyle style{.tolerance_px = options.tolerance_px,
@@ -138,32 +140,81 @@ class CalibrateCommand final : public Command {
     if (common_.json) {
       printResult(summaryJson(result, given, advice));
     } else if (to_stdout) {
-      if (is_kept) printResult(cameraFileText(file));
-      if (!common_.quiet || !is_good) printMessage(summary(false));
-    } else {
+      if (is_kept) printResult(cameraText(file, format_));
+      if (!common_.quiet) printMessage(summary(false));
+    } else if (!common_.quiet) {
       printResult(summary(isatty(STDOUT_FILENO) != 0));
     }
     if (!is_good) {
-      printMessage(std::string("error: the camera must not be used") +
-                   (is_kept || output_.empty()
-                        ? ""
-                        : "; " + output_ + " was not written (use --keep-untrustworthy to write it anyway)"));
+      printRefusal("the camera must not be used", output_, is_kept);
       return kUntrustworthyExit;
     }
     if (!common_.quiet && !to_stdout)
-      printMessage(output_.empty() ? "no camera file written (give -o camera.yaml)"
-                                   : "written to " + output_);
+      printMessage(output_.empty()
+                       ? "no camera file written (give -o camera.yaml)"
+                       : "written to " + output_ +
+                             (format_ == "alidade"
+                                  ? ""
+                                  : ", without accuracy and verdict (--evidence FILE keeps them)"));
     return 0;
   }
 
  private:
+  [[nodiscard]] CalibratorOptions calibratorOptions() const {
+    CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
+    options.jobs = common_.jobs;
+    options.tolerance_px = *parsePixels(tolerance_);
+    if (!distance_.empty()) {
+      options.distance_m = parseLength(distance_, "--distance");
+      if (options.distance_m <= 0)
+        throw usageError(
+            {.where = "--distance", .found = distance_, .expected = "a length above 0, such as 2m"});
+    }
+    options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
+                          : board_shape_ == "warp" ? BoardShapeMode::kWarp
+                                                   : BoardShapeMode::kAuto;
+    if (!init_.empty()) {
+      const CameraRecord file = readCameraTelling(init_, {}, common_.quiet);
+      options.initial = {.camera = file.camera, .size = file.image_size};
+    }
+    restrictTo(cameraFormat(format_), options);
+    static_cast<void>(constraintOf(options));  // wrong names are told before the images are read
+    return options;
+  }
+
+  // So that the format can hold the camera that is found.
+  void restrictTo(const CameraFormat& format, CalibratorOptions& options) const {
+    if (format.id == cameraFormats().front()->id) return;
+    const RepresentableModels held = representableModels(format);
+    options.models = held.models;
+    const std::string model = namedModel(options);
+    if (model != kAutoModel && std::ranges::find(held.models, model) == held.models.end()) {
+      throw usageError({.where = "--to " + format_,
+                        .found = "the model " + model + ", which this format cannot represent",
+                        .expected = fmt::format("{}", fmt::join(held.models, ", ")),
+                        .next_step = "choose one of these with --model, or another format"});
+    }
+    std::vector<std::string_view> zero;
+    for (const AbsentParameter& absent : held.absent) {
+      options.held.push_back(fmt::format("{}.{}", absent.model, absent.parameter));
+      if (absent.model == model) zero.push_back(absent.parameter);
+    }
+    if (options.initial && !zero.empty())
+      options.initial->camera = fitModel(options.initial->camera, options.initial->size, model, zero).camera;
+  }
+
   void checkFurtherOutput(const std::string& flag, const std::string& path, const char* example,
                           const std::vector<std::string>& sources) const {
     if (path.empty()) return;
-    if (path == "-" || path == output_ || (&path != &next_view_ && path == next_view_)) {
+    const auto isSame = [&path](const std::string& other) {
+      std::error_code ignored;
+      return !other.empty() && std::filesystem::weakly_canonical(path, ignored) ==
+                                   std::filesystem::weakly_canonical(other, ignored);
+    };
+    if (path == "-" || isSame(output_) || (&path != &next_view_ && isSame(next_view_))) {
       throw usageError({.where = flag + " " + path,
                         .found = path == "-"       ? "standard output, which is used for the results"
-                                 : path == output_ ? "the same file as --output"
+                                 : isSame(output_) ? "the same file as --output"
                                                    : "the same file as --next-view",
                         .expected = "a different file, for example " + std::string(example)});
     }
@@ -179,7 +230,9 @@ class CalibrateCommand final : public Command {
   std::string board_shape_ = "auto";
   std::string debug_;
   std::string output_;
+  std::string format_ = "alidade";
   std::string tolerance_ = "1px";
+  std::string distance_;
   bool is_verbose_ = false;
   std::string target_sigma_;
   std::string next_view_;

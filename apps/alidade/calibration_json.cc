@@ -2,7 +2,6 @@
 #include "alidade/adjust/errors.h"
 #include "alidade/core/mapped.h"
 #include "alidade/record/camera_record.h"
-#include "alidade/target/board_spec.h"
 #include "calibration_output.h"
 #include "json_output.h"
 
@@ -52,7 +51,8 @@ void to_json(json& j, const BendByViews& by_views) {
 }
 
 void to_json(json& j, const Accuracy& accuracy) {
-  j = {{"covered_px", accuracy.covered_px},
+  j = {{"distance_m", accuracy.distance_m},
+       {"covered_px", accuracy.covered_px},
        {"covered_share", accuracy.covered_share},
        {"worst_px", accuracy.worst_px},
        {"worst_pixel", vectorJson(accuracy.worst_pixel)},

@@ -71,8 +71,10 @@ Lines accuracyLines(const Calibration& result, double tolerance_px) {
   if (!result.uncertainty.accuracy)
     return wrapped("Accuracy", "unknown: the views do not determine the camera");
   const Accuracy& accuracy = *result.uncertainty.accuracy;
-  return {fmt::format("{:<{}}within {} (95 %) where boards were seen ({:.0f} % of the image)", "Accuracy",
-                      kIndent, pixels(accuracy.covered_px), 100 * accuracy.covered_share),
+  const std::string where =
+      std::isinf(accuracy.distance_m) ? "" : fmt::format(" at {:g} m", accuracy.distance_m);
+  return {fmt::format("{:<{}}within {} (95 %){} where boards were seen ({:.0f} % of the image)", "Accuracy",
+                      kIndent, pixels(accuracy.covered_px), where, 100 * accuracy.covered_share),
           fmt::format("{:<{}}within {:.3g} px in {:.0f} % of the image; worst {} at pixel ({:.0f}, {:.0f})",
                       "", kIndent, tolerance_px, 100 * accuracy.shareWithin(tolerance_px),
                       pixels(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y())};

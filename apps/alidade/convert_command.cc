@@ -34,10 +34,6 @@ struct Converted {
   CameraRecord file;
 };
 
-std::vector<std::string> formatIds() {
-  return mapped(cameraFormats(), [](const CameraFormat* format) { return std::string(format->id); });
-}
-
 std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,
                               std::size_t count, const std::string& expected) {
   if (auto numbers = wholeNumbers(text, separator, count)) return *numbers;
@@ -240,9 +236,7 @@ class ConvertCommand final : public Command {
       for (const std::string& note : notes) printMessage("note: " + note);
     }
     if (!is_good) {
-      printMessage(
-          std::string("error: the converted camera must not be used") +
-          (is_kept ? "" : "; " + output_ + " was not written (use --keep-untrustworthy to write it anyway)"));
+      printRefusal("the converted camera must not be used", output_, is_kept);
       return kUntrustworthyExit;
     }
     if (!common_.quiet && !to_stdout) printMessage("written to " + output_);

@@ -299,8 +299,7 @@ class DiffCommand final : public Command {
     if (!figure_.empty() && has_figures && !common_.quiet) printMessage("written to " + figure_);
     if (!no) return 0;
     printMessage("error: " + *no);
-    if (!figure_.empty() && !has_figures)
-      printMessage(figure_ + " was not written because there is nothing to draw");
+    if (!figure_.empty() && !has_figures) printMessage(notWritten(figure_) + " (there is nothing to draw)");
     return kUntrustworthyExit;
   }
 

@@ -9,9 +9,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/board_file.h"
+#include "alidade/files/formats/camera_format.h"
 #include "alidade/files/settings_file.h"
 #include "alidade/imagery/image_list.h"
 #include "console.h"
@@ -170,6 +172,23 @@ std::vector<std::string> withImages(std::vector<std::string> inputs) {
     // A complaint about the output comes first; this one comes again when the images are read.
   }
   return inputs;
+}
+
+std::string notWritten(const std::string& output) {
+  std::error_code ignored;
+  const bool is_older = output != "-" && std::filesystem::exists(output, ignored);
+  return output + " was not written" + (is_older ? "; the file of that name is an older one" : "");
+}
+
+std::vector<std::string> formatIds() {
+  return mapped(cameraFormats(), [](const CameraFormat* format) { return std::string(format->id); });
+}
+
+void printRefusal(const std::string& claim, const std::string& output, bool is_kept) {
+  printMessage("error: " + claim +
+               (is_kept || output.empty()
+                    ? ""
+                    : "; " + notWritten(output) + " (use --keep-untrustworthy to write it anyway)"));
 }
 
 void checkOutput(const std::string& output, const std::vector<std::string>& sources,

@@ -112,6 +112,15 @@ void addCameraOptions(CLI::App& app, CameraOptions& options);
 /// says how.
 [[nodiscard]] std::vector<std::string> withImages(std::vector<std::string> inputs);
 
+/// "camera.yaml was not written", and whether an older file of that name is still there.
+[[nodiscard]] std::string notWritten(const std::string& output);
+
+/// The ids of all camera formats, for the flag --to.
+[[nodiscard]] std::vector<std::string> formatIds();
+
+/// Tells that the answer is no and, unless it was kept, that `output` (may be empty) was not written.
+void printRefusal(const std::string& claim, const std::string& output, bool is_kept);
+
 /// Checks before any long work that its result can go where `output` says (nothing: nowhere; "-": standard
 /// output, which --json has for itself), and would overwrite none of the `sources`. These may be anything
 /// that was given; what is not the path of a file is left aside. `flag` is where `output` comes from.

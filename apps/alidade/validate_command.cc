@@ -200,6 +200,7 @@ json cameraJson(const CameraJudgement& camera) {
   if (const auto& stated = camera.calibration) {
     document["calibration"] = {{"verdict", verdictName(stated->verdict)},
                                {"accuracy_px", stated->accuracy_px},
+                               {"accuracy_distance_m", stated->accuracy_distance_m},
                                {"covered_share", stated->covered_share}};
   }
   if (camera.camera) {
@@ -406,7 +407,7 @@ class ValidateCommand final : public Command {
       judgement.checks.back().slip = slip->id;
       judgement.checks.back().mended = slip->mended;
     }
-    if (stated && std::isfinite(stated->accuracy_px)) {
+    if (stated && std::isfinite(stated->accuracy_px) && std::isinf(stated->accuracy_distance_m)) {
       FileCheck& check = add(statedAccuracyCheck(stated->accuracy_px, on_images));
       check.values = {{"stated_px", stated->accuracy_px}};
       if (on_images.difference) check.values.push_back({"measured_px", on_images.difference->p95_px});

@@ -67,6 +67,43 @@ TEST(Calibrate, StatesItsUncertaintyEverywhereAlike) {
   EXPECT_EQ(cameraFileText(file), text) << "read back equal";
 }
 
+TEST(Calibrate, WritesAnyFormatWithAModelThatItHolds) {
+  int num_formats = 0;
+  for (const std::string format : {"opencv", "ros", "kalibr", "colmap", "mrcal", "basalt", "nerfstudio",
+                                   "camodocal", "orbslam", "matlab"}) {
+    const ScratchFolder scratch;
+    const std::string output = scratch.path("camera." + std::string(format == "colmap" ? "txt" : "yaml"));
+    const RunResult result = runAlidade({"calibrate", dataPath("corners.csv"), "--to", format, "-o", output});
+    ASSERT_THAT(result, EndsWith(0)) << format;
+    EXPECT_THAT(result.err, HasSubstr("without accuracy and verdict"));
+    const RunResult check = runAlidade({"validate", output, "--json"});
+    ASSERT_THAT(check, EndsWith(0)) << format;
+    EXPECT_EQ(nlohmann::json::parse(check.out).at("files").at(0).at("format"), format);
+    const RunResult difference = runAlidade({"diff", output, dataPath("camera.yaml"), "--json"});
+    EXPECT_LT(nlohmann::json::parse(difference.out).at("p95_px").get<double>(), 0.5)
+        << format << ", without k3";
+    ++num_formats;
+  }
+  EXPECT_EQ(num_formats, 10);
+}
+
+TEST(Calibrate, RefusesAModelThatTheFormatDoesNotHold) {
+  EXPECT_THAT(runAlidade({"calibrate", dataPath("corners.csv"), "--to", "kalibr", "--model", "rational"}),
+              FailsWith(2, AllOf(HasSubstr("rational"), HasSubstr("radtan"), HasSubstr("--to kalibr"))));
+  EXPECT_THAT(runAlidade({"calibrate", dataPath("corners.csv"), "--to", "calibur"}),
+              FailsWith(2, HasSubstr("--to")));
+}
+
+TEST(Calibrate, StartsFromACameraWithMoreThanTheFormatHolds) {
+  const ScratchFolder scratch;
+  const std::string output = scratch.path("chain.yaml");
+  const RunResult result = runAlidade({"calibrate", dataPath("corners.csv"), "--init",
+                                       dataPath("camera.yaml"), "--to", "kalibr", "-o", output, "--quiet"});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_EQ(result.out + result.err, "");
+  EXPECT_THAT(scratch.read("chain.yaml"), HasSubstr("distortion_coeffs"));
+}
+
 TEST(Calibrate, GivesTheSameBytesForAnyOrderAndNumberOfThreads) {
   const ScratchFolder scratch;
   const std::vector<int> orders[] = {{1, 2, 3, 4, 5, 6}, {6, 5, 4, 3, 2, 1}, {3, 1, 6, 2, 5, 4, 3}};
@@ -226,11 +263,11 @@ TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
       settings += fmt::format(" {}={}", key, fmt::join(values.get<std::vector<std::string>>(), ","));
     return document.at("model").get<std::string>() + ":" + settings;
   };
-  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=auto tolerance=1px");
+  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=auto to=alidade tolerance=1px");
   EXPECT_EQ(modelOf({"--config", config}),
-            "pinhole: board=checkerboard:9x6:25mm board-shape=auto model=pinhole tolerance=1px");
+            "pinhole: board=checkerboard:9x6:25mm board-shape=auto model=pinhole to=alidade tolerance=1px");
   EXPECT_EQ(modelOf({"--config", config, "--model", "radtan"}),
-            "radtan: board=checkerboard:9x6:25mm board-shape=auto model=radtan tolerance=1px");
+            "radtan: board=checkerboard:9x6:25mm board-shape=auto model=radtan to=alidade tolerance=1px");
 }
 
 // Boards that are all parallel to the image, at several distances.
@@ -280,6 +317,17 @@ TEST(Calibrate, SaysNoWhereTheFocalLengthCannotBeSeen) {
     EXPECT_THAT(readFile(output), HasSubstr("findings: [fronto_parallel"));
   }
   EXPECT_EQ(num_refused, 4);
+}
+
+TEST(Calibrate, NamesAnOlderFileThatItLeavesAlone) {
+  const ScratchFolder scratch;
+  const std::string scene = scratch.write("scene.yaml", frontoParallelScene(0.1));
+  ASSERT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path("set")}), EndsWith(0));
+  const std::string output = scratch.write("camera.yaml", "older\n");
+  const RunResult result =
+      runAlidade({"calibrate", scratch.path("set/corners.csv"), "-o", output, "--quiet"});
+  EXPECT_THAT(result, FailsWith(3, AllOf(HasSubstr("was not written"), HasSubstr("is an older one"))));
+  EXPECT_EQ(scratch.read("camera.yaml"), "older\n");
 }
 
 // The finding says it in words.

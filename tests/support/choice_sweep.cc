@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "alidade/calibrate/uncertainty/far_difference.h"
+#include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
@@ -73,7 +73,7 @@ double shareAstray(const AnyCamera& truth, std::span<const View> views, const Ca
     for (const Corner& corner : view.corners) corners.push_back(corner.pixel);
   }
   const UncertaintyGrid& grid = *result.uncertainty.projection_far;
-  const auto differences = farDifferences(result.camera(), truth, grid.pixels, corners);
+  const auto differences = alignedDifferences(result.camera(), truth, grid.pixels, corners);
   int num_seen = 0;
   int num_astray = 0;
   for (std::size_t i = 0; i < differences.size(); ++i) {

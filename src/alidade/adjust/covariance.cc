@@ -2,7 +2,6 @@
 #include "alidade/adjust/covariance.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "alidade/adjust/corner_groups.h"

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "alidade/core/error.h"
-
 namespace alidade {
 
 Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint) {

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/lens_prior.h"
 
-#include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "alidade/camera/lens_shapes.h"
-#include "alidade/camera/model_list.h"
 
 namespace alidade {
 namespace {

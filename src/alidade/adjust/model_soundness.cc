@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/model_soundness.h"
 
-#include <cmath>
-#include <cstddef>
 #include <numbers>
 
 #include "alidade/adjust/covariance.h"

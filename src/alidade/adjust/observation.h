@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <vector>
-
 #include <ceres/cost_function.h>
 
 #include "alidade/adjust/corner_groups.h"

@@ -11,7 +11,6 @@
 #include "alidade/adjust/robust_weighting.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/camera/any_camera.h"
-#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/geometry/symmetric_eigen.h"
 

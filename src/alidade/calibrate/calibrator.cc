@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/calibrator.h"
 
-#include <span>
+#include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "alidade/calibrate/choose/model_choice.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
-#include "alidade/camera/model_list.h"
 #include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
 
-void setAccuracy(std::vector<AnyCamera> alternatives, Calibration& now) {
+void setAccuracy(std::vector<AnyCamera> alternatives, double distance_m, Calibration& now) {
   if (!now.uncertainty.covariance) return;
   for (const OtherOptimum& other : now.uncertainty.other_optima)
     alternatives.push_back(AnyCamera::make(onlyCamera(now.fit).model, other.params));
-  now.uncertainty.accuracy = accuracyOf(now.fit, now.uncertainty, alternatives);
+  now.uncertainty.accuracy = accuracyOf(now.fit, now.uncertainty, alternatives, distance_m);
 }
 
 // At rest under normalisation, which reading a file does: what was written is then read back the same.
@@ -63,7 +61,7 @@ Calibration chosenByHeldOutErrors(const Checkerboard& board, const PreparedViews
                                   const CalibratorOptions& options) {
   ChosenModel chosen = chooseModel(board, given, options);
   Calibration now = calibrationOf(std::move(chosen.solution), given, options);
-  setAccuracy(std::move(chosen.rivals), now);
+  setAccuracy(std::move(chosen.rivals), options.distance_m, now);
   now.choice.model = std::move(chosen.choice);
   return now;
 }
@@ -73,7 +71,11 @@ Calibration ofNamedModel(const Checkerboard& board, const PreparedViews& given,
   Calibration now =
       calibrationOf(withDataSettled(fittedPlainly(board, given, options), given, options), given, options);
   now.choice.better_model = neededModel(now.fit, options.cancel);
-  setAccuracy({}, now);
+  const auto& models = options.models;
+  if (!models.empty() && now.choice.better_model &&
+      std::find(models.begin(), models.end(), now.choice.better_model->id) == models.end())
+    now.choice.better_model.reset();
+  setAccuracy({}, options.distance_m, now);
   return now;
 }
 

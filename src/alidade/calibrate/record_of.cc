@@ -8,7 +8,6 @@
 #include "alidade/adjust/errors.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
-#include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
@@ -43,6 +42,7 @@ CalibrationRecord calibrationRecord(const Calibration& of, const Checkerboard& b
                            .view_centers = viewCenters(of.fit)};
   if (known.accuracy) {
     record.accuracy_px = rounded(known.accuracy->covered_px);
+    record.accuracy_distance_m = known.accuracy->distance_m;
     record.covered_share = rounded(known.accuracy->covered_share);
   }
   if (isShapeEstimated(of.fit)) record.warp = WarpRecord{onlyBoard(of.fit).shape, known.bend_std_m};

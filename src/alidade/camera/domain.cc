@@ -2,7 +2,6 @@
 #include "alidade/camera/domain.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 

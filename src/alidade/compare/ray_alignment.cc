@@ -2,7 +2,6 @@
 #include "alidade/compare/ray_alignment.h"
 
 #include <cmath>
-#include <cstddef>
 #include <utility>
 
 #include "alidade/geometry/decompositions.h"

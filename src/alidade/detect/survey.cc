@@ -13,7 +13,6 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/imagery/image_list.h"
-#include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {

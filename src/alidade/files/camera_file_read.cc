@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -215,7 +214,8 @@ std::string userKeys(const YAML::Node& root) {
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   // The last two lines: of the first edition, which are not used any more, but for stated_covariance.
   node.allowKeys(
-      detail::words("verdict accuracy_px covered_share rms_px holdout_rms_px num_views num_corners board "
+      detail::words("verdict accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
+                    "num_corners board "
                     "board_warp findings parameter_std covariance covariance_by view_centers trustworthy "
                     "stated_covariance model_choice num_outliers parameter_std_by_view projection_std_px "
                     "projection_std_grid termination views settings"));
@@ -225,6 +225,10 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
   if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
   if (const auto n = node.find("accuracy_px")) record.accuracy_px = n->number();
+  if (const auto n = node.find("accuracy_distance_m")) {
+    record.accuracy_distance_m = n->number();
+    if (record.accuracy_distance_m <= 0) throw n->error(n->text(), "metres above 0");
+  }
   if (const auto n = node.find("covered_share")) record.covered_share = n->number();
   record.rms_px = node.at("rms_px").number();
   if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();

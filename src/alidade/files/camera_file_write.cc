@@ -9,7 +9,6 @@
 #include "alidade/files/camera_save.h"
 #include "alidade/files/file_text.h"
 #include "alidade/files/formats/camera_format.h"
-#include "alidade/files/nodes.h"
 #include "alidade/files/yaml_writer.h"
 
 namespace alidade {
@@ -36,7 +35,11 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   };
   out << YAML::BeginMap;
   writeEntries(out, "verdict", verdictName(record.verdict));
-  writeKnown("accuracy_px", record.accuracy_px, "error of a far point (95 %) where boards were seen");
+  const bool is_far = std::isinf(record.accuracy_distance_m);
+  writeKnown("accuracy_px", record.accuracy_px,
+             is_far ? "error of a far point (95 %) where boards were seen"
+                    : "error of a point at that distance (95 %) where boards were seen");
+  writeKnown("accuracy_distance_m", record.accuracy_distance_m, "with the pose aligned");
   writeKnown("covered_share", record.covered_share, "of the image");
   writeKnown("rms_px", record.rms_px, "sqrt(mean over corners of dx^2 + dy^2)");
   writeKnown("holdout_rms_px", record.holdout_rms_px, "cross-validation: corners not used for the estimate");
@@ -109,13 +112,17 @@ void writeCameraFile(const std::string& path, const CameraRecord& file) {
   writeFileAtomically(path, cameraFileText(file));
 }
 
-void saveCamera(const std::string& path, const CameraRecord& record, std::string_view format) {
+std::string cameraText(const CameraRecord& record, std::string_view format, const std::string& path) {
   const CameraFormat& chosen = cameraFormat(format);
   // Of all formats only this program's own has room for the rest of the record.
-  if (&chosen == cameraFormats().front()) return writeCameraFile(path, record);
+  if (&chosen == cameraFormats().front()) return cameraFileText(record);
   const std::array<NamedCamera, 1> named = {
       NamedCamera{.name = record.name.name, .camera = record.camera, .image_size = record.image_size}};
-  writeFileAtomically(path, formatText(chosen, named, path));
+  return formatText(chosen, named, path);
+}
+
+void saveCamera(const std::string& path, const CameraRecord& record, std::string_view format) {
+  writeFileAtomically(path, cameraText(record, format, path));
 }
 
 }  // namespace alidade

@@ -8,6 +8,10 @@
 
 namespace alidade {
 
+/// What saveCamera() writes to a file of this name.
+[[nodiscard]] std::string cameraText(const CameraRecord& record, std::string_view format,
+                                     const std::string& path = "");
+
 /// Writes a camera file atomically. Formats of other tools contain only the camera and the image size. The
 /// camera must be representable exactly; the text is read back before the file is written.
 /// @param format  id as for `alidade convert --to`: "alidade", "opencv", "ros", "kalibr", ...; if a format

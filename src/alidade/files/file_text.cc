@@ -2,7 +2,6 @@
 #include "alidade/files/file_text.h"
 
 #include <algorithm>
-#include <iterator>
 #include <sstream>
 
 namespace alidade::detail {

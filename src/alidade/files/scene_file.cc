@@ -3,11 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 
 #include "alidade/core/size_groups.h"
 #include "alidade/files/board_file.h"
-#include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/nodes.h"
 #include "alidade/files/yaml_writer.h"

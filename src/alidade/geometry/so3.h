@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 #include <type_traits>
 
 #include "alidade/geometry/stumpff.h"

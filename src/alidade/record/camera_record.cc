@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/record/camera_record.h"
 
-#include <cstddef>
 #include <utility>
 
 namespace alidade {

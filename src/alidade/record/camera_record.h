@@ -27,9 +27,10 @@ struct WarpRecord {
 /// it.
 struct CalibrationRecord {
   Verdict verdict = Verdict::kTrustworthy;  ///< kNo if the file was written anyway
-  /// Error of the pixel of a far point that is not exceeded with a probability of 95 % where boards were
-  /// seen; NaN = unknown.
+  /// Error of the pixel of a point that is not exceeded with a probability of 95 % where boards were seen;
+  /// NaN = unknown.
   double accuracy_px = std::numeric_limits<double>::quiet_NaN();
+  double accuracy_distance_m = std::numeric_limits<double>::infinity();  ///< of the point
   double covered_share = std::numeric_limits<double>::quiet_NaN();  ///< of the image: where boards were seen
   double rms_px = 0;
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< NaN = unknown

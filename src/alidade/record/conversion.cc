@@ -2,7 +2,6 @@
 #include "alidade/record/conversion.h"
 
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <utility>
 

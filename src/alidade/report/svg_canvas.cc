@@ -2,8 +2,6 @@
 #include "alidade/report/svg_canvas.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 #include <fmt/format.h>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/simulate/random_views.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>

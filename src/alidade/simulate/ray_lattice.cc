@@ -8,8 +8,6 @@
 #include <numbers>
 #include <optional>
 
-#include <Eigen/Core>
-
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/geometry/decompositions.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/target/checkerboard.h"
 
-#include <cmath>
 #include <cstdio>
 
 #include "alidade/core/text.h"

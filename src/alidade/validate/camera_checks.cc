@@ -384,6 +384,8 @@ std::string calibrationText(const CalibrationRecord& stated) {
   if (!std::isfinite(stated.accuracy_px)) return text;
   constexpr double kLeastPx = 1e-4;  // of corners without noise
   text += fmt::format(", within {:.3g} px (95 %)", std::max(stated.accuracy_px, kLeastPx));
+  if (std::isfinite(stated.accuracy_distance_m))
+    text += fmt::format(" at {:g} m", stated.accuracy_distance_m);
   if (std::isfinite(stated.covered_share))
     text += fmt::format(" over {:.0f} % of the image", 100 * stated.covered_share);
   return text;

@@ -140,6 +140,28 @@ TEST(ModelChoice, HoldsWhatAllModelsHave) {
   EXPECT_THAT(messageOf(set, {.model = "automatic"}), HasSubstr("automatic"));
 }
 
+TEST(ModelChoice, IsAmongTheAllowedModels) {
+  const SimulatedSet set = noisySet(AnyCamera::make("radtan", kTruth), 12, 7);
+  const Calibration without = chosenFor(set, {.models = {"pinhole", "rational", "kannala_brandt"}});
+  EXPECT_THAT(without.camera().modelId(), testing::AnyOf("rational", "kannala_brandt"));
+  EXPECT_EQ(candidate(without, "radtan").verdict, "not_allowed");
+  EXPECT_EQ(without.choice.model->candidates.size(), 4u) << "radtan, which tells the field, and the three";
+  EXPECT_EQ(chosenFor(set, {.models = {"pinhole", "rational"}}).camera().modelId(), "rational");
+
+  // k3 is 1.2 % of the distortion here, which shows.
+  std::vector<double> params = kTruth;
+  params[8] = -0.12;
+  const SimulatedSet strong = noisySet(AnyCamera::make("radtan", params), 12, 8);
+  const CalibratorOptions four{.models = {"pinhole", "radtan"}, .held = {"radtan.k3"}};
+  const Calibration held = chosenFor(strong, four);
+  EXPECT_EQ(held.camera().modelId(), "radtan");
+  EXPECT_EQ(held.camera().parameter("k3"), 0);
+  EXPECT_EQ(candidate(held, "radtan").num_params, 8);
+  EXPECT_NE(chosenFor(strong).camera().parameter("k3"), 0);
+  EXPECT_THAT(messageOf(set, {.held = {"radtan.k9"}}), HasSubstr("k9"));
+  EXPECT_THAT(messageOf(set, {.held = {"radial.k3"}}), HasSubstr("radial"));
+}
+
 // A named model is called too lean only where the choice would have gone by it.
 TEST(ModelChoice, AgreesWithTheWarningOfALeanModel) {
   int num_lean = 0;

@@ -113,6 +113,70 @@ TEST(BoardStretch, OfSquareBoardsIsWithinItsSigma) {
   EXPECT_LT(sum / num_sets, 1.99);
 }
 
+// A set whose views all have one error of this size.
+SimulatedSet setWith(CommonCause cause, double size, std::uint64_t seed) {
+  SimulatedSet set = simulateSet(spoiledCamera("radtan"), kSpoiledSize, 30, 0, seed, {}, kSpoiledBoard);
+  Random random(seed);
+  const Eigen::Vector3d middle = set.board.middle();
+  for (std::size_t v = 0; v < set.views.size(); ++v) {
+    const SE3& pose = set.poses[v];
+    std::vector<double> params(set.camera.parameters().begin(), set.camera.parameters().end());
+    if (cause == CommonCause::kFocus) {
+      for (const std::size_t i : {0U, 1U}) params[i] *= 1 + size / (pose * middle).norm();
+    }
+    const AnyCamera camera = AnyCamera::make("radtan", params);
+    for (Corner& corner : set.views[v].corners) {
+      Eigen::Vector3d p = set.board.corner(corner.id);
+      const Eigen::Vector3d out = p - middle;
+      const double X = out.x() / middle.x();
+      const double Y = out.y() / middle.y();
+      if (cause == CommonCause::kGradingX) p.x() += size * middle.x() * X * X;
+      if (cause == CommonCause::kGradingY) p.y() += size * middle.y() * Y * Y;
+      if (cause == CommonCause::kTwist) p.z() += size * middle.x() * X * Y;
+      Eigen::Vector3d p_cam = pose * p;
+      if (cause == CommonCause::kPupil)
+        p_cam.z() -= size * std::pow(std::atan2(p_cam.head<2>().norm(), p_cam.z()), 2);
+      corner.pixel = camera.project(p_cam).pixel;
+      if (cause == CommonCause::kOutward) {
+        const Eigen::Vector2d beyond = camera.project(pose * (p + 1e-3 * out)).pixel - corner.pixel;
+        corner.pixel += size * (X * X + Y * Y) * beyond.normalized();
+      }
+      corner.pixel += 0.1 * Eigen::Vector2d(random.normal(), random.normal());
+    }
+  }
+  return set;
+}
+
+TEST(CommonErrors, AreFoundWithTheirSigmasAndToldApart) {
+  struct Case {
+    CommonCause cause;
+    double size;
+    const char* id;
+  };
+  int num_checked = 0;
+  int num_beside = 0;
+  for (const Case& c :
+       {Case{CommonCause::kGradingX, 3e-3, "board_graded"},
+        Case{CommonCause::kGradingY, -3e-3, "board_graded"}, Case{CommonCause::kTwist, 8e-3, "board_twisted"},
+        Case{CommonCause::kPupil, 0.02, "centre_moves"}, Case{CommonCause::kFocus, 5e-3, "focus_breathes"},
+        Case{CommonCause::kOutward, 0.15, "corners_biased"}}) {
+    for (const std::uint64_t seed : {31U, 32U}) {
+      const Calibration result = run(setWith(c.cause, c.size, seed));
+      for (const CommonError& found : result.uncertainty.common_errors) {
+        if (found.cause == c.cause) {
+          EXPECT_NEAR(found.value, c.size, 4 * found.sigma + 0.02 * std::abs(c.size)) << c.id << " " << seed;
+        } else if (found.isSignificant()) {
+          ++num_beside;
+        }
+      }
+      EXPECT_EQ(named(result, c.id).size(), 1U) << c.id << " " << seed;
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 12);
+  EXPECT_LE(num_beside, 2) << "of 72 others, beside the one that is there";
+}
+
 TEST(BoardStretch, CannotBeToldFromFxByViewsThatFaceTheBoard) {
   SimulatedSet set = simulateSet(spoiledCamera("radtan"), kSpoiledSize, 10, 0.1, 12,
                                  {.max_tilt_deg = 0, .max_roll_deg = 0}, kSpoiledBoard);

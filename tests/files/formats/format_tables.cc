@@ -2,7 +2,6 @@
 #include "files/formats/format_tables.h"
 #include "alidade/camera/camera_variant.h"
 
-#include <map>
 #include <optional>
 
 #include <gtest/gtest.h>
@@ -19,13 +18,6 @@ namespace {
 
 constexpr double kTolerance = 1e-9;  // px
 constexpr int kNumRandom = 3;        // cameras of each model
-
-std::string_view columnTitle(std::string_view model) {
-  static const std::map<std::string_view, std::string_view> kTitles = {
-      {"pinhole", "P"}, {"radtan", "R"}, {"rational", "A"}, {"thin_prism", "T"}, {"kannala_brandt", "K"},
-      {"fov", "F"},     {"ucm", "U"},    {"omni", "O"},     {"eucm", "E"},       {"double_sphere", "D"}};
-  return kTitles.at(model);
-}
 
 // Cameras of a model with all parameters at work.
 std::vector<AnyCamera> camerasOf(std::string_view model_id) {
@@ -132,46 +124,29 @@ bool survives(const CameraFormat& from, const CameraFormat& to, const AnyCamera&
   return true;
 }
 
-std::string formatTable() {
-  std::string header = "| from \\ to |";
-  std::string line = "|---|";
-  for (const CameraFormat* format : formats()) {
-    header += " " + std::string(format->id) + " |";
-    line += "---|";
-  }
-  std::string rows;
+}  // namespace
+
+std::string formatTables() {
+  return "\n" + modelTable() + "\n";
+}
+
+int countConversions() {
+  int num_survivors = 0;
   for (const CameraFormat* from : formats()) {
-    std::map<std::string_view, std::string> cells;  // by format
     for (const std::string_view model : from->models) {
       const AnyCamera camera = camerasOf(model).front();
       const AnyCamera without_k3 = withoutK3(camera);
       const auto start = throughFile(*from, camera);
       const auto start_without_k3 = throughFile(*from, without_k3);
       for (const CameraFormat* to : formats()) {
-        if (start && survives(*from, *to, camera, *start)) {
-          cells[to->id] += columnTitle(model);
-        } else if (model == "radtan" && start_without_k3 &&
-                   survives(*from, *to, without_k3, *start_without_k3)) {
-          cells[to->id] += "r";
-        }
+        const bool survives_whole = start && survives(*from, *to, camera, *start);
+        const bool survives_without = !survives_whole && model == "radtan" && start_without_k3 &&
+                                      survives(*from, *to, without_k3, *start_without_k3);
+        if (survives_whole || survives_without) ++num_survivors;
       }
     }
-    rows += "| " + std::string(from->id) + " |";
-    for (const CameraFormat* to : formats())
-      rows += " " + (cells[to->id].empty() ? "-" : cells[to->id]) + " |";
-    rows += "\n";
   }
-  return header + "\n" + line + "\n" + rows;
-}
-
-}  // namespace
-
-std::string formatTables() {
-  std::string legend;
-  for (const std::string& model : modelIds())
-    legend += (legend.empty() ? "" : ", ") + std::string(columnTitle(model)) + " " + model;
-  return "\n" + modelTable() + "\nFrom one format to another and back, by letter (" + legend +
-         "; r is radtan with k3 = 0):\n\n" + formatTable() + "\n";
+  return num_survivors;
 }
 
 }  // namespace alidade

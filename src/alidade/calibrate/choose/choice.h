@@ -21,8 +21,8 @@ struct ModelCandidate {
   /// How much larger its held-out RMS is than that of the best, as a share, and the standard error of that.
   double excess = std::numeric_limits<double>::quiet_NaN();
   double excess_std = std::numeric_limits<double>::quiet_NaN();
-  /// chosen; worse; larger (no worse than the chosen one, but not needed); no_solution; or why it is no
-  /// camera to recommend, see Unsoundness: not_converged, ill_conditioned, corners_outside_domain,
+  /// chosen; worse; larger (no worse than the chosen one, but not needed); no_solution; not_allowed; or why
+  /// it is no camera to recommend, see Unsoundness: not_converged, ill_conditioned, corners_outside_domain,
   /// folds_in_image, no_holdout.
   std::string verdict;
   std::string reason;  ///< the same for people

@@ -2,7 +2,6 @@
 #include "alidade/calibrate/choose/choice_candidates.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "alidade/adjust/larger_model.h"
+#include "alidade/calibrate/start/held_params.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
@@ -48,6 +48,11 @@ void fitAll(std::span<Candidate> candidates, const Checkerboard& board, const Pr
   parallelFor(
       candidates.size(), options.jobs, [&](std::size_t i) { fit(candidates[i], board, given, options); },
       options.cancel);
+}
+
+bool isAllowed(std::string_view id, const CalibratorOptions& options) {
+  const auto& models = options.models;
+  return models.empty() || std::find(models.begin(), models.end(), id) != models.end();
 }
 
 // Sum of rho over all corners; those of views that the camera does not explain count as far off.
@@ -91,10 +96,12 @@ bool seesSideways(const Fit& fit) {
   return false;
 }
 
+bool isOpen(const Candidate& c) {
+  return c.solution && !c.unsoundness;
+}
+
 void requireAny(const Candidates& candidates) {
-  if (std::any_of(candidates.begin(), candidates.end(),
-                  [](const Candidate& c) { return c.solution.has_value(); }))
-    return;
+  if (std::any_of(candidates.begin(), candidates.end(), isOpen)) return;
   for (const Candidate& c : candidates) {
     if (c.error) std::rethrow_exception(c.error);
   }
@@ -125,10 +132,11 @@ void addLargerThanRadtan(Candidates& candidates, const Checkerboard& board, cons
                          const CalibratorOptions& options) {
   std::string lean(Radtan::kId);
   for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
+    if (!isAllowed(id, options)) continue;
     const auto at =
         std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == lean; });
     Candidate larger(id);
-    if (!fitsRoughly(*at, candidates) || foldsInsideImage(*at) ||
+    if (!isAllowed(lean, options) || !fitsRoughly(*at, candidates) || foldsInsideImage(*at) ||
         dropAtAGlance(at->solution->fit, larger.id, options.cancel) > kNeededDrop) {
       fit(larger, board, given, options);
       if (larger.solution) lean = larger.id;
@@ -158,24 +166,37 @@ Candidates fitCandidates(const Checkerboard& board, const PreparedViews& given,
   const double limit = better.id == Radtan::kId ? kVeryWideFieldRad : kWideFieldRad;
   choice.is_wide = choice.field_rad > limit;
   const bool is_sideways = seesSideways(widest);
-  if (choice.is_wide) {
+  // Where the choice is not free, one of these may stand in for what is missing.
+  if (choice.is_wide || !options.models.empty()) {
     Candidates fisheyes;
-    for (const std::string_view id : {Fov::kId, Ucm::kId, Eucm::kId, DoubleSphere::kId, Omni::kId})
-      fisheyes.emplace_back(id);
+    for (const std::string_view id : {Fov::kId, Ucm::kId, Eucm::kId, DoubleSphere::kId, Omni::kId}) {
+      if (isAllowed(id, options)) fisheyes.emplace_back(id);
+    }
     fitAll(fisheyes, board, given, options);
     std::move(fisheyes.begin(), fisheyes.end(), std::back_inserter(candidates));
   } else if (candidates.front().solution) {
     candidates.pop_back();
   }
-  candidates.emplace_back(Pinhole::kId);
+  if (isAllowed(Pinhole::kId, options)) candidates.emplace_back(Pinhole::kId);
   if (is_sideways) {
     for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
+      if (!isAllowed(id, options)) continue;
       candidates.emplace_back(id).unsoundness = Unsoundness{
           .id = "corners_outside_domain", .text = "some corners lie 90 degrees from the axis or more"};
     }
   } else {
     addLargerThanRadtan(candidates, board, given, options);
   }
+  for (Candidate& candidate : candidates) {
+    if (!isAllowed(candidate.id, options))
+      candidate.unsoundness = Unsoundness{.id = "not_allowed", .text = "not among the models to choose from"};
+    CalibratorOptions own = options;
+    own.model = candidate.id;
+    const std::vector<int> held = constraintOf(own).held;
+    candidate.num_params -= static_cast<std::size_t>(
+        std::count_if(held.begin(), held.end(), [](int i) { return i >= static_cast<int>(kNumAffine); }));
+  }
+  requireAny(candidates);
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.num_params < b.num_params; });
   return candidates;
@@ -184,14 +205,14 @@ Candidates fitCandidates(const Checkerboard& board, const PreparedViews& given,
 Candidate& fittest(Candidates& candidates, const PreparedViews& given) {
   HuberLoss loss = kNoLoss;
   for (const Candidate& c : candidates) {
-    if (c.solution) loss.threshold_px = std::min(loss.threshold_px, c.solution->fit.loss.threshold_px);
+    if (isOpen(c)) loss.threshold_px = std::min(loss.threshold_px, c.solution->fit.loss.threshold_px);
   }
   double least = std::numeric_limits<double>::infinity();
   for (const Candidate& c : candidates) {
-    if (c.solution) least = std::min(least, costOf(c.solution->fit, loss, given));
+    if (isOpen(c)) least = std::min(least, costOf(c.solution->fit, loss, given));
   }
   const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
-    return c.solution && costOf(c.solution->fit, loss, given) <= (1 + kNeededDrop) * least;
+    return isOpen(c) && costOf(c.solution->fit, loss, given) <= (1 + kNeededDrop) * least;
   });
   expect(found != candidates.end(), "a model that fits");
   return *found;

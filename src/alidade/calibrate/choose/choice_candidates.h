@@ -21,7 +21,7 @@ struct Candidate {
   explicit Candidate(std::string_view model_id);
 
   std::string id;
-  std::size_t num_params;
+  std::size_t num_params;  ///< free ones of the lens and the affine step; those that all models hold count
   /// As fittedPlainly() leaves it. None: see `unsoundness` and `not_better_than`; with neither, the model
   /// needs no search of its own.
   std::optional<ModelSolution> solution;

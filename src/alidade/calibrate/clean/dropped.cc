@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
 #include <utility>
 
 #include "alidade/adjust/fit.h"
@@ -12,7 +11,6 @@
 #include "alidade/adjust/solve.h"
 #include "alidade/calibrate/clean/renumbering.h"
 #include "alidade/calibrate/clean/view_fit.h"
-#include "alidade/core/cancel.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/target/view.h"

@@ -141,14 +141,23 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   }
 }
 
-void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  constexpr double kHopelessFactor = 5;  // of the tolerance
+namespace {
+
+constexpr double kHopelessFactor = 5;  // of the tolerance
+
+bool isInaccurate(const Accuracy& accuracy, double tolerance_px) {
   constexpr double kMostly = 0.5;
+  return accuracy.coveredShareWithin(kHopelessFactor * tolerance_px) < 1 - kMostly;
+}
+
+}  // namespace
+
+void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!of.uncertainty.accuracy) return;
   const Accuracy& accuracy = *of.uncertainty.accuracy;
+  if (!isInaccurate(accuracy, of.tolerance_px)) return;
   const double limit = kHopelessFactor * of.tolerance_px;
   const double share = accuracy.coveredShareWithin(limit);
-  if (share >= 1 - kMostly) return;
   diagnoses.push_back({.severity = Severity::kFailure,
                        .id = "inaccurate",
                        .cause = "the camera is inaccurate even where boards were seen",
@@ -269,7 +278,8 @@ void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!of.uncertainty.accuracy) return;
   const Accuracy& accuracy = *of.uncertainty.accuracy;
   const double share = accuracy.shareWithin(of.tolerance_px);
-  if (share >= kMostOfImage) return;
+  // Where boards were is worth a word only if something is known there.
+  if (share >= kMostOfImage || isInaccurate(accuracy, of.tolerance_px)) return;
   diagnoses.push_back({.severity = Severity::kWarning,
                        .id = "poor_coverage",
                        .cause = "only " + numberText("%.0f", 100 * share) +

@@ -142,23 +142,30 @@ namespace {
 
 // The error of this cause, if it is significant.
 std::optional<CommonError> significantError(const Evidence& of, CommonCause cause) {
-  constexpr double kSignificant = 3;  // standard deviations; the severity follows from the effect
-  for (CommonError error : of.uncertainty.common_errors) {
-    // A lens that deviates from its model errs alike in all views, so that they agree on it.
-    error.sigma *= std::max(1.0, of.smoothness());
-    if (error.cause == cause && std::abs(error.value) > kSignificant * error.sigma) return error;
+  for (const CommonError& error : of.uncertainty.common_errors) {
+    if (error.cause == cause && error.isSignificant()) return error;
   }
   return std::nullopt;
 }
 
 double effectOf(const Evidence& of, const CommonError& error) {
+  // A wrong ratio of fx and fy: each is off by half of it.
+  if (error.cause == CommonCause::kStretch) return 0.5 * std::abs(error.value) * halfDiagonal(of);
   return effectOfStep(of, Eigen::Map<const Eigen::VectorXd>(
                               error.params_step.data(), static_cast<Eigen::Index>(error.params_step.size())));
 }
 
-// What a wrong ratio of fx and fy displaces: each is off by half of it.
-double effectOfStretch(const Evidence& of, double stretch) {
-  return 0.5 * std::abs(stretch) * halfDiagonal(of);
+// Of several errors that all views have in common the one with the largest effect is told; the others, which
+// may be gone with it, are notes.
+void addCommonError(const Evidence& of, Diagnosis diagnosis, const CommonError& error,
+                    std::vector<Diagnosis>& diagnoses) {
+  const double effect_px = effectOf(of, error);
+  const auto& all = of.uncertainty.common_errors;
+  const bool is_largest = std::none_of(all.begin(), all.end(), [&](const CommonError& other) {
+    return other.isSignificant() && effectOf(of, other) > effect_px;
+  });
+  addByEffect(of, std::move(diagnosis), effect_px, diagnoses,
+              is_largest ? Severity::kFailure : Severity::kNote);
 }
 
 }  // namespace
@@ -166,26 +173,26 @@ double effectOfStretch(const Evidence& of, double stretch) {
 void boardNotSquare(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const auto error = significantError(of, CommonCause::kStretch);
   if (!error) return;
-  addByEffect(of,
-              {.id = "board_not_square",
-               .cause = "the board's squares are not square",
-               .evidence = "width / height = " + numberText("%.4f", 1 + error->value) + " +- " +
-                           numberText("%.4f", error->sigma),
-               .next_step = "measure the board in both directions over many squares, and print it again"},
-              effectOfStretch(of, error->value), diagnoses);
+  addCommonError(of,
+                 {.id = "board_not_square",
+                  .cause = "the board's squares are not square",
+                  .evidence = "width / height = " + numberText("%.4f", 1 + error->value) + " +- " +
+                              numberText("%.4f", error->sigma),
+                  .next_step = "measure the board in both directions over many squares, and print it again"},
+                 *error, diagnoses);
 }
 
 void boardGraded(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   for (const CommonCause cause : {CommonCause::kGradingX, CommonCause::kGradingY}) {
     const auto error = significantError(of, cause);
     if (!error) continue;
-    addByEffect(of,
-                {.id = "board_graded",
-                 .cause = std::string("the board's squares grow along its ") +
-                          (cause == CommonCause::kGradingX ? "rows" : "columns"),
-                 .evidence = "by " + percent(4 * std::abs(error->value)) + " from edge to edge",
-                 .next_step = "measure squares at both ends of the board, and print it again"},
-                effectOf(of, *error), diagnoses);
+    addCommonError(of,
+                   {.id = "board_graded",
+                    .cause = std::string("the board's squares grow along its ") +
+                             (cause == CommonCause::kGradingX ? "rows" : "columns"),
+                    .evidence = "by " + percent(4 * std::abs(error->value)) + " from edge to edge",
+                    .next_step = "measure squares at both ends of the board, and print it again"},
+                   *error, diagnoses);
   }
 }
 
@@ -193,50 +200,51 @@ void boardTwisted(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const auto error = significantError(of, CommonCause::kTwist);
   if (!error) return;
   const double height_m = std::abs(error->value) * onlyBoard(of.fit).target.middle().x();
-  addByEffect(of,
-              {.id = "board_twisted",
-               .cause = "the board is twisted",
-               .evidence = "its corners are " + numberText("%.2g", 1e3 * height_m) + " mm out of its plane",
-               .next_step = "mount the board on something flat and rigid, and photograph it again"},
-              effectOf(of, *error), diagnoses);
+  addCommonError(
+      of,
+      {.id = "board_twisted",
+       .cause = "the board is twisted",
+       .evidence = "its corners are " + numberText("%.2g", 1e3 * height_m) + " mm out of its plane",
+       .next_step = "mount the board on something flat and rigid, and photograph it again"},
+      *error, diagnoses);
 }
 
 void focusBreathes(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const auto error = significantError(of, CommonCause::kFocus);
   if (!error) return;
-  addByEffect(
+  addCommonError(
       of,
       {.id = "focus_breathes",
        .cause = "the focal length depends on the distance of the board, as with autofocus",
        .evidence = "it changes by " + percent(std::abs(error->value) / of.uncertainty.board_distance_m) +
                    " from the boards' distance to far points",
        .next_step = "fix the focus; if it is fixed, use a larger board farther away"},
-      effectOf(of, *error), diagnoses);
+      *error, diagnoses);
 }
 
 void cornersBiased(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const auto error = significantError(of, CommonCause::kOutward);
   if (!error) return;
-  addByEffect(of,
-              {.id = "corners_biased",
-               .cause = std::string("corners at the edges of the board are seen too ") +
-                        (error->value > 0 ? "far out" : "near its middle"),
-               .evidence = "by " + numberText("%.2g", std::abs(error->value)) + " px",
-               .next_step = "use even light, no overexposure, and a board with a wide margin"},
-              effectOf(of, *error), diagnoses);
+  addCommonError(of,
+                 {.id = "corners_biased",
+                  .cause = std::string("corners at the edges of the board are seen too ") +
+                           (error->value > 0 ? "far out" : "near its middle"),
+                  .evidence = "by " + numberText("%.2g", std::abs(error->value)) + " px",
+                  .next_step = "use even light, no overexposure, and a board with a wide margin"},
+                 *error, diagnoses);
 }
 
 void centreMoves(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const auto error = significantError(of, CommonCause::kPupil);
   if (!error) return;
-  addByEffect(
+  addCommonError(
       of,
       {.id = "centre_moves",
        .cause = "the rays do not meet in one point, as behind glass or with a wide lens close to the board",
        .evidence = "the point moves along the axis by " + numberText("%.2g", 1e3 * std::abs(error->value)) +
                    " mm at 57 degrees",
        .next_step = "photograph a larger board from farther away, without glass in front of the lens"},
-      effectOf(of, *error), diagnoses);
+      *error, diagnoses);
 }
 
 namespace {
@@ -272,7 +280,7 @@ void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   // each view according to its roll.
   const auto stretch = significantError(of, CommonCause::kStretch);
   const bool is_stretched =
-      stretch && severityOf(effectOfStretch(of, stretch->value), of.tolerance_px) >= Severity::kWarning;
+      stretch && severityOf(effectOf(of, *stretch), of.tolerance_px) >= Severity::kWarning;
   if (of.choice.better_model || of.uncertainty.hasBias() || of.uncertainty.two_cameras || is_stretched)
     return;
   const ViewVariations& variations = of.uncertainty.variations;

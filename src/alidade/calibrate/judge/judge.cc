@@ -6,10 +6,9 @@
 #include <cstddef>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/calibrate/uncertainty/far_difference.h"
+#include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
@@ -59,10 +58,6 @@ constexpr Judgement kJudgements[] = {
 
 }  // namespace
 
-double Evidence::smoothness() const {
-  return weightedRms(fit) / std::sqrt(2.0) / uncertainty.local_sigma_px;
-}
-
 std::vector<Diagnosis> judge(const Evidence& evidence) {
   std::vector<Diagnosis> diagnoses;
   for (const Judgement judgement : kJudgements) judgement(evidence, diagnoses);
@@ -82,8 +77,7 @@ double effectOfStep(const Evidence& of, const Eigen::VectorXd& params_step) {
   double largest = std::numeric_limits<double>::quiet_NaN();
   if (!of.uncertainty.accuracy) return largest;
   const Accuracy& accuracy = *of.uncertainty.accuracy;
-  const ProjectionUncertainty projection(of.camera, onlyCamera(of.fit).size,
-                                         std::numeric_limits<double>::infinity());
+  const ProjectionUncertainty projection(of.camera, onlyCamera(of.fit).size, accuracy.distance_m);
   for (std::size_t i = 0; i < accuracy.is_covered.size(); ++i) {
     const int at = static_cast<int>(i);
     if (accuracy.is_covered[i] && projection.hasRay(at))
@@ -100,7 +94,7 @@ double effectOfCamera(const Evidence& of, const AnyCamera& other) {
   for (std::size_t i = 0; i < accuracy.is_covered.size(); ++i) {
     if (accuracy.is_covered[i]) covered.push_back(accuracy.pixels[i]);
   }
-  for (const double difference : farDifferences(of.camera, other, covered, covered))
+  for (const double difference : alignedDifferences(of.camera, other, covered, covered, accuracy.distance_m))
     largest = std::fmax(largest, difference);
   return largest;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,10 +23,6 @@ struct Evidence {
   const DomainCertificate& domain;
   const AnyCamera& camera;  ///< that of the fit
   double tolerance_px;      ///< see CalibratorOptions
-
-  /// Errors over what neighbouring corners differ by: 1 for noise alone, more where they vary smoothly. NaN
-  /// without neighbours.
-  [[nodiscard]] double smoothness() const;
 };
 
 /// Everything that is wrong with a calibration, failures first; pure judgement, no estimation.

@@ -52,7 +52,12 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
   const auto names = is_open ? std::span<const std::string_view>(kAffineParamNames) : parameterNames(model);
   const std::vector<std::string> known(names.begin(), names.end());
   ParamConstraint constraint{.held = {}, .same_focal = options.same_focal};
-  for (const std::string& name : options.held) {
+  for (std::string name : options.held) {
+    if (const std::size_t dot = name.find('.'); dot != std::string::npos) {
+      const std::string owner = name.substr(0, dot);
+      name.erase(0, dot + 1);
+      if (owner != model && parameterIndex(parameterNames(owner), name)) continue;
+    }
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {
       const auto nearest = nearestName(name, known);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "alidade/camera/any_camera.h"
@@ -30,14 +32,17 @@ enum class BoardShapeMode {
 struct CalibratorOptions {
   /// One of modelIds(), or kAutoModel: that of the initial camera, or the one chosen by held-out error.
   std::string model = kAutoModel;
+  std::vector<std::string_view> models = {};  ///< what kAutoModel chooses among; empty = all of modelIds()
   std::optional<InitialCamera> initial = std::nullopt;  ///< nothing: a start is searched for
   /// Names of parameters that keep their value: that of `initial`; without one, the image's centre for cx and
-  /// cy and 0 for the lens.
+  /// cy and 0 for the lens. "radtan.k3" is k3 of that model only, whichever model is named or chosen.
   std::vector<std::string> held = {};
   bool same_focal = false;  ///< fx = fy in pixels
   BoardShapeMode board_shape = BoardShapeMode::kAuto;
   double tolerance_px = 1;  ///< the error of a projected point (95 %) that the user accepts; see judge()
-  int jobs = 1;             ///< threads; 0 = one per processor. The result does not depend on it.
+  /// Of the points that the accuracy is for, metres; infinite: far points. See Accuracy.
+  double distance_m = std::numeric_limits<double>::infinity();
+  int jobs = 1;  ///< threads; 0 = one per processor. The result does not depend on it.
   const CancelFlag* cancel = nullptr;
 };
 

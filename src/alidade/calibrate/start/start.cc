@@ -5,20 +5,14 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
-#include <span>
 #include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "alidade/adjust/errors.h"
-#include "alidade/adjust/pose_search.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/adjust/view_pose.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
-#include "alidade/core/cancel.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
 

@@ -5,30 +5,21 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/lens_prior.h"
+#include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
-#include "alidade/calibrate/uncertainty/far_difference.h"
+#include "alidade/calibrate/uncertainty/flexible_fit.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
-#include "alidade/camera/model_fit.h"
 #include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-// A model of the same kind of lens with room for what the given one cannot express.
-std::string_view flexibleModel(std::string_view model_id) {
-  if (model_id == "pinhole" || model_id == "radtan") return "rational";
-  if (model_id == "fov" || model_id == "ucm" || model_id == "eucm" || model_id == "double_sphere")
-    return "kannala_brandt";
-  return model_id;
-}
 
 // What the views leave open with the flexible model at the same lens, under no more than what is known of
 // lenses in general.
@@ -38,28 +29,22 @@ struct Flexible {
 };
 
 std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
-  const FitCamera& camera = onlyCamera(fit);
-  const std::string id(flexibleModel(camera.model));
-  if (id == camera.model || !camera.constraint.isNone()) return std::nullopt;
-  const ModelFit same = fitModel(AnyCamera::make(camera.model, camera.params), camera.size, id);
-  Fit flexible = fit;
-  FitCamera& of = onlyCamera(flexible);
-  of.model = id;
-  const auto params = same.camera.parameters();
-  of.params.assign(params.begin(), params.end());
-  of.weak_prior = {};
-  Eigen::MatrixXd information = intrinsicsInformation(flexible).information;
+  const auto flexible = flexibleFit(fit);
+  if (!flexible) return std::nullopt;
+  const FitCamera& of = onlyCamera(*flexible);
+  AnyCamera camera = AnyCamera::make(of.model, of.params);
+  Eigen::MatrixXd information = intrinsicsInformation(*flexible).information;
   // Of LensScale: how far a lens may deviate from a stiff model in the corner of the image, 5 % of its
   // diagonal, or a tenth of that where the model has a polynomial of its own.
-  const double deviation = camera.model == "radtan" ? 0.01 : 0.1;
-  const LensPrior prior = lensScale(id, same.camera, of.size).prior(deviation, variance);
+  const double deviation = onlyCamera(fit).model == "radtan" ? 0.01 : 0.1;
+  const LensPrior prior = lensScale(of.model, camera, of.size).prior(deviation, variance);
   for (std::size_t i = 0; i < prior.precision.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     information(at, at) += prior.precision[i];
   }
   const ScaledInverse scaled = scaledInverse(information);
   if (!scaled.inverse) return std::nullopt;
-  return Flexible{.camera = same.camera, .covariance = variance * *scaled.inverse};
+  return Flexible{.camera = std::move(camera), .covariance = variance * *scaled.inverse};
 }
 
 // As views for coveredPixels().
@@ -112,12 +97,12 @@ double Accuracy::coveredShareWithin(double tolerance_px) const {
 
 namespace {
 
-// Changes of the pixels by the parameters after alignment by the rotation that fits best where boards were
-// seen.
+// Changes of the pixels by the parameters after alignment by the rotation (or pose) that fits best where
+// boards were seen.
 class Alignment {
  public:
   Alignment(const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels,
-            const std::vector<bool>& is_covered) {
+            const std::vector<bool>& is_covered, double distance_m) {
     std::vector<Eigen::Vector2d> covered;
     std::vector<Eigen::Vector2d> others;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -127,7 +112,8 @@ class Alignment {
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       if (!is_covered[i]) index_[i] += covered.size();
     }
-    aligned_ = alignedJacobians(camera, covered, others, Freed::kRotation);
+    aligned_ =
+        alignedJacobians(camera, covered, others, std::isinf(distance_m) ? Freed::kRotation : Freed::kPose);
   }
 
   [[nodiscard]] bool hasRay(std::size_t i) const { return aligned_.has_ray[index_[i]]; }
@@ -144,14 +130,15 @@ class Alignment {
 // To cameras that explain the corners as well, px; 0 where they see nothing.
 std::vector<double> largestDifferences(const AnyCamera& camera, std::span<const AnyCamera> alternatives,
                                        const std::vector<Eigen::Vector2d>& pixels,
-                                       const std::vector<bool>& is_covered) {
+                                       const std::vector<bool>& is_covered, double distance_m) {
   std::vector<Eigen::Vector2d> covered;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (is_covered[i]) covered.push_back(pixels[i]);
   }
   std::vector<double> largest(pixels.size(), 0.0);
   for (const AnyCamera& alternative : alternatives) {
-    const std::vector<double> differences = farDifferences(camera, alternative, pixels, covered);
+    const std::vector<double> differences =
+        alignedDifferences(camera, alternative, pixels, covered, distance_m);
     for (std::size_t i = 0; i < pixels.size(); ++i) largest[i] = std::fmax(largest[i], differences[i]);
   }
   return largest;
@@ -159,21 +146,26 @@ std::vector<double> largestDifferences(const AnyCamera& camera, std::span<const 
 
 }  // namespace
 
-Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const AnyCamera> alternatives) {
+Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const AnyCamera> alternatives,
+                    double distance_m) {
   const FitCamera& camera = onlyCamera(fit);
   const UncertaintyGrid& grid = *known.projection_far;
-  Accuracy accuracy{.columns = grid.columns, .rows = grid.rows, .pixels = grid.pixels};
+  Accuracy accuracy{
+      .distance_m = distance_m, .columns = grid.columns, .rows = grid.rows, .pixels = grid.pixels};
   accuracy.is_covered = isCovered(accuracy.pixels, seenCorners(fit));
-  const Alignment stated(AnyCamera::make(camera.model, camera.params), accuracy.pixels, accuracy.is_covered);
+  const Alignment stated(AnyCamera::make(camera.model, camera.params), accuracy.pixels, accuracy.is_covered,
+                         distance_m);
   const Eigen::MatrixXd covariance = known.statedCovariance();
   double variance = known.coordinate_sigma_px * known.coordinate_sigma_px;
   if (known.isNoiseExceeded()) variance *= std::max(1.0, known.by_views->excess);
   const std::optional<Flexible> flexible = flexibleOf(fit, variance);
+  const bool is_stiff = isStiff(camera.model);
   std::optional<Alignment> open;
-  if (flexible) open.emplace(flexible->camera, accuracy.pixels, accuracy.is_covered);
+  if (flexible) open.emplace(flexible->camera, accuracy.pixels, accuracy.is_covered, distance_m);
 
-  const std::vector<double> open_px = largestDifferences(AnyCamera::make(camera.model, camera.params),
-                                                         alternatives, accuracy.pixels, accuracy.is_covered);
+  const std::vector<double> open_px =
+      largestDifferences(AnyCamera::make(camera.model, camera.params), alternatives, accuracy.pixels,
+                         accuracy.is_covered, distance_m);
   // Of a deviation whose two coordinates are normal variables over the image.
   constexpr double kPlanar95 = 2.4477;
   if (known.hasBias()) accuracy.deviation_px = kPlanar95 / std::sqrt(2.0) * known.image_bias.rms_px;
@@ -184,11 +176,16 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
     if (!stated.hasRay(i)) continue;
     ++num_rays;
     error = stated.error(i, covariance);
-    if (!accuracy.is_covered[i] && open && open->hasRay(i))
-      error = std::max(error, open->error(i, flexible->covariance));
-    error = std::max(error, open_px[i]);
+    const bool is_covered = accuracy.is_covered[i];
+    double other = open_px[i];
+    if ((!is_covered || is_stiff) && open && open->hasRay(i)) {
+      const double flexible_px = open->error(i, flexible->covariance);
+      // The flexible camera, from which a stiff one is known to differ, may itself be off.
+      other = is_covered ? std::hypot(other, flexible_px) : std::max(other, flexible_px);
+    }
+    error = std::max(error, other);
     error += accuracy.deviation_px;
-    if (accuracy.is_covered[i]) {
+    if (is_covered) {
       ++num_covered;
       accuracy.covered_px = std::fmax(accuracy.covered_px, error);
     }

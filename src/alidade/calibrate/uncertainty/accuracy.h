@@ -14,15 +14,17 @@ namespace alidade {
 
 struct Uncertainty;
 
-/// The error of the pixel of a far scene point that is not exceeded with a probability of 95 %, over the
-/// whole image and after alignment by the best rotation. It adds up
+/// The error of the pixel of a scene point that is not exceeded with a probability of 95 %, over the whole
+/// image: of far points after alignment by the best rotation, of points at a finite distance after alignment
+/// by the best pose. It adds up
 ///
 /// - the stated covariance, or if larger, the difference to another camera that explains the corners as well,
-///   or outside the region that boards covered, the covariance of a more flexible model at the same lens: a
-///   stiff model extrapolates with a small covariance, and wrongly; and
+///   or outside the region that boards covered (for stiff models everywhere), the covariance of a more
+///   flexible model at the same lens: a stiff model extrapolates with a small covariance, and wrongly; and
 /// - the deviation of the lens from its model that all views have in common (ImageBias).
 struct Accuracy {
-  int columns = 0;  ///< of the grid, from border to border
+  double distance_m = std::numeric_limits<double>::infinity();  ///< of the points
+  int columns = 0;                                              ///< of the grid, from border to border
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels = {};  ///< row by row
   std::vector<double> error_px = {};         ///< 95 %, one per pixel; NaN if the pixel has no ray
@@ -45,7 +47,9 @@ struct Accuracy {
 /// @param fit    of one camera, solved
 /// @param known  with a covariance and the image bias
 /// @param alternatives  cameras that explain the corners as well
+/// @param distance_m  of the points, positive; may be infinite
 [[nodiscard]] Accuracy accuracyOf(const Fit& fit, const Uncertainty& known,
-                                  std::span<const AnyCamera> alternatives);
+                                  std::span<const AnyCamera> alternatives,
+                                  double distance_m = std::numeric_limits<double>::infinity());
 
 }  // namespace alidade

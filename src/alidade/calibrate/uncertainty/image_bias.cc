@@ -2,7 +2,6 @@
 #include "alidade/calibrate/uncertainty/image_bias.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 

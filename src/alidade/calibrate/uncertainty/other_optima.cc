@@ -13,7 +13,7 @@
 #include "alidade/adjust/pose_search.h"
 #include "alidade/adjust/shape_information.h"
 #include "alidade/adjust/solve.h"
-#include "alidade/calibrate/uncertainty/far_difference.h"
+#include "alidade/calibrate/uncertainty/aligned_difference.h"
 
 namespace alidade {
 namespace {
@@ -45,7 +45,7 @@ double largestSigmas(const Fit& fit, const Uncertainty& known, std::span<const d
 
 double projectionDifference(const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels) {
   double largest = std::numeric_limits<double>::quiet_NaN();
-  for (const double difference : farDifferences(a, b, pixels, pixels))
+  for (const double difference : alignedDifferences(a, b, pixels, pixels))
     largest = std::fmax(largest, difference);
   return largest;
 }

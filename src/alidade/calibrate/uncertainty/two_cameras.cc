@@ -6,12 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <span>
 #include <utility>
 
 #include <Eigen/Cholesky>
 
-#include "alidade/adjust/covariance.h"
 #include "alidade/adjust/places.h"
 #include "alidade/geometry/symmetric_eigen.h"
 

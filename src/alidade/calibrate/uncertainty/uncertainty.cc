@@ -13,6 +13,7 @@
 #include "alidade/adjust/places.h"
 #include "alidade/adjust/shape_information.h"
 #include "alidade/adjust/weak_prior.h"
+#include "alidade/calibrate/uncertainty/flexible_fit.h"
 #include "alidade/calibrate/uncertainty/other_optima.h"
 #include "alidade/core/median.h"
 
@@ -180,9 +181,15 @@ Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_ben
   result.local_sigma_px = localSigma(fit);
   result.num_places = numPlaces(fit);
   setCovariances(fit, residuals, result);
-  const auto scores =
-      reduced(fit, LossWeights::kUse, CommonColumns(onlyBoard(fit).target, onlyCamera(fit).params));
-  result.common_errors = commonErrors(scores, residuals.directions, residuals.variance);
+  const auto scoresOf = [](const Fit& of) {
+    return reduced(of, LossWeights::kUse, CommonColumns(onlyBoard(of).target, onlyCamera(of).params));
+  };
+  const auto scores = scoresOf(fit);
+  const auto flexible = isStiff(onlyCamera(fit).model) ? flexibleFit(fit) : std::nullopt;
+  const double smoothness = weightedRms(fit) / std::sqrt(2.0) / result.local_sigma_px;
+  result.common_errors =
+      commonErrors(scores, residuals.directions, flexible ? scoresOf(*flexible) : std::vector<Reduced>(),
+                   residuals.variance, std::max(1.0, smoothness));
   result.influences = viewInfluences(scores, residuals.directions, residuals.variance);
   result.variations = viewVariations(fit);
   setProjection(fit, camera, result);

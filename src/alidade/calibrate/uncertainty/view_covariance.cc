@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "alidade/adjust/view_shares.h"
 #include "alidade/core/statistics.h"

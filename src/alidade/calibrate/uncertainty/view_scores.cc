@@ -2,7 +2,7 @@
 #include "alidade/calibrate/uncertainty/view_scores.h"
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 
@@ -86,40 +86,113 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
-                                      double variance) {
-  const Eigen::Index n = directions.rows();
-  const Eigen::Index m = directions.cols();
-  std::vector<CommonError> errors;
-  for (std::size_t cause = 0; cause < kCommonCauses.size(); ++cause) {
-    Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(n + CommonColumns::size(), m + 1);
-    basis.topLeftCorner(n, m) = directions;
-    basis(n + static_cast<Eigen::Index>(cause), m) = 1;
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m + 1, m + 1);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(m + 1);
+namespace {
+
+// Estimates of common errors from what all views say together.
+class CommonEstimate {
+ public:
+  CommonEstimate(std::span<const Reduced> scores, const Eigen::MatrixXd& directions, double variance,
+                 double smoothness)
+      : scores_(scores), directions_(directions), variance_(variance), smoothness_(smoothness) {
+    const Eigen::Index size = directions.rows() + CommonColumns::size();
+    information_ = Eigen::MatrixXd::Zero(size, size);
+    gradient_ = Eigen::VectorXd::Zero(size);
     for (const Reduced& score : scores) {
-      information += basis.transpose() * score.information * basis;
-      gradient += basis.transpose() * score.gradient;
+      information_ += score.information;
+      gradient_ += score.gradient;
     }
-    const auto inverse = inverseOf(information);
-    if (!inverse) continue;
-    const Eigen::VectorXd step = -*inverse * gradient;
+  }
+
+  // Of one cause, with others free beside it; without what follows from it.
+  [[nodiscard]] std::optional<CommonError> of(CommonCause cause,
+                                              const std::vector<CommonCause>& others) const {
+    std::vector<CommonCause> free = others;
+    free.push_back(cause);
+    const Eigen::MatrixXd all = basis(free);
+    const auto inverse = inverseOf(all.transpose() * information_ * all);
+    if (!inverse) return std::nullopt;
+    const Eigen::Index last = all.cols() - 1;
+    const Eigen::VectorXd step = -all * (*inverse * (all.transpose() * gradient_));
     double by_views = 0;
-    for (const Reduced& score : scores) {
-      const Eigen::VectorXd left = basis.transpose() * (score.gradient + score.information * basis * step);
-      const double share = inverse->row(m).dot(left);
+    for (const Reduced& score : scores_) {
+      const Eigen::VectorXd left = all.transpose() * (score.gradient + score.information * step);
+      const double share = inverse->row(last).dot(left);
       by_views += share * share;
     }
     // The step's own freedom makes the views' shares agree a little too well.
-    const auto num_views = static_cast<double>(scores.size());
+    const auto num_views = static_cast<double>(scores_.size());
     by_views *= num_views / std::max(1.0, num_views - 1);
-    const Eigen::VectorXd params_step = directions * step.head(m);
-    errors.push_back({.cause = static_cast<CommonCause>(cause),
-                      .value = step(m),
-                      .sigma = std::sqrt(std::max(by_views, variance * (*inverse)(m, m))),
-                      .params_step = {params_step.begin(), params_step.end()}});
+    return CommonError{
+        .cause = cause,
+        .value = step(all.rows() - CommonColumns::size() + static_cast<Eigen::Index>(cause)),
+        .sigma = smoothness_ * std::sqrt(std::max(by_views, variance_ * (*inverse)(last, last)))};
   }
-  return errors;
+
+  // How far the intrinsics are off where an error of this size is not taken into account.
+  [[nodiscard]] std::vector<double> stepFor(const CommonError& error) const {
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(directions_.rows());
+    const Eigen::MatrixXd intrinsics = basis({});
+    if (intrinsics.cols() > 0) {
+      const Eigen::VectorXd column = information_ * basis({error.cause}).rightCols<1>();
+      if (const auto known = inverseOf(intrinsics.transpose() * information_ * intrinsics))
+        moved = -error.value * directions_ * (*known * (intrinsics.transpose() * column));
+    }
+    return {moved.begin(), moved.end()};
+  }
+
+ private:
+  // What is free: the intrinsics, and these.
+  [[nodiscard]] Eigen::MatrixXd basis(const std::vector<CommonCause>& causes) const {
+    const Eigen::Index n = directions_.rows();
+    const Eigen::Index m = directions_.cols();
+    Eigen::MatrixXd free =
+        Eigen::MatrixXd::Zero(n + CommonColumns::size(), m + static_cast<Eigen::Index>(causes.size()));
+    free.topLeftCorner(n, m) = directions_;
+    for (std::size_t i = 0; i < causes.size(); ++i)
+      free(n + static_cast<Eigen::Index>(causes[i]), m + static_cast<Eigen::Index>(i)) = 1;
+    return free;
+  }
+
+  std::span<const Reduced> scores_;
+  Eigen::MatrixXd directions_;
+  double variance_;
+  double smoothness_;
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd gradient_;
+};
+
+}  // namespace
+
+std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
+                                      std::span<const Reduced> flexible, double variance, double smoothness) {
+  const CommonEstimate own(scores, directions, variance, smoothness);
+  const Eigen::Index num_flexible =
+      flexible.empty() ? 0 : flexible.front().gradient.size() - CommonColumns::size();
+  const CommonEstimate estimate =
+      flexible.empty() ? own
+                       : CommonEstimate(flexible, Eigen::MatrixXd::Identity(num_flexible, num_flexible),
+                                        variance, smoothness);
+  std::vector<CommonCause> found;
+  for (;;) {
+    std::vector<CommonError> errors;
+    const CommonError* surest = nullptr;
+    errors.reserve(kCommonCauses.size());
+    for (std::size_t i = 0; i < kCommonCauses.size(); ++i) {
+      const auto cause = static_cast<CommonCause>(i);
+      std::vector<CommonCause> others = found;
+      const bool is_new = std::erase(others, cause) == 0;
+      const auto error = estimate.of(cause, others);
+      if (!error) continue;
+      errors.push_back(*error);
+      if (is_new && error->isSignificant() && (surest == nullptr || error->sigmas() > surest->sigmas()))
+        surest = &errors.back();
+    }
+    if (surest == nullptr) {
+      for (CommonError& error : errors) error.params_step = own.stepFor(error);
+      return errors;
+    }
+    found.push_back(surest->cause);
+  }
 }
 
 std::vector<ViewInfluence> viewInfluences(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,

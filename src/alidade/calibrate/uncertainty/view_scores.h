@@ -68,18 +68,28 @@ struct CommonError {
   double value = 0;                      ///< in the unit of the cause
   double sigma = 0;                      ///< one standard deviation
   std::vector<double> params_step = {};  ///< N: what taking it into account would change
+
+  [[nodiscard]] double sigmas() const { return std::abs(value) / sigma; }
+  [[nodiscard]] bool isSignificant() const { return sigmas() > 3; }
 };
 
-/// Each of the errors that explains the corners best, by itself and to first order (one step of Gauss and
-/// Newton with intrinsics and poses following). The sigma is the larger of that by the corners' noise and
-/// that by how much the views disagree (White 1980, A heteroskedasticity-consistent covariance matrix
-/// estimator, by view), which a lens that does not follow its model raises. Without those that the views do
-/// not determine.
+/// Each of the errors that explains the corners best, to first order (one step of Gauss and Newton with
+/// intrinsics and poses following). One cause may look like several: the most significant is taken into
+/// account in the estimates of the others, then the next, until no other is significant. The sigma is the
+/// larger of that by the corners' noise and that by how much the views disagree (White 1980, A
+/// heteroskedasticity-consistent covariance matrix estimator, by view), which a lens that does not follow its
+/// model raises. Without those that the views do not determine.
 /// @param scores  one a view, with CommonColumns and the loss' weights
-/// @param variance  of the coordinate of a corner of weight 1, px^2
 /// @param directions  what is free among the intrinsics, see freeDirections()
+/// @param flexible  the same for a flexibleFit() of a stiff model, whose deviations from the lens would look
+/// like one of these errors; empty for other models
+/// @param variance  of the coordinate of a corner of weight 1, px^2
+/// @param smoothness  the errors over those that neighbours do not share, at least 1: a lens that deviates
+/// from its model errs alike in all views, so that they agree on it; the sigma is larger by this
 [[nodiscard]] std::vector<CommonError> commonErrors(std::span<const Reduced> scores,
-                                                    const Eigen::MatrixXd& directions, double variance);
+                                                    const Eigen::MatrixXd& directions,
+                                                    std::span<const Reduced> flexible, double variance,
+                                                    double smoothness);
 
 /// What leaving out one view would do, to first order.
 struct ViewInfluence {

@@ -2,7 +2,6 @@
 #include "alidade/detect/board/board_placement.h"
 
 #include <algorithm>
-#include <optional>
 
 namespace alidade {
 namespace {

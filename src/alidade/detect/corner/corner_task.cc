@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/detect/corner/corner_task.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>

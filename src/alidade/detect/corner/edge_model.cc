@@ -2,7 +2,6 @@
 #include "alidade/detect/corner/edge_model.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <utility>

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <iomanip>
 #include <sstream>
 #include <string_view>
 #include <utility>

@@ -83,7 +83,47 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
                     .next_step = "add --model with one of these to fit it and see the fitting error"});
 }
 
+// A lens of the model of which no coefficient happens to be 0, except the named ones.
+AnyCamera generalLens(std::string_view model, const std::vector<std::string_view>& zero) {
+  std::vector<double> params;
+  for (const std::string_view name : parameterNames(model)) {
+    const bool is_zero = std::find(zero.begin(), zero.end(), name) != zero.end();
+    params.push_back(is_zero           ? 0.0
+                     : name[0] == 'f'  ? 500.0
+                     : name[0] == 'c'  ? 250.0
+                     : name == "w"     ? 0.9
+                     : name == "alpha" ? 0.55
+                     : name == "beta"  ? 1.1
+                                       : 0.01);
+  }
+  return AnyCamera::make(model, params);
+}
+
+bool canHold(const CameraFormat& format, const AnyCamera& camera) {
+  try {
+    static_cast<void>(heldCamera(format, {.camera = camera, .image_size = {.width = 501, .height = 501}}));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 }  // namespace
+
+RepresentableModels representableModels(const CameraFormat& format) {
+  RepresentableModels all;
+  for (const std::string& id : modelIds()) {
+    std::vector<std::string_view> zero;
+    for (const AbsentParameter& absent : format.absent) {
+      if (absent.model == id && !canHold(format, generalLens(id, {}))) {
+        zero.push_back(absent.parameter);
+        all.absent.push_back(absent);
+      }
+    }
+    if (canHold(format, generalLens(id, zero))) all.models.emplace_back(id);
+  }
+  return all;
+}
 
 std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                        const std::string& path) {

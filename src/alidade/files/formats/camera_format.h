@@ -59,6 +59,14 @@ struct CameraFormat {
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
 
+/// The models whose every lens a format can represent, if parameters for which it has no place are 0.
+struct RepresentableModels {
+  std::vector<std::string_view> models;
+  std::vector<AbsentParameter>
+      absent;  ///< of these models, where no other model of the format has room for them
+};
+[[nodiscard]] RepresentableModels representableModels(const CameraFormat& format);
+
 /// The file of these cameras, each in a model that `format` holds, with every parameter that is not zero, and
 /// that is the same lens. It is read back
 /// before it is handed out: every camera projects as it did.

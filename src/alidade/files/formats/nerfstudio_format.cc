@@ -11,7 +11,6 @@
 #include <numbers>
 #include <set>
 #include <string>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/uncertainty/far_difference.h"
+#include "alidade/calibrate/uncertainty/aligned_difference.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/camera/projection_uncertainty.h"
 #include "support/choice_sweep.h"
 #include "support/simulated_set.h"
 
@@ -30,25 +31,49 @@ std::vector<Eigen::Vector2d> pixelsWithin(double radius_px, double step_px) {
   return pixels;
 }
 
-TEST(FarDifferences, AreNoneBetweenACameraAndItself) {
+TEST(AlignedDifferences, AreNoneBetweenACameraAndItself) {
   const std::vector<Eigen::Vector2d> pixels = pixelsWithin(2000, 40);
-  const auto differences = farDifferences(lens(-0.02), lens(-0.02), pixels, pixelsWithin(300, 40));
+  const auto differences = alignedDifferences(lens(-0.02), lens(-0.02), pixels, pixelsWithin(300, 40));
   ASSERT_EQ(differences.size(), pixels.size());
   EXPECT_LT(*std::max_element(differences.begin(), differences.end()), 1e-9);
 }
 
 // cx and cy are moved: a turn of the camera, nearly, and only where the anchors are it is exactly that.
-TEST(FarDifferences, LeaveOutTheRotationThatFitsAtTheAnchors) {
+TEST(AlignedDifferences, LeaveOutTheRotationThatFitsAtTheAnchors) {
   const AnyCamera a = AnyCamera::make("pinhole", std::vector<double>{1000, 1000, 640, 480});
   const AnyCamera b = AnyCamera::make("pinhole", std::vector<double>{1000, 1000, 650, 480});
   std::vector<Eigen::Vector2d> anchors;
   for (double x = 600; x <= 690; x += 10) anchors.emplace_back(x, 480);
   const std::vector<Eigen::Vector2d> pixels = {{645, 480}, {0, 0}, {1279, 959}};
-  const auto differences = farDifferences(a, b, pixels, anchors);
+  const auto differences = alignedDifferences(a, b, pixels, anchors);
   EXPECT_LT(differences[0], 0.02);
   // A turn by 0.01 rad moves a pixel x from the centre by 10 (1 + x^2 / f^2) px, and the shift by 10.
   EXPECT_NEAR(differences[1], std::hypot(10 * 0.645 * 0.645, 10 * 0.645 * 0.48), 0.4);
   EXPECT_NEAR(differences[2], std::hypot(10 * 0.634 * 0.634, 10 * 0.634 * 0.48), 0.4);
+}
+
+// At a finite distance a pose follows: against the linear prediction for a small change of the focal length.
+TEST(AlignedDifferences, LeaveOutThePoseAtAFiniteDistance) {
+  const AnyCamera a =
+      AnyCamera::make("kannala_brandt", std::vector<double>{1000, 1000, 634, 491, 0, 0, 0, 0});
+  const AnyCamera b =
+      AnyCamera::make("kannala_brandt", std::vector<double>{1001, 1000, 634, 491, 0, 0, 0, 0});
+  const std::vector<Eigen::Vector2d> pixels = pixelsWithin(450, 30);
+  const AlignedJacobians aligned = alignedJacobians(a, pixels, {}, Freed::kPose);
+  const auto differences = alignedDifferences(a, b, pixels, pixels, 2.0);
+  const auto far = alignedDifferences(a, b, pixels, pixels);
+  double expected = 0;
+  double found = 0;
+  double found_far = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    expected += aligned.transposed.view().row(0).segment<2>(2 * static_cast<Eigen::Index>(i)).squaredNorm();
+    found += differences[i] * differences[i];
+    found_far += far[i] * far[i];
+  }
+  EXPECT_GE(pixels.size(), 600u);
+  EXPECT_NEAR(std::sqrt(found / expected), 1, 0.1);
+  EXPECT_LT(found, 0.9 * found_far) << "a pose takes up more than a rotation";
+  EXPECT_EQ(alignedDifferences(a, b, pixels, pixels, 0.5), differences) << "the same at all distances";
 }
 
 // Boards stay in the middle of a fisheye's image: several formulas fit, and no corner says which is right
