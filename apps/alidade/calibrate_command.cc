@@ -44,8 +44,8 @@ class CalibrateCommand final : public Command {
     models.emplace_back(kAutoModel);
     app.get_option("--model")->check(CLI::IsMember(models))->capture_default_str();
     app.add_option("--init", init_,
-                   "Camera file for the initial guess, with the same image size; a different model is "
-                   "converted. Default: automatic initial guess");
+                   "Camera file for the initial guess, with the same image size; its lens is converted to "
+                   "--model. Default: automatic initial guess");
     app.add_option("--fix", fixed_,
                    "Fixed parameters, for example cx,cy,k3. They keep the values of --init; without it, cx "
                    "and cy are the image centre and lens parameters are 0. With --model auto, only cx and cy")
@@ -65,8 +65,8 @@ class CalibrateCommand final : public Command {
                                fmt::join(formatIds(), ", ")))
         ->check(CLI::IsMember(formatIds()))
         ->capture_default_str();
-    app.add_option("--name", name_.name, "Name of the camera, for the camera file");
-    app.add_option("--serial", name_.serial, "Serial number of the camera, for the camera file");
+    app.add_option("--name", name_.name, "Camera name to store in the camera file");
+    app.add_option("--serial", name_.serial, "Serial number to store in the camera file");
     app.add_option("--evidence", evidence_,
                    "JSON file to write: everything that --json prints, the errors of all corners and the "
                    "effective settings");

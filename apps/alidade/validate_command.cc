@@ -316,8 +316,8 @@ class ValidateCommand final : public Command {
         "yml, json, xml, txt, cameramodel and cam. Files that do not name\na camera are only counted.\n"
         "--images tests the camera on photographs that were not used for its calibration. Use 10 or "
         "more.\nFiles may have any supported format (docs/formats.md); FILE#NAME selects one camera of a "
-        "file with several.\nExit code 0: no file failed; 1: nothing to validate, or another input cannot be "
-        "used; 3: a file failed.");
+        "file with several.\nExit code 0: no file failed; 1: no camera file, or --images or --against cannot "
+        "be used; 3: a file failed.");
     app.add_option("file", files_, "Camera files, folders, or patterns in quotes");
     app.add_flag("--strict", is_strict_, "Treat warnings as failures");
     app.add_flag("--verbose", is_verbose_, "Print every check");
