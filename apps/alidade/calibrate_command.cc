@@ -146,7 +146,7 @@ class CalibrateCommand final : public Command {
       printResult(summary(isatty(STDOUT_FILENO) != 0));
     }
     if (!is_good) {
-      printRefusal("the camera must not be used", output_, is_kept);
+      printRefusal("the camera must not be used: " + result.diagnoses.front().cause, output_, is_kept);
       return kUntrustworthyExit;
     }
     if (!common_.quiet && !to_stdout)
@@ -199,17 +199,24 @@ class CalibrateCommand final : public Command {
       options.held.push_back(fmt::format("{}.{}", absent.model, absent.parameter));
       if (absent.model == model) zero.push_back(absent.parameter);
     }
-    if (options.initial && !zero.empty())
-      options.initial->camera = fitModel(options.initial->camera, options.initial->size, model, zero).camera;
+    if (!options.initial || zero.empty()) return;
+    const ModelFit fit = fitModel(options.initial->camera, options.initial->size, model, zero);
+    if (!fit.is_exact && !fixed_.empty()) {
+      throw usageError({.where = "--fix with --to " + format_,
+                        .found = "values of an initial camera that this format cannot represent",
+                        .expected = fmt::format("an initial camera with {} = 0", fmt::join(zero, ", "))});
+    }
+    options.initial->camera = fit.camera;
   }
 
   void checkFurtherOutput(const std::string& flag, const std::string& path, const char* example,
                           const std::vector<std::string>& sources) const {
     if (path.empty()) return;
     const auto isSame = [&path](const std::string& other) {
-      std::error_code ignored;
-      return !other.empty() && std::filesystem::weakly_canonical(path, ignored) ==
-                                   std::filesystem::weakly_canonical(other, ignored);
+      namespace fs = std::filesystem;
+      std::error_code error;
+      const fs::path own = fs::weakly_canonical(fs::absolute(path, error), error);
+      return !other.empty() && !error && own == fs::weakly_canonical(fs::absolute(other, error), error);
     };
     if (path == "-" || isSame(output_) || (&path != &next_view_ && isSame(next_view_))) {
       throw usageError({.where = flag + " " + path,

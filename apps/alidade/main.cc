@@ -184,9 +184,11 @@ int runProgram(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace alidade;
-  // A closed stream's number would go to the next file that is opened, and messages into that.
+  // A closed stream's number would go to the next file that is opened, and messages into that. Using it still
+  // has to fail.
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (::fcntl(stream, F_GETFD) == -1) static_cast<void>(::open("/dev/null", O_RDWR));
+    if (::fcntl(stream, F_GETFD) == -1)
+      static_cast<void>(::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails, and says so
   try {

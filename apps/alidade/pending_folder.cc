@@ -129,7 +129,7 @@ bool PendingFolder::checkTarget() const try {
   for (const fs::directory_entry& entry : entriesBelow(target_)) {
     const fs::path relative = entry.path().lexically_relative(target_);
     const fs::file_type type = entry.symlink_status().type();
-    if (type == fs::file_type::directory && own_.is_name(relative)) continue;
+    if (may_replace_ && type == fs::file_type::directory && own_.is_name(relative)) continue;
     if (is_result && type == fs::file_type::regular && own_.is_name(relative)) continue;
     throw inputError(
         {.where = target_.string(),

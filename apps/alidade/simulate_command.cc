@@ -29,7 +29,7 @@ bool isOwnEntry(const std::filesystem::path& relative) {
          relative.extension() == ".png";
 }
 
-bool isOwnResult(const std::filesystem::path& folder) {
+bool isSimulateResult(const std::filesystem::path& folder) {
   return isWrittenBy(folder / "camera.yaml", "simulate") && isWrittenBy(folder / "corners.csv", "simulate");
 }
 
@@ -67,7 +67,7 @@ class SimulateCommand final : public Command {
 
     const CornersFile corners = trueCorners(scene, poses, names);
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
-    PendingFolder folder(output_, overwrite_, {.is_name = isOwnEntry, .is_result = isOwnResult});
+    PendingFolder folder(output_, overwrite_, {.is_name = isOwnEntry, .is_result = isSimulateResult});
     writeCornersFile(folder.path("corners.csv"), corners);
     writeCameraFile(folder.path("camera.yaml"),
                     bareRecord(scene.camera, scene.image_size, programName() + " simulate"));

@@ -35,6 +35,14 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
 
+// Either file says that this command wrote it, and none says otherwise.
+bool isUndistortResult(const fs::path& folder) {
+  const auto isOurs = [&](const char* name) { return isWrittenBy(folder / name, "undistort"); };
+  const auto isForeign = [&](const char* name) { return fs::exists(folder / name) && !isOurs(name); };
+  return !isForeign(kCameraName) && !isForeign(kProjectionName) &&
+         (isOurs(kCameraName) || isOurs(kProjectionName));
+}
+
 // What comes of one image.
 struct UndistortedImage {
   std::string image;   // short name
@@ -124,11 +132,7 @@ class UndistortCommand final : public Command {
     PendingFolder folder(
         output_, overwrite_,
         {.is_name = [&](const fs::path& relative) { return own_names.contains(relative.string()); },
-         .is_result =
-             [](const fs::path& result) {
-               return isWrittenBy(result / kCameraName, "undistort") ||
-                      isWrittenBy(result / kProjectionName, "undistort");
-             }});
+         .is_result = isUndistortResult});
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
     undistortAll(paths, images, table, folder, cancel);

@@ -412,6 +412,12 @@ class ValidateCommand final : public Command {
       check.values = {{"stated_px", stated->accuracy_px}};
       if (on_images.difference) check.values.push_back({"measured_px", on_images.difference->p95_px});
     }
+    if (stated && std::isfinite(stated->accuracy_px) && std::isfinite(stated->accuracy_distance_m)) {
+      add({.severity = Severity::kNote,
+           .id = "stated_accuracy",
+           .cause =
+               fmt::format("not tested: it is stated for points at {:g} m", stated->accuracy_distance_m)});
+    }
     if (stated && !stated->view_centers.empty()) add(ownImagesCheck(stated->view_centers, given_->views));
     judgement.can_show_slips = judgement.can_show_slips || is_decided;
   }

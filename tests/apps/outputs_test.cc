@@ -21,6 +21,19 @@ std::vector<std::vector<std::string>> writers(const std::string& output) {
           {"detect", imagePath(1), "--board", kBoard, "-o", output}};
 }
 
+// The number of a closed stream goes to the next file that is opened, and a message must not go into that.
+TEST(Outputs, AClosedStreamFailsAndSpoilsNothing) {
+  const ScratchFolder scratch;
+  const std::string out = scratch.path("half.yaml");
+  const auto shell = [](const std::string& args, const char* closed) {
+    return runProgram("/bin/sh", {"-c", std::string(ALIDADE_BINARY) + " " + args + " " + closed});
+  };
+  EXPECT_EQ(shell("convert " + dataPath("camera.yaml") + " -o - --bin 2", ">&-").exit_code, 1);
+  EXPECT_EQ(shell("convert " + dataPath("camera.yaml") + " -o " + out + " --bin 2", "2>&-").exit_code, 0);
+  EXPECT_THAT(scratch.read("half.yaml"), testing::StartsWith("alidade_camera: 1"));
+  EXPECT_EQ(shell("project " + dataPath("camera.yaml"), "<&-").exit_code, 1);
+}
+
 TEST(Outputs, RefusesPathsThatCannotBeWrittenBeforeAnyWork) {
   const ScratchFolder scratch;
   scratch.makeFolder("folder");

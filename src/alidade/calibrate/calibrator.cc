@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/calibrator.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "alidade/calibrate/choose/model_choice.h"
@@ -71,10 +70,6 @@ Calibration ofNamedModel(const Checkerboard& board, const PreparedViews& given,
   Calibration now =
       calibrationOf(withDataSettled(fittedPlainly(board, given, options), given, options), given, options);
   now.choice.better_model = neededModel(now.fit, options.cancel);
-  const auto& models = options.models;
-  if (!models.empty() && now.choice.better_model &&
-      std::find(models.begin(), models.end(), now.choice.better_model->id) == models.end())
-    now.choice.better_model.reset();
   setAccuracy({}, options.distance_m, now);
   return now;
 }

@@ -55,8 +55,8 @@ std::optional<ByteOrder> tiffByteOrder(Bytes tiff) {
 int tiffOrientation(Bytes tiff) {
   constexpr std::size_t kEntryBytes = 12;
   constexpr std::uint32_t kOrientationTag = 0x0112;
-  // BYTE, SHORT, LONG and their signed forms: libtiff takes all of them.
-  constexpr std::array<std::size_t, 10> kBytesOfType = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4};
+  // BYTE, SHORT, LONG, LONG8 and their signed forms: libtiff takes all of them. 8 bytes lie elsewhere.
+  constexpr std::array<std::size_t, 18> kBytesOfType = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4, 0, 0, 0, 0, 0, 0, 8, 8};
   const std::optional<ByteOrder> order = tiffByteOrder(tiff);
   if (!order) return 1;
   const auto directory = readUint(tiff, 4, 4, *order);
@@ -67,7 +67,11 @@ int tiffOrientation(Bytes tiff) {
     if (!tag) break;
     const auto type = readUint(tiff, entry + 2, 2, *order);
     if (tag != kOrientationTag || !type || *type >= kBytesOfType.size() || kBytesOfType[*type] == 0) continue;
-    const std::uint32_t value = readUint(tiff, entry + 8, kBytesOfType[*type], *order).value_or(1);
+    std::size_t at = entry + 8;
+    if (kBytesOfType[*type] == 8)
+      at = std::size_t{readUint(tiff, at, 4, *order).value_or(0)} + (*order == ByteOrder::kBig ? 4 : 0);
+    const std::uint32_t value =
+        readUint(tiff, at, std::min<std::size_t>(kBytesOfType[*type], 4), *order).value_or(1);
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
   }
   return 1;

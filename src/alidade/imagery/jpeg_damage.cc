@@ -27,7 +27,8 @@ void onWarning(j_common_ptr jpeg, int level) {
   Complaints& complaints = complaintsOf(jpeg);
   const int code = complaints.base.msg_code;
   if (level >= 0 || complaints.first[0] != '\0') return;
-  if (code == JWRN_EXTRANEOUS_DATA && complaints.base.msg_parm.i[0] <= kPaddingBytes) return;
+  const auto* const parameters = complaints.base.msg_parm.i;
+  if (code == JWRN_EXTRANEOUS_DATA && parameters[0] <= kPaddingBytes && parameters[1] == JPEG_EOI) return;
   if (code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR) return;  // of headers
   complaints.base.format_message(jpeg, complaints.first.data());
 }
@@ -38,6 +39,23 @@ void onWarning(j_common_ptr jpeg, int level) {
   std::longjmp(complaints.end, 1);
 }
 
+// Reads all coded data; the pixels are not wanted. None of its variables is used after the jump.
+void decodeCoarsely(std::string_view content, jpeg_decompress_struct& jpeg, Complaints& complaints) {
+  if (setjmp(complaints.end) != 0) return;  // NOLINT(cert-err52-cpp): libjpeg has no other way
+  jpeg_create_decompress(&jpeg);
+  jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(content.data()),
+               static_cast<unsigned long>(content.size()));
+  jpeg_read_header(&jpeg, TRUE);
+  jpeg.scale_num = 1;
+  jpeg.scale_denom = 8;
+  jpeg.out_color_space = jpeg.jpeg_color_space;
+  jpeg_start_decompress(&jpeg);
+  const JDIMENSION row_bytes = jpeg.output_width * static_cast<JDIMENSION>(jpeg.output_components);
+  JSAMPARRAY row = jpeg.mem->alloc_sarray(reinterpret_cast<j_common_ptr>(&jpeg), JPOOL_IMAGE, row_bytes, 1);
+  while (jpeg.output_scanline < jpeg.output_height) jpeg_read_scanlines(&jpeg, row, 1);
+  jpeg_finish_decompress(&jpeg);
+}
+
 }  // namespace
 
 std::string jpegDamage(std::string_view content) {
@@ -46,21 +64,7 @@ std::string jpegDamage(std::string_view content) {
   jpeg.err = jpeg_std_error(&complaints.base);
   complaints.base.emit_message = onWarning;
   complaints.base.error_exit = onError;
-  if (setjmp(complaints.end) == 0) {  // NOLINT(cert-err52-cpp): libjpeg has no other way
-    jpeg_create_decompress(&jpeg);
-    jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(content.data()),
-                 static_cast<unsigned long>(content.size()));
-    jpeg_read_header(&jpeg, TRUE);
-    // All coded data are read; the pixels are not wanted.
-    jpeg.scale_num = 1;
-    jpeg.scale_denom = 8;
-    jpeg.out_color_space = jpeg.jpeg_color_space;
-    jpeg_start_decompress(&jpeg);
-    const JDIMENSION row_bytes = jpeg.output_width * static_cast<JDIMENSION>(jpeg.output_components);
-    JSAMPARRAY row = jpeg.mem->alloc_sarray(reinterpret_cast<j_common_ptr>(&jpeg), JPOOL_IMAGE, row_bytes, 1);
-    while (jpeg.output_scanline < jpeg.output_height) jpeg_read_scanlines(&jpeg, row, 1);
-    jpeg_finish_decompress(&jpeg);
-  }
+  decodeCoarsely(content, jpeg, complaints);
   jpeg_destroy_decompress(&jpeg);
   return complaints.first.data();
 }

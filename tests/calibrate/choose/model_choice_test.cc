@@ -158,6 +158,13 @@ TEST(ModelChoice, IsAmongTheAllowedModels) {
   EXPECT_EQ(held.camera().parameter("k3"), 0);
   EXPECT_EQ(candidate(held, "radtan").num_params, 8);
   EXPECT_NE(chosenFor(strong).camera().parameter("k3"), 0);
+  // A candidate is scored with what it holds, whatever the reference holds.
+  const Calibration beside =
+      chosenFor(strong, {.models = {"pinhole", "radtan", "kannala_brandt"}, .held = {"radtan.k3"}});
+  EXPECT_NEAR(candidate(beside, "radtan").rms_px, candidate(held, "radtan").rms_px, 0.005)
+      << "on other corners";
+  EXPECT_GT(candidate(beside, "radtan").rms_px, 1.01 * candidate(chosenFor(strong), "radtan").rms_px);
+  EXPECT_THAT(messageOf(set, {.model = "fov", .held = {"radtan.w"}}), HasSubstr("'w' of radtan"));
   EXPECT_THAT(messageOf(set, {.held = {"radtan.k9"}}), HasSubstr("k9"));
   EXPECT_THAT(messageOf(set, {.held = {"radial.k3"}}), HasSubstr("radial"));
 }

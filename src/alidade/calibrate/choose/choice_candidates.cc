@@ -50,6 +50,11 @@ void fitAll(std::span<Candidate> candidates, const Checkerboard& board, const Pr
       options.cancel);
 }
 
+std::size_t numHeldOfLens(const ParamConstraint& constraint) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(constraint.held, [](int i) { return i >= static_cast<int>(kNumAffine); }));
+}
+
 bool isAllowed(std::string_view id, const CalibratorOptions& options) {
   const auto& models = options.models;
   return models.empty() || std::find(models.begin(), models.end(), id) != models.end();
@@ -166,8 +171,11 @@ Candidates fitCandidates(const Checkerboard& board, const PreparedViews& given,
   const double limit = better.id == Radtan::kId ? kVeryWideFieldRad : kWideFieldRad;
   choice.is_wide = choice.field_rad > limit;
   const bool is_sideways = seesSideways(widest);
-  // Where the choice is not free, one of these may stand in for what is missing.
-  if (choice.is_wide || !options.models.empty()) {
+  CalibratorOptions radtan = options;
+  radtan.model = Radtan::kId;
+  // Where radtan is not allowed as a whole, one of these may stand in for it.
+  const bool is_whole = isAllowed(Radtan::kId, options) && numHeldOfLens(constraintOf(radtan)) == 0;
+  if (choice.is_wide || !is_whole) {
     Candidates fisheyes;
     for (const std::string_view id : {Fov::kId, Ucm::kId, Eucm::kId, DoubleSphere::kId, Omni::kId}) {
       if (isAllowed(id, options)) fisheyes.emplace_back(id);
@@ -192,9 +200,8 @@ Candidates fitCandidates(const Checkerboard& board, const PreparedViews& given,
       candidate.unsoundness = Unsoundness{.id = "not_allowed", .text = "not among the models to choose from"};
     CalibratorOptions own = options;
     own.model = candidate.id;
-    const std::vector<int> held = constraintOf(own).held;
-    candidate.num_params -= static_cast<std::size_t>(
-        std::count_if(held.begin(), held.end(), [](int i) { return i >= static_cast<int>(kNumAffine); }));
+    candidate.constraint = constraintOf(own);
+    candidate.num_params -= numHeldOfLens(candidate.constraint);
   }
   requireAny(candidates);
   std::stable_sort(candidates.begin(), candidates.end(),

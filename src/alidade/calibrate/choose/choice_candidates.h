@@ -25,6 +25,7 @@ struct Candidate {
   /// As fittedPlainly() leaves it. None: see `unsoundness` and `not_better_than`; with neither, the model
   /// needs no search of its own.
   std::optional<ModelSolution> solution;
+  ParamConstraint constraint;
   std::exception_ptr error;  ///< why no camera of the model explains the views
   std::optional<Unsoundness> unsoundness;
   std::string not_better_than;  ///< a smaller model that fits the corners as well at a glance

@@ -24,6 +24,7 @@ Fit onCornersOf(const Fit& reference, const Candidate& candidate, const Prepared
   onlyBoard(fit).is_shape_fixed = true;
   FitCamera& camera = onlyCamera(fit);
   camera.model = candidate.id;
+  camera.constraint = candidate.constraint;
   camera.weak_prior = {};
   if (!candidate.solution) {
     camera.params = parametersByName(onlyCamera(reference).model, camera.params, candidate.id);

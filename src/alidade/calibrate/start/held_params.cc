@@ -57,6 +57,11 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
       const std::string owner = name.substr(0, dot);
       name.erase(0, dot + 1);
       if (owner != model && parameterIndex(parameterNames(owner), name)) continue;
+      if (owner != model) {
+        throw usageError({.where = "parameters to hold",
+                          .found = "'" + name + "' of " + owner,
+                          .expected = "a parameter of that model"});
+      }
     }
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {

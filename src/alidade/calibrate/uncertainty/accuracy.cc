@@ -42,6 +42,10 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
     const auto at = static_cast<Eigen::Index>(i);
     information(at, at) += prior.precision[i];
   }
+  constexpr double kHeld = 1e12;
+  for (const int i : onlyCamera(fit).constraint.held) {
+    if (i < static_cast<int>(kNumAffine)) information(i, i) *= kHeld;  // the same numbers in both models
+  }
   const ScaledInverse scaled = scaledInverse(information);
   if (!scaled.inverse) return std::nullopt;
   return Flexible{.camera = std::move(camera), .covariance = variance * *scaled.inverse};

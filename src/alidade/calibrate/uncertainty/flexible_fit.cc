@@ -13,12 +13,12 @@ std::optional<Fit> flexibleFit(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
   const bool is_stiff = isStiff(camera.model);
   if (!is_stiff && camera.model != "pinhole" && camera.model != "radtan") return std::nullopt;
-  if (!camera.constraint.isNone()) return std::nullopt;
   Fit flexible = fit;
   FitCamera& of = onlyCamera(flexible);
   of.model = is_stiff ? "kannala_brandt" : "rational";
   const AnyCamera same = fitModel(AnyCamera::make(camera.model, camera.params), camera.size, of.model).camera;
   of.params.assign(same.parameters().begin(), same.parameters().end());
+  of.constraint = {};
   of.weak_prior = {};
   return flexible;
 }

@@ -12,8 +12,8 @@ namespace alidade {
 /// seen, by too little to show in the errors.
 [[nodiscard]] bool isStiff(std::string_view model_id);
 
-/// The same lens in a model of its kind with room for what the given one cannot express; nothing is solved
-/// again. Nothing where there is no such model, or where parameters are held.
+/// The same lens in a model of its kind with room for what the given one cannot express, nothing held;
+/// nothing is solved again. Nothing where there is no such model.
 /// @param fit  of one camera
 [[nodiscard]] std::optional<Fit> flexibleFit(const Fit& fit);
 
