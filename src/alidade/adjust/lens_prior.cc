@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "alidade/camera/camera_model.h"
 #include "alidade/camera/lens_shapes.h"
 
 namespace alidade {

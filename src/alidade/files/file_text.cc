@@ -2,6 +2,7 @@
 #include "alidade/files/file_text.h"
 
 #include <algorithm>
+#include <iterator>
 #include <sstream>
 
 namespace alidade::detail {

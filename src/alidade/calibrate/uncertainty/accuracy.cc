@@ -14,6 +14,7 @@
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/calibrate/uncertainty/flexible_fit.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
+#include "alidade/camera/camera_model.h"
 #include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
