@@ -48,7 +48,8 @@ class CalibrateCommand final : public Command {
                    "--model. Default: automatic initial guess");
     app.add_option("--fix", fixed_,
                    "Fixed parameters, for example cx,cy,k3. They keep the values of --init; without it, cx "
-                   "and cy are the image centre and lens parameters are 0. With --model auto, only cx and cy")
+                   "and cy are the image centre and lens parameters are 0. If the model is chosen "
+                   "automatically, only cx and cy")
         ->delimiter(',');
     app.add_flag("--same-focal", same_focal_, "Force fx = fy");
     app.add_option(
@@ -77,7 +78,7 @@ class CalibrateCommand final : public Command {
         ->capture_default_str();
     app.add_option("--distance", distance_,
                    "Distance of the points that the accuracy is for, for example 2m, with the camera's pose "
-                   "aligned. Default: far points, with the rotation aligned");
+                   "aligned. Default: distant points, with the rotation aligned");
     app.add_flag("--verbose", is_verbose_, "Print all details after the summary");
     app.add_option("--target-sigma", target_sigma_,
                    "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "

@@ -219,7 +219,7 @@ std::string gridText(const UncertaintyGrid& grid) {
 std::string projectionText(const Uncertainty& known) {
   if (!known.projection_far) return "";
   std::string text = "Projection, one sigma: error of a point's pixel due to the parameters\n";
-  text += fmt::format("  {:<14} {}\n", "far points", gridText(*known.projection_far));
+  text += fmt::format("  {:<14} {}\n", "distant points", gridText(*known.projection_far));
   text += fmt::format("  {:<14} {}\n", "board distance", gridText(*known.projection_near));
   return text;
 }

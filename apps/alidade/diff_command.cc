@@ -219,15 +219,16 @@ class DiffCommand final : public Command {
         "Example: alidade diff left.yaml right.yaml --tolerance 0.5\nExample: alidade diff left.yaml "
         "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
         "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
-        "inverse rotation and the same differences.\nExit code 3: the cameras cannot be compared, or they "
+        "inverse rotation and the same differences.\nExit code 3: the cameras see too little in common, or "
+        "they "
         "differ significantly and by more than the tolerance.");
     app.add_option(
         "files", files_,
         "Two camera files of any format, A and B; FILE#NAME selects one camera of a file with several");
-    app.add_option("--distance", distance_m_,
-                   "Compare points at this distance in metres, and align by the best pose instead of the "
-                   "best rotation")
-        ->check(positiveNumber, "above 0");
+    takeLength(*app.add_option("--distance", distance_m_,
+                               "Compare points at this distance, for example 2m, and align by the best pose "
+                               "instead of the best rotation")
+                    ->check(positiveNumber, "above 0"));
     app.add_flag("--same-frame", same_frame_, "Do not align: assume that both cameras have the same frame");
     app.add_option("--rotate", rotate_,
                    "Clockwise rotation of B's image relative to A's, in degrees. Default: 0, or 90 or 270 if "
@@ -236,10 +237,10 @@ class DiffCommand final : public Command {
     app.add_option("--grid", grid_,
                    "Grid of pixels to compare: COLUMNSxROWS. Default: 40 along the longer side")
         ->check(gridComplaint, "");
-    app.add_option("--tolerance", tolerance_px_,
-                   "Largest accepted difference in pixels (95th percentile). Exit code 3 if it is exceeded "
-                   "by a significant difference")
-        ->check(nonNegativeNumber, "0 or more");
+    takePixels(*app.add_option("--tolerance", tolerance_px_,
+                               "Largest accepted difference in pixels (95th percentile). Exit code 3 if it "
+                               "is exceeded by a significant difference")
+                    ->check(nonNegativeNumber, "0 or more"));
     app.add_option("-o,--output", figure_,
                    "SVG file to write: the difference over the image of A, as colours and arrows")
         ->check(figureComplaint, "");

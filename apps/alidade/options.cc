@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/settings_file.h"
 #include "alidade/imagery/image_list.h"
+#include "alidade/target/board_spec.h"
 #include "console.h"
 
 namespace alidade {
@@ -135,16 +137,48 @@ std::string sizeComplaint(const std::string& text) {
   return numberComplaint(text, parseSize(text).has_value(), "WIDTHxHEIGHT in pixels, such as 640x480");
 }
 
-std::optional<double> parsePixels(std::string_view text) {
+namespace {
+
+double pixelsOrNan(std::string_view text) {
   text = trim(text);
   if (text.ends_with("px")) text = trim(text.substr(0, text.size() - 2));
-  const double value = finiteOrNaN(text);
+  return finiteOrNaN(text);
+}
+
+// A flag's text without its unit; what is no number stays for the check that follows to complain about.
+void takeUnit(CLI::Option& option, double (*parsed)(const std::string&)) {
+  option.transform(CLI::Validator(
+      [parsed](std::string& text) {
+        if (const double value = parsed(text); !std::isnan(value)) text = exactText(value);
+        return std::string();
+      },
+      ""));
+}
+
+}  // namespace
+
+std::optional<double> parsePixels(std::string_view text) {
+  const double value = pixelsOrNan(text);
   return value > 0 ? std::optional(value) : std::nullopt;
 }
 
 std::string pixelComplaint(const std::string& text) {
   return numberComplaint(text, parsePixels(text).has_value(),
                          "a positive number of pixels\n  next: give a value such as 0.1px");
+}
+
+void takePixels(CLI::Option& option) {
+  takeUnit(option, [](const std::string& text) { return pixelsOrNan(text); });
+}
+
+void takeLength(CLI::Option& option) {
+  takeUnit(option, [](const std::string& text) {
+    try {
+      return parseLength(text, "");
+    } catch (const Error&) {
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+  });
 }
 
 Error missingError(const std::string& command, const std::string& found, const std::string& expected) {

@@ -13,7 +13,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace alidade {
 
@@ -98,6 +99,11 @@ void addCameraOptions(CLI::App& app, CameraOptions& options);
 [[nodiscard]] std::optional<double> parsePixels(std::string_view text);
 /// The check of a flag for it.
 [[nodiscard]] std::string pixelComplaint(const std::string& text);
+
+/// Lets the number of a flag that is checked as such be written with its unit: pixels (0.5px), or a length in
+/// metres (2m, 30cm).
+void takePixels(CLI::Option& option);
+void takeLength(CLI::Option& option);
 
 /// The complaint about a command line without something that the command needs.
 [[nodiscard]] Error missingError(const std::string& command, const std::string& found,

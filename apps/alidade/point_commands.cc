@@ -388,16 +388,17 @@ class ProjectCommand final : public StreamCommand {
         "the point as given,\ndu_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz with respect to the pose, "
         "camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and du_dfx and so on with respect "
         "to the camera parameters.");
-    setUpStream(app,
-                "Rows x,y,z in metres, separated by commas or spaces, header optional; standard input if "
-                "omitted or -",
-                {{"x", "m"}, {"y", "m"}, {"z", "m"}});
+    setUpStream(
+        app,
+        "Rows x,y,z in metres, separated by commas, semicolons or blanks, header optional; standard input if "
+        "omitted or -",
+        {{"x", "m"}, {"y", "m"}, {"z", "m"}});
     app.add_option("--pose", pose_,
                    "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity");
     app.add_option("--poses", poses_path_, "File of poses; all points are projected for each pose");
     app.add_option(
            "--poses-are", direction_,
-           "Direction of the poses if their file does not state it: camera_from_world or world_from_camera")
+           "Direction of the poses, unless YAML keys state it: camera_from_world or world_from_camera")
         ->check(CLI::IsMember({"camera_from_world", "world_from_camera"}));
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
     app.add_flag("--clip", is_clipped_, "Leave out the coordinates of pixels outside the image");
@@ -526,10 +527,10 @@ class UnprojectCommand final : public StreamCommand {
         "camera frame. The status is ok (a pixel of the image), out_of_image (a pixel\noutside the image) or "
         "outside (no ray projects to the pixel; x, y and z are nan).\n--jacobian appends "
         "dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
-    setUpStream(
-        app,
-        "Rows u,v in pixels, separated by commas or spaces, header optional; standard input if omitted or -",
-        {{"u", "px"}, {"v", "px"}});
+    setUpStream(app,
+                "Rows u,v in pixels, separated by commas, semicolons or blanks, header optional; standard "
+                "input if omitted or -",
+                {{"u", "px"}, {"v", "px"}});
     app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
     app.add_flag("--clip", is_clipped_, "Leave out the rays of pixels outside the image");
   }

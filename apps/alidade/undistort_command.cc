@@ -89,7 +89,7 @@ class UndistortCommand final : public Command {
     app.footer(
         "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov or --keep, the focal "
         "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
-        "colours and bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching "
+        "channels and bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching "
         "pinhole camera. The other projections get projection.yaml instead.");
     app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
     app.add_option("input", inputs_, "Folders, image files or patterns");
@@ -99,8 +99,9 @@ class UndistortCommand final : public Command {
         ->check(CLI::IsMember(projectionNames()))
         ->capture_default_str();
     app.add_option("--fov", fov_deg_, "Horizontal field of view in degrees")->check(finiteNumber, "");
-    app.add_option("--keep", keep_,
-                   "all: every input pixel is visible; valid: the largest view without black pixels")
+    app.add_option(
+           "--keep", keep_,
+           "all: every input pixel with a ray is visible; valid: the largest view without black pixels")
         ->check(CLI::IsMember({"all", "valid"}));
     app.add_option("--size", size_, "Size of the output, for example 1280x720. Default: size of the input")
         ->check(sizeComplaint, "");

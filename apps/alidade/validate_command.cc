@@ -328,11 +328,11 @@ class ValidateCommand final : public Command {
                    "one corners file (.csv)");
     addBoardOption(app, board_);
     app.add_option("--against", against_, "Camera file (any format) to compare with");
-    app.add_option(
-           "--tolerance", tolerance_px_,
-           "Largest accepted error in pixels (95th percentile over the image), for --images and --against")
-        ->check(positiveNumber, "above 0")
-        ->capture_default_str();
+    takePixels(*app.add_option("--tolerance", tolerance_px_,
+                               "Largest accepted error in pixels (95th percentile; --images: where boards "
+                               "were seen), for --images and --against")
+                    ->check(positiveNumber, "above 0")
+                    ->capture_default_str());
     addCommonOptions(app, common_, true);
   }
 

@@ -2,7 +2,7 @@
 /// The main header of the component `calibrate`, which needs Ceres.
 ///
 /// calibrate() estimates a camera and its uncertainty from the corners of a Checkerboard, and reports
-/// diagnoses. Its input is one View an image, from BoardSurvey::views() or filled with corners of your own
+/// diagnoses. Its input is one View per image, from BoardSurvey::views() or filled with corners of your own
 /// (target/view.h). CalibratorOptions choose the lens model. Calibration::uncertainty holds the accuracy and
 /// the standard deviations, and recordOf() converts the result to the record that saveCamera() writes. Errors
 /// are thrown as alidade::Error.

@@ -44,7 +44,8 @@ TEST(Calibrate, StatesItsUncertaintyEverywhereAlike) {
   const std::string output = scratch.path("camera.yaml");
   const RunResult result = runAlidade({"calibrate", dataPath("corners.csv"), "-o", output, "--verbose"});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.out, AllOf(HasSubstr("far points"), HasSubstr("at worst"), HasSubstr("board distance")));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("distant points"), HasSubstr("at worst"), HasSubstr("board distance")));
   const RunResult as_json = runAlidade({"calibrate", dataPath("corners.csv"), "--json", "-o", output});
   ASSERT_THAT(as_json, EndsWith(0));
   const nlohmann::json document = nlohmann::json::parse(as_json.out);

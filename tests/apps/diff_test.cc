@@ -99,8 +99,9 @@ TEST(Diff, TakesOutAPoseAtADistance) {
   const std::string a = scratch.write("a.yaml", smallCamera());
   const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
   const json far = diffJson({a, b});
-  const json near = diffJson({a, b, "--distance", "2"});
-  const json nearer = diffJson({a, b, "--distance", "1"});
+  const json near = diffJson({a, b, "--distance", "2m"});
+  const json nearer = diffJson({a, b, "--distance", "100 cm"});
+  EXPECT_EQ(near, diffJson({a, b, "--distance", "2"}));
   EXPECT_LT(near.at("rms_px").get<double>(), far.at("rms_px").get<double>());
   EXPECT_EQ(near.at("rms_px"), nearer.at("rms_px"));
   const double z = near.at("b_from_a").at("translation_m")[2];
@@ -114,7 +115,7 @@ TEST(Diff, SaysNoBeyondTheTolerance) {
   const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
   EXPECT_THAT(runAlidade({"diff", a, b}), EndsWith(0));
   EXPECT_THAT(runAlidade({"diff", a, b, "--tolerance", "20"}), EndsWith(0));
-  const RunResult result = runAlidade({"diff", a, b, "--tolerance", "0.5"});
+  const RunResult result = runAlidade({"diff", a, b, "--tolerance", "0.5px"});
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.err, AllOf(HasSubstr("error: the cameras differ by"), HasSubstr("--tolerance")));
   EXPECT_THAT(result.out, HasSubstr("neither file states a covariance"));

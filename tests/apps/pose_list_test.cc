@@ -58,6 +58,11 @@ TEST(Poses, ReadsThemAsTheyAreCommonlyWritten) {
        "  - id: b\n    world_from_camera: {rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, -2]}\n"},
       {"[{id: a, matrix: [[0, -1, 0, 0.1], [1, 0, 0, -0.2], [0, 0, 1, 1], [0, 0, 0, 1]]},\n"
        " {id: b, rotation_vector_rad: [0, 0, 0], translation_m: [0, 0, 2]}]\n"},
+      // As the simulator writes them.
+      {fmt::format(
+          "- {{image: a, camera_from_board: {{quaternion_xyzw: [0, 0, {0}, {0}], translation_m: [0.1, -0.2, "
+          "1]}}}}\n- {{image: c, id: b, quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 2]}}\n",
+          s)},
       {fmt::format("- {{id: a, quaternion_xyzw: [0, 0, -{0}, {0}], translation_m: [0.2, 0.1, -1]}}\n"
                    "- {{id: b, quaternion_wxyz: [1, 0, 0, 0], translation_m: [0, 0, -2]}}\n",
                    s),
@@ -95,7 +100,7 @@ TEST(Poses, ReadsThemAsTheyAreCommonlyWritten) {
     }
     ++num_files;
   }
-  EXPECT_EQ(num_files, 10u);
+  EXPECT_EQ(num_files, 11u);
 }
 
 TEST(Poses, SaysThatItTakesEightColumnsForATrajectory) {

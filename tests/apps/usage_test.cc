@@ -83,7 +83,11 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"diff", "a.yaml", "b.yaml", "--tolerance", "-1"},
        "a finite number, 0 or more",
        "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--distance", "-2m"}, "a finite number above 0", "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--distance", "2km"}, "found '2km'", "alidade diff --help"},
       {{"diff", "a.yaml", "b.yaml", "--tolerance", "x"}, "found 'x'", "alidade diff --help"},
+      {{"diff", "a.yaml", "b.yaml", "--tolerance", "px"}, "found 'px'", "alidade diff --help"},
+      {{"validate", "a.yaml", "--tolerance", "0px"}, "a finite number above 0", "alidade validate --help"},
       {{"convert", "a.yaml", "--max-error", "-1"}, "a finite number, 0 or more", "alidade convert --help"},
       {{"calibrate", "photos", "--model", "radtn"}, "radtan", "alidade calibrate --help"},
       {{"calibrate"}, "no input", "alidade calibrate --help"},
@@ -124,7 +128,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
         << testing::PrintToString(c.args);
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 45u);
+  EXPECT_EQ(num_refused, 49u);
 }
 
 TEST(Usage, RefusesTwoDocumentsForStandardOutput) {

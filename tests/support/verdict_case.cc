@@ -52,22 +52,40 @@ void drawToCentre(SimulatedSet& set, Random& random) {
   photographAgain(set, random);
 }
 
-void changeFocal(SimulatedSet& set, Random& random) {
-  std::vector<double> params(set.camera.parameters().begin(), set.camera.parameters().end());
-  const double factor = random.uniform(1.01, 1.03);
+AnyCamera zoomed(const AnyCamera& camera, double factor) {
+  std::vector<double> params(camera.parameters().begin(), camera.parameters().end());
   params[0] *= factor;
   params[1] *= factor;
-  const AnyCamera zoomed = AnyCamera::make(set.camera.modelId(), params);
+  return AnyCamera::make(camera.modelId(), params);
+}
+
+void changeFocal(SimulatedSet& set, Random& random, double strength) {
+  const AnyCamera second = zoomed(set.camera, 1 + strength * random.uniform(0.01, 0.03));
   photographAgain(set, random, [&](std::size_t v, const Eigen::Vector3d& p) {
-    const AnyCamera& camera = 2 * v < set.views.size() ? set.camera : zoomed;
+    const AnyCamera& camera = 2 * v < set.views.size() ? set.camera : second;
     return camera.project(set.poses[v] * p).pixel;
   });
 }
 
-void bend(SimulatedSet& set, Random& random) {
-  constexpr double kShare = 0.015;
+void swapImage(SimulatedSet& set, Random& random, double strength) {
+  const AnyCamera other = zoomed(set.camera, 1 + 0.2 * strength);
+  const std::size_t swapped = set.views.size() / 2;
+  photographAgain(set, random, [&](std::size_t v, const Eigen::Vector3d& p) {
+    return (v == swapped ? other : set.camera).project(set.poses[v] * p).pixel;
+  });
+}
+
+void stretch(SimulatedSet& set, Random& random, double strength) {
+  photographAgain(set, random, [&](std::size_t v, const Eigen::Vector3d& p) {
+    return set.camera.project(set.poses[v] * Eigen::Vector3d((1 + 0.005 * strength) * p.x(), p.y(), p.z()))
+        .pixel;
+  });
+}
+
+void bend(SimulatedSet& set, Random& random, double strength) {
+  const double share = 0.015 * strength;
   const BoardShape shape{
-      .bend_x_m = (random.uniform() < 0.5 ? 1 : -1) * kShare * set.board.square_m * (set.board.columns - 1),
+      .bend_x_m = (random.uniform() < 0.5 ? 1 : -1) * share * set.board.square_m * (set.board.columns - 1),
       .bend_y_m = 0};
   photographAgain(set, random, [&](std::size_t v, const Eigen::Vector3d& p) {
     return set.camera.project(set.poses[v] * onBentBoard(set.board, shape, p)).pixel;
@@ -76,8 +94,8 @@ void bend(SimulatedSet& set, Random& random) {
 
 // A hand that moves the board at 0.1 to 0.3 m/s and turns it at 15 to 40 degrees/s, seen by a sensor that
 // reads its rows in 20 ms.
-void carryAlong(SimulatedSet& set, Random& random) {
-  constexpr double kReadoutS = 0.02;
+void carryAlong(SimulatedSet& set, Random& random, double strength) {
+  const double readout_s = 0.02 * strength;
   std::vector<Eigen::Matrix<double, 6, 1>> twists;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     Eigen::Vector3d way(random.normal(), random.normal(), random.normal());
@@ -86,7 +104,7 @@ void carryAlong(SimulatedSet& set, Random& random) {
     axis *= random.uniform(15, 40) * std::numbers::pi / 180 / axis.norm();
     Eigen::Matrix<double, 6, 1> twist;
     twist << way, axis;
-    twists.push_back(kReadoutS * twist);
+    twists.push_back(readout_s * twist);
   }
   photographAgain(set, random, [&](std::size_t v, const Eigen::Vector3d& p) {
     Eigen::Vector2d pixel = set.camera.project(set.poses[v] * p).pixel;
@@ -153,7 +171,7 @@ std::vector<std::string> findingsFor(Flaw flaw) {
     case Flaw::kFocalChanged:
       return {"focal_changed", "two_cameras"};
     case Flaw::kSwappedImage:
-      return {"view_left_out"};
+      return {"view_left_out", "influential_view"};
     case Flaw::kTooLean:
       return {"model_too_lean", "lens_deviates", "misfit"};
     case Flaw::kFolded:
@@ -170,7 +188,20 @@ std::vector<std::string> findingsFor(Flaw flaw) {
   return {};
 }
 
-VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t number) {
+bool hasStrength(Flaw flaw) {
+  switch (flaw) {
+    case Flaw::kFocalChanged:
+    case Flaw::kSwappedImage:
+    case Flaw::kBentBoard:
+    case Flaw::kStretchedBoard:
+    case Flaw::kRollingShutter:
+      return true;
+    default:
+      return false;
+  }
+}
+
+VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t number, double strength) {
   const std::uint64_t seed = streamSeed(streamSeed(77, static_cast<std::uint64_t>(flaw)), number);
   Random random(seed);
   int num_views = 15;
@@ -201,19 +232,19 @@ VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t num
       facePlane(c.set, random);
       break;
     case Flaw::kFocalChanged:
-      changeFocal(c.set, random);
+      changeFocal(c.set, random, strength);
       break;
     case Flaw::kSwappedImage:
-      spoilViews(c.set, Spoiler::kOtherCamera, 1, seed);
+      swapImage(c.set, random, strength);
       break;
     case Flaw::kBentBoard:
-      bend(c.set, random);
+      bend(c.set, random, strength);
       break;
     case Flaw::kStretchedBoard:
-      c.set = stretchedSet(model, num_views, 1.005, seed);
+      stretch(c.set, random, strength);
       break;
     case Flaw::kRollingShutter:
-      carryAlong(c.set, random);
+      carryAlong(c.set, random, strength);
       break;
     default:
       break;

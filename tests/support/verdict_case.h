@@ -45,6 +45,13 @@ struct VerdictCase {
 
 /// Case `number` of a flaw. `model` is radtan (a field of view of about 70 degrees) or kannala_brandt (120
 /// degrees); noise of 0.1 px.
-[[nodiscard]] VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t number);
+/// @param strength  of the flaw relative to its description; 0 leaves the same views without it. Only for
+/// flaws
+///                  with a strength, see hasStrength()
+[[nodiscard]] VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t number,
+                                          double strength = 1);
+
+/// Whether a flaw can be stronger and weaker than its description.
+[[nodiscard]] bool hasStrength(Flaw flaw);
 
 }  // namespace alidade

@@ -70,7 +70,7 @@ struct HeldOutScore {
 /// How much larger one model's held-out errors are than another's on the same corners.
 struct HeldOutExcess {
   double share = 0;             ///< of the other's held-out RMS; negative: they are smaller
-  double std = 0;               ///< its standard error, by how much the views differ in it
+  double std = 0;               ///< its standard error, from the spread over views
   bool is_significant = false;  ///< see excessOf()
   double proven_share = 0;      ///< the share as far as it is significant, for isWorth()
 

@@ -15,16 +15,16 @@
 
 namespace alidade {
 
-/// A calibrated camera, and what is known of it.
+/// A calibrated camera, and what is known about it.
 struct Calibration {
   Fit fit = {};                           ///< one camera, one board; views in order of image name
   Dropped dropped = {};                   ///< corners and views that were given and are not in the fit
   Choice choice = {};                     ///< how the fit was found
-  Uncertainty uncertainty = {};           ///< how well it knows its camera
+  Uncertainty uncertainty = {};           ///< how accurate the camera is
   std::vector<Diagnosis> diagnoses = {};  ///< what is wrong, failures first
   DomainCertificate domain = {};          ///< where the camera is one-to-one
 
-  /// Made anew by each call.
+  /// Created by each call.
   [[nodiscard]] AnyCamera camera() const;
   [[nodiscard]] ImageSize imageSize() const { return onlyCamera(fit).size; }
   [[nodiscard]] Verdict verdict() const { return verdictOf(diagnoses); }
@@ -32,7 +32,7 @@ struct Calibration {
   [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }
 };
 
-/// Judges everything but `diagnoses`, see judge() of an Evidence.
+/// Judges everything except `diagnoses`; see judge(const Evidence&).
 /// @param tolerance_px  see CalibratorOptions
 [[nodiscard]] std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px = 1);
 
@@ -45,7 +45,7 @@ struct ViewSummary {
   double max_error_px = 0;
 };
 
-/// One a view of the fit.
+/// One per view of the fit.
 [[nodiscard]] std::vector<ViewSummary> viewSummaries(const Calibration& calibration);
 
 }  // namespace alidade

@@ -101,12 +101,11 @@ struct DifferenceSignificance {
   /// The difference in standard deviations: the normal variable that is exceeded as often as the sum of its
   /// squares over all directions into which the cameras' uncertainty moves it (Wald's statistic).
   double sigmas = 0;
-  /// The part of p95_px that chance does not explain: p95 between a and the camera nearest to it,
-  /// on the way from a to b, from which b differs by chance in 1 of 1000 cases. 0 if not
+  /// The part of p95_px that chance does not explain: p95 between a and the camera nearest to it
+  /// on the way to b from which b differs by chance in 1 of 1000 cases. 0 if not
   /// significant.
   double sure_p95_px = 0;
-  double share_beyond =
-      0;  ///< of the compared pixels, of those outside of their 95 % ellipse; 0.05 by chance
+  double share_beyond = 0;  ///< of compared pixels outside their 95 % ellipse; 0.05 by chance
 
   /// Exceeded by chance in 1 of 1000 cases.
   [[nodiscard]] bool isSignificant() const;

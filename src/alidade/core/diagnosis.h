@@ -19,7 +19,7 @@ enum class Severity {
   kFailure,  ///< the result must not be used
 };
 
-/// A finding of a calibration, a file check or a detection, and what the user should do about it.
+/// What a calibration, a file check or a detection found, and what the user should do about it.
 struct Diagnosis {
   Severity severity = Severity::kWarning;
   std::string id;              ///< stable, for scripts: "fronto_parallel"

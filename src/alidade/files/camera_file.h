@@ -7,7 +7,7 @@
 
 namespace alidade {
 
-/// Reads a camera file strictly: unknown, missing, doubled and misspelt keys, wrong types, numbers that are
+/// Reads a camera file strictly: unknown, missing, duplicate and misspelt keys, wrong types, numbers that are
 /// not finite and unknown models are errors that name line, key, found and expected. Only the first four keys
 /// are needed. The file has to pass its own self-check, see requireSelfCheck().
 /// @throws Error (kInput)
@@ -17,7 +17,7 @@ namespace alidade {
 [[nodiscard]] CameraRecord parseCameraFile(const std::string& text, const std::string& name);
 
 /// Passes if the camera projects the file's self-check points to their pixels (none: nothing to compare), so
-/// that a number that was changed by hand is not used without a word.
+/// that a number changed by hand is not used silently.
 /// @throws Error (kInput) with the worst point and by how much it is off
 void requireSelfCheck(const CameraRecord& file, const std::string& where);
 

@@ -37,7 +37,7 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   writeEntries(out, "verdict", verdictName(record.verdict));
   const bool is_far = std::isinf(record.accuracy_distance_m);
   writeKnown("accuracy_px", record.accuracy_px,
-             is_far ? "error of a far point (95 %) where boards were seen"
+             is_far ? "error of a distant point (95 %) where boards were seen"
                     : "error of a point at that distance (95 %) where boards were seen");
   writeKnown("accuracy_distance_m", record.accuracy_distance_m, "with the pose aligned");
   writeKnown("covered_share", record.covered_share, "of the image");

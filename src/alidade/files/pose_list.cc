@@ -258,8 +258,8 @@ PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) 
   PoseList list;
   std::set<std::string> ids;
   for (const YamlNode& item : items) {
-    const detail::FramedPose pose = detail::readFramedPose(item, {"id"});
-    const auto id = item.find("id");
+    const detail::FramedPose pose = detail::readFramedPose(item, {"id", "image"});
+    const auto id = item.has("id") ? item.find("id") : item.find("image");
     if (pose.is_framed && direction) {
       throw item.error("a key that names the frames, together with --poses-are", "only one of them",
                        "remove --poses-are: the key already states the direction of the pose");
@@ -271,7 +271,8 @@ PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) 
                  ? pose.camera_from_x
                  : cameraFromWorld(pose.camera_from_x, direction.value_or(PoseDirection::kCameraFromWorld))});
     if (!ids.insert(list.poses.back().id).second)
-      throw item.error("the pose '" + list.poses.back().id + "' twice", "each id only once");
+      throw item.error("the pose '" + list.poses.back().id + "' twice",
+                       "each id (or image, without an id) only once");
   }
   return list;
 }

@@ -11,7 +11,7 @@ namespace alidade {
 
 /// Reads a pose from a YAML file, or from YAML text when `source` starts with '{'. The rotation is one of
 ///
-///   quaternion_xyzw: [x, y, z, w]            any length but zero
+///   quaternion_xyzw: [x, y, z, w]            any length except zero
 ///   quaternion_wxyz: [w, x, y, z]            the same with w first
 ///   rotation_vector_rad: [x, y, z]           axis times angle
 ///   rotation_matrix: [[...], [...], [...]]   3x3, rows; or nine numbers
@@ -39,8 +39,10 @@ struct PoseList {
 
 /// Reads many poses:
 ///
-///   YAML   a list of poses (docs/files.md), or such a list under the key `poses`; each may have an `id`
-///   table  separated by commas or blanks, with a header that names tx, ty, tz (or x, y, z; metres) and a
+///   YAML   a list of poses (docs/files.md), or such a list under the key `poses`; each may have an `id`,
+///          or an `image` that serves as one
+///   table  separated by commas, semicolons or blanks, with a header that names tx, ty, tz (or x, y, z;
+///   metres) and a
 ///          rotation: qx, qy, qz, qw, or the rotation vector rx, ry, rz (radians). The id comes from the
 ///          first of the columns id, pose, name, image, frame, timestamp and time. Other columns are ignored
 ///   TUM    a table without a header: timestamp tx ty tz qx qy qz qw, world_from_camera

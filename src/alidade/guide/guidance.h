@@ -35,14 +35,13 @@ struct CandidateLimits {
 /// at three distances within the limits, spanning 30, 60 and 95 % of the image's smaller side without tilt,
 /// and tilted by 0, 20 or 40 degrees to each side. At least half of the corners lie inside the image, with a
 /// margin of a fiftieth of its smaller side, on squares of which none appears narrower than 6 pixels, and
-/// none are seen from less than 15 degrees above the board. A board of which a part lies outside shows at
-/// least one side from end to end, by which detection tells the part. In an order that depends on the
-/// arguments alone.
+/// none are seen from less than 15 degrees above the board. A partly visible board shows at least one
+/// complete side, by which detection identifies the part. The order depends only on the arguments.
 [[nodiscard]] std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size,
                                                         const Checkerboard& board,
                                                         const CandidateLimits& limits);
 
-/// What is known of a camera.
+/// What is known about a camera.
 struct CameraKnowledge {
   AnyCamera camera;
   ImageSize size;
@@ -53,7 +52,7 @@ struct CameraKnowledge {
   double variance = 1;         ///< of a corner's coordinate, px^2
 };
 
-/// A view to take, and what it brings.
+/// A view to take, and what it gains.
 struct NextView {
   SE3 camera_from_board;
   BoardSighting sighting;
@@ -66,8 +65,8 @@ struct NextView {
 
 /// Looks for the view that lowers the worst projection uncertainty most: among viewCandidates(), the one for
 /// which the largest standard deviation over the image (ProjectionUncertainty, at infinity) is least once the
-/// view's normal equations, its pose eliminated, are added to the information. A board of which a part lies
-/// outside of the image must be better by a tenth than one that is seen as a whole.
+/// view's normal equations, its pose eliminated, are added to the information. A view of part of a board must
+/// be better by a tenth than one of the whole board.
 ///
 /// This is G-optimal design (Kiefer and Wolfowitz 1960, The equivalence of two extremum problems), one
 /// observation at a time. Where the views leave a direction undetermined, so that some pixel is uncertain by
@@ -83,7 +82,7 @@ class NextViewSearch {
   /// The largest standard deviation of a pixel over the image, px; with the prior where that is needed. NaN
   /// where no pixel has a ray.
   [[nodiscard]] double worst() const;
-  /// Nothing where no candidate can be taken, or none tells anything.
+  /// Empty if no candidate can be taken or none adds information.
   [[nodiscard]] std::optional<NextView> best() const;
   /// Goes on as if a candidate had been taken.
   void take(const NextView& view) { information_ += gains_[view.candidate]; }
@@ -106,15 +105,15 @@ class NextViewSearch {
 [[nodiscard]] Eigen::MatrixXd viewInformation(const AnyCamera& camera, const SE3& camera_from_board,
                                               const std::vector<Observation>& corners);
 
-/// Most further views for which a forecast is made.
+/// Largest number of further views in a forecast.
 inline constexpr int kMaxForecast = 20;
 
-/// How far a calibration is from the uncertainty that is wanted.
+/// How far a calibration is from the required uncertainty.
 struct TargetReport {
   double target_px = 0;
   bool is_reached = false;
-  /// How many more views it takes, each the best one after those before it: 0 where it is reached, nothing
-  /// where kMaxForecast are not enough or none can be suggested.
+  /// How many more views are needed, each the best after the previous ones: 0 if it is reached, empty if
+  /// kMaxForecast are not enough or none can be suggested.
   std::optional<int> num_more_views;
   double forecast_px = 0;  ///< the worst uncertainty after those, or after as many as were tried
 };
@@ -127,17 +126,17 @@ struct Guidance {
   /// The largest standard deviation of a pixel over the image, px, at infinity (ProjectionUncertainty): the
   /// larger of that by the covariance and that by the covariance between views. NaN if not determined.
   double worst_px = 0;
-  /// worst_px over that by the covariance alone, 1 or more; forecasts are multiplied by it.
+  /// worst_px divided by its value from the covariance alone, at least 1; scales forecasts.
   double inflation = 1;
-  std::optional<NextView> next;        ///< nothing where no view would tell anything new
-  std::optional<TargetReport> target;  ///< where one was given
+  std::optional<NextView> next;        ///< empty if no view would add information
+  std::optional<TargetReport> target;  ///< if a target was given
 };
 
 /// @param target_px  positive
 [[nodiscard]] Guidance guide(const Calibration& calibration, const Checkerboard& board,
                              const CoverageReport& coverage, std::optional<double> target_px = std::nullopt);
 
-/// For people: where to put the board, and what that brings. Lines without an indent, with a line end each.
+/// Text for users: where to put the board, and the gain. Lines are not indented and end with a newline.
 [[nodiscard]] std::string nextViewText(const Guidance& guidance, ImageSize size);
 /// The same in one sentence without a line end.
 [[nodiscard]] std::string shortNextViewText(const Guidance& guidance, ImageSize size);

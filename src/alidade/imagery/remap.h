@@ -44,7 +44,7 @@ struct RemapTable {
                                         const CancelFlag* cancel = nullptr);
 
 enum class Interpolation {
-  kLinear,  ///< between the four pixels around
+  kLinear,  ///< between the four nearest pixels
   kCubic,   ///< cubic convolution (a = -3/4) of the 16 around: sharper, may overshoot at edges
 };
 

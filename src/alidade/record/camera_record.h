@@ -27,7 +27,7 @@ struct WarpRecord {
 /// it.
 struct CalibrationRecord {
   Verdict verdict = Verdict::kTrustworthy;  ///< kNo if the file was written anyway
-  /// Error of the pixel of a point that is not exceeded with a probability of 95 % where boards were seen;
+  /// Where boards were seen, the largest pixel error that a point does not exceed with a probability of 95 %;
   /// NaN = unknown.
   double accuracy_px = std::numeric_limits<double>::quiet_NaN();
   double accuracy_distance_m = std::numeric_limits<double>::infinity();  ///< of the point

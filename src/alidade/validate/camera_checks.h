@@ -42,14 +42,14 @@ struct RecordContext {
 /// "trustworthy, within 0.99 px (95 %) over 40 % of the image": the verdict and, if known, the accuracy.
 [[nodiscard]] std::string calibrationText(const CalibrationRecord& stated);
 
-/// Checks the numbers of a camera: focal lengths, aspect, principal point, tangential coefficients, and which
+/// Checks the numbers of a camera: focal lengths, aspect, principal point, tangential coefficients, and what
 /// share of the image has a ray. Checks what the record states beside them: the domain, self-check points,
-/// the covariance, the uncertainty of pixels, and the verdict of the calibration. What is not stated has no
-/// check.
+/// the covariance, the uncertainty of pixels, and the verdict of the calibration. What is not stated is
+/// not checked.
 [[nodiscard]] std::vector<FileCheck> checkCamera(const CameraRecord& record,
                                                  const RecordContext& context = {});
 
-/// The image size, px, to check a camera by if its file does not state one: its principal point is the
+/// The image size, px, for checking a camera whose file states none: its principal point is the
 /// centre.
 [[nodiscard]] ImageSize sizeAround(const AnyCamera& camera);
 

@@ -42,6 +42,14 @@ void compare(const Calibration& result, const AnyCamera& truth, Shares& shares) 
   }
 }
 
+void expectToHold(const Shares& shares, int num_sets) {
+  const double share = static_cast<double>(shares.num_within) / shares.num_covered;
+  EXPECT_GT(share, 0.93);
+  EXPECT_LT(share, 0.99);
+  EXPECT_EQ(shares.num_far_beyond, 0);
+  EXPECT_GT(shares.num_covered, num_sets * 300);
+}
+
 // Exact for one coordinate, and for two that are equal: the roots of the chi square's 95 %.
 TEST(Radius95, IsThatOfANormalVariableInThePlane) {
   Eigen::Matrix2d covariance = Eigen::Vector2d(4, 0).asDiagonal();
@@ -63,11 +71,7 @@ TEST(Accuracy, IsNotExceededInNineteenOfTwentyCoveredPixels) {
     EXPECT_GT(result.uncertainty.accuracy->covered_share, 0.4) << seed;
     compare(result, set.camera, shares);
   }
-  const double share = static_cast<double>(shares.num_within) / shares.num_covered;
-  EXPECT_GT(share, 0.93);
-  EXPECT_LT(share, 0.99);
-  EXPECT_EQ(shares.num_far_beyond, 0);
-  EXPECT_GT(shares.num_covered, kNumSets * 300);
+  expectToHold(shares, kNumSets);
 }
 
 // A pose takes up part of what the parameters do: points at a finite distance are known better.
@@ -83,11 +87,7 @@ TEST(Accuracy, HoldsAtAFiniteDistance) {
     EXPECT_LT(near.uncertainty.accuracy->covered_px, far.uncertainty.accuracy->covered_px) << seed;
     compare(near, set.camera, shares);
   }
-  const double share = static_cast<double>(shares.num_within) / shares.num_covered;
-  EXPECT_GT(share, 0.93);
-  EXPECT_LT(share, 0.995);
-  EXPECT_EQ(shares.num_far_beyond, 0);
-  EXPECT_GT(shares.num_covered, kNumSets * 300);
+  expectToHold(shares, kNumSets);
 }
 
 // A stiff model is sure of the image corners that no board reached. The accuracy is not.

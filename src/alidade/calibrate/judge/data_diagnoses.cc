@@ -217,7 +217,7 @@ void focusBreathes(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
       {.id = "focus_breathes",
        .cause = "the focal length depends on the distance of the board, as with autofocus",
        .evidence = "it changes by " + percent(std::abs(error->value) / of.uncertainty.board_distance_m) +
-                   " from the boards' distance to far points",
+                   " from the boards' distance to distant points",
        .next_step = "fix the focus; if it is fixed, use a larger board farther away"},
       *error, diagnoses);
 }
@@ -259,10 +259,14 @@ bool isFocalChange(const ViewVariations& variations) {
 }  // namespace
 
 void focalChanged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  constexpr double kFocalF = 8;  // on good photographs F reaches 6 because boards and lenses are not perfect
+  constexpr double kSigmas = 5;  // of F's deviation by chance
   const ViewVariations& variations = of.uncertainty.variations;
   const auto [f, spread] = variations.focal;
-  if (of.uncertainty.two_cameras || !isFocalChange(variations) || !(f > kFocalF)) return;
+  // Neighbouring corners that err alike, as boards and lenses that are not perfect make them, raise F. On
+  // good photographs F reaches 7, in units of that 3.6: not by the focal length, as its share says.
+  const double scale = of.uncertainty.smoothness * of.uncertainty.smoothness;
+  const double limit = 1 + kSigmas * std::sqrt(2.0 / static_cast<double>(of.uncertainty.num_places));
+  if (of.uncertainty.two_cameras || !isFocalChange(variations) || !(f > limit * scale)) return;
   addByEffect(
       of,
       {.id = "focal_changed",

@@ -18,7 +18,7 @@ inline constexpr const char* kAutoModel = "auto";
 
 /// A camera to start from.
 struct InitialCamera {
-  AnyCamera camera;  ///< of another model: the one in its place by fitModel()
+  AnyCamera camera;  ///< converted by fitModel() if of another model
   ImageSize size;
 };
 
@@ -26,21 +26,21 @@ struct InitialCamera {
 enum class BoardShapeMode {
   kFlat,  ///< the board is taken as flat
   kWarp,  ///< the bend is estimated
-  kAuto,  ///< the bend is estimated if a test says that there is one
+  kAuto,  ///< the bend is estimated if two tests detect it
 };
 
 struct CalibratorOptions {
-  /// One of modelIds(), or kAutoModel: that of the initial camera, or the one chosen by held-out error.
+  /// One of modelIds(), or kAutoModel: that of the initial camera, or one chosen by cross-validation.
   std::string model = kAutoModel;
   std::vector<std::string_view> models = {};  ///< what kAutoModel chooses among; empty = all of modelIds()
-  std::optional<InitialCamera> initial = std::nullopt;  ///< nothing: a start is searched for
+  std::optional<InitialCamera> initial = std::nullopt;  ///< empty: searched for automatically
   /// Names of parameters that keep their value: that of `initial`; without one, the image's centre for cx and
   /// cy and 0 for the lens. "radtan.k3" is k3 of that model only, whichever model is named or chosen.
   std::vector<std::string> held = {};
   bool same_focal = false;  ///< fx = fy in pixels
   BoardShapeMode board_shape = BoardShapeMode::kAuto;
   double tolerance_px = 1;  ///< the error of a projected point (95 %) that the user accepts; see judge()
-  /// Of the points that the accuracy is for, metres; infinite: far points. See Accuracy.
+  /// Distance of the points that the accuracy is for, metres; infinite: distant points. See Accuracy.
   double distance_m = std::numeric_limits<double>::infinity();
   int jobs = 1;  ///< threads; 0 = one per processor. The result does not depend on it.
   const CancelFlag* cancel = nullptr;

@@ -15,12 +15,13 @@ namespace alidade {
 struct Uncertainty;
 
 /// The error of the pixel of a scene point that is not exceeded with a probability of 95 %, over the whole
-/// image: of far points after alignment by the best rotation, of points at a finite distance after alignment
-/// by the best pose. It adds up
+/// image: of distant points after alignment by the best rotation, of points at a finite distance after
+/// alignment by the best pose. It adds up
 ///
 /// - the stated covariance, or if larger, the difference to another camera that explains the corners as well,
-///   or outside the region that boards covered (for stiff models everywhere), the covariance of a more
-///   flexible model at the same lens: a stiff model extrapolates with a small covariance, and wrongly; and
+///   or outside the region that boards covered, the covariance of a more flexible model at the same lens: a
+///   stiff model extrapolates with a small covariance, and wrongly. For stiff models inside too, about that
+///   other camera; and
 /// - the deviation of the lens from its model that all views have in common (ImageBias).
 struct Accuracy {
   double distance_m = std::numeric_limits<double>::infinity();  ///< of the points

@@ -179,6 +179,7 @@ Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_ben
   result.coordinate_sigma_px = std::sqrt(residuals.variance);
   result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
   result.local_sigma_px = localSigma(fit);
+  result.smoothness = std::fmax(1.0, weightedRms(fit) / std::sqrt(2.0) / result.local_sigma_px);
   result.num_places = numPlaces(fit);
   setCovariances(fit, residuals, result);
   const auto scoresOf = [](const Fit& of) {
@@ -186,10 +187,9 @@ Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_ben
   };
   const auto scores = scoresOf(fit);
   const auto flexible = isStiff(onlyCamera(fit).model) ? flexibleFit(fit) : std::nullopt;
-  const double smoothness = weightedRms(fit) / std::sqrt(2.0) / result.local_sigma_px;
   result.common_errors =
       commonErrors(scores, residuals.directions, flexible ? scoresOf(*flexible) : std::vector<Reduced>(),
-                   residuals.variance, std::max(1.0, smoothness));
+                   residuals.variance, result.smoothness);
   result.influences = viewInfluences(scores, residuals.directions, residuals.variance);
   result.variations = viewVariations(fit);
   setProjection(fit, camera, result);

@@ -36,23 +36,26 @@ struct OtherOptimum {
   double projection_px = 0;
 };
 
-/// How well a fit knows its camera.
+/// How accurately a fit determines its camera.
 struct Uncertainty {
-  /// One standard deviation of the coordinate of a corner of weight 1, from the residuals: as many corners
-  /// all as good as this would know as much as these do.
+  /// One standard deviation of the coordinate of a corner of weight 1, from the residuals. The same number of
+  /// corners with this noise would be equally informative.
   double coordinate_sigma_px = 0;
-  /// tau of CornerNoise: one standard deviation an axis that detection's own noise does not explain. NaN
-  /// where no corner states its sigma.
+  /// tau of CornerNoise: the standard deviation per axis that detection noise does not explain. NaN if no
+  /// corner states its sigma.
   double unexplained_sigma_px = std::numeric_limits<double>::quiet_NaN();
   /// coordinate_sigma_px from differences between neighbouring corners alone, in which errors that vary
   /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
   /// neighbours.
   double local_sigma_px = 0;
+  /// The errors over those that neighbouring corners do not share, at least 1: large where the lens or the
+  /// board deviates from its model.
+  double smoothness = 1;
   std::size_t num_places = 0;  ///< of the board, see placesOf()
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
   std::optional<DenseMatrix> covariance;
-  /// The same without taking the corners of one view for independent, and with a bend that was ignored as a
-  /// common error; nothing where there is no covariance, or the views are too few. Where it is much larger,
+  /// The same without assuming that the corners of a view are independent, and with an ignored bend as a
+  /// common error; empty without a covariance or with too few views. Where it is much larger,
   /// the views have errors that the model and the noise do not explain.
   std::optional<ViewCovariance> by_views;
   /// Where the board was held flat although a test says that it is bent.
@@ -64,19 +67,19 @@ struct Uncertainty {
   /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
   /// inverse.
   DenseMatrix information;
-  DenseMatrix free_directions;  ///< N x M: what was estimated of the parameters, one direction a column
+  DenseMatrix free_directions;  ///< N x M: what was estimated of the parameters, one direction per column
   double scaled_condition = 0;  ///< of `information`, its diagonal scaled to 1; near 0: undetermined
   /// What statedCovariance() makes of the pixel of a point: infinitely far away with the best rotation taken
   /// out, and near with the best pose. Nothing where there is no covariance.
   std::optional<UncertaintyGrid> projection_far;
   std::optional<UncertaintyGrid> projection_near;
   double board_distance_m = 0;            ///< median of the boards' middles from the camera
-  std::vector<ViewInfluence> influences;  ///< one a view; empty where the views do not determine the camera
+  std::vector<ViewInfluence> influences;  ///< one per view; empty if the views do not determine the camera
   HoldoutReport holdout;
   ImageBias image_bias;
-  std::vector<CommonError> common_errors;  ///< one a cause that the views determine
+  std::vector<CommonError> common_errors;  ///< one per cause that the views determine
   ViewVariations variations;               ///< what changes from view to view although it should not
-  std::optional<TwoCameras> two_cameras;   ///< what speaks for two cameras among the views
+  std::optional<TwoCameras> two_cameras;   ///< evidence for two cameras among the views
   std::vector<OtherOptimum> other_optima;  ///< that the corners do not rule out, the likeliest first
   std::optional<Accuracy> accuracy;        ///< of projected points; nothing without a covariance
 
@@ -88,11 +91,11 @@ struct Uncertainty {
   /// Whether the views disagree by more than the corners' noise makes them, beyond chance: then `covariance`
   /// is too small, and `by_views` is what counts.
   [[nodiscard]] bool isNoiseExceeded() const;
-  /// The covariance to go by: where noise is exceeded, in every direction the larger of both. Where a bend
-  /// was ignored, that of the camera with the bend, and on top the square of what the bend would change.
-  /// Exactly symmetric: its lower triangle, as files state it, is all of it. There must be a covariance.
+  /// The covariance to use: where noise is exceeded, in every direction the larger of both. If a bend
+  /// was ignored, that of the camera with the bend, plus the square of the change due to the bend.
+  /// Exactly symmetric, so the lower triangle in files is complete. @pre there is a covariance
   [[nodiscard]] DenseMatrix statedCovariance() const;
-  /// Two parameters of which the views tell a combination well and each alone badly.
+  /// Two parameters whose combination is known well, but each of them badly.
   struct Correlation {
     int first = 0;
     int second = 0;
@@ -107,7 +110,7 @@ struct Uncertainty {
 
 /// Of a fit of one camera and one board, solved.
 /// @param ignored_bend  see ignoredBend()
-/// @param bend_std_m    see ShapeReport; where the bend is estimated, what is returned knows better
+/// @param bend_std_m    see ShapeReport; where the bend is estimated, the result is more accurate
 /// @param close_params  see ModelSolution
 [[nodiscard]] Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
                                         const Eigen::Vector2d& bend_std_m,

@@ -101,7 +101,8 @@ AnyCamera generalLens(std::string_view model, const std::vector<std::string_view
 
 bool canHold(const CameraFormat& format, const AnyCamera& camera) {
   try {
-    static_cast<void>(heldCamera(format, {.camera = camera, .image_size = {.width = 501, .height = 501}}));
+    static_cast<void>(
+        heldCamera(format, {.name = {}, .camera = camera, .image_size = {.width = 501, .height = 501}}));
     return true;
   } catch (const Error&) {
     return false;
