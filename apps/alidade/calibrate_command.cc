@@ -214,10 +214,7 @@ class CalibrateCommand final : public Command {
                           const std::vector<std::string>& sources) const {
     if (path.empty()) return;
     const auto isSame = [&path](const std::string& other) {
-      namespace fs = std::filesystem;
-      std::error_code error;
-      const fs::path own = fs::weakly_canonical(fs::absolute(path, error), error);
-      return !other.empty() && !error && own == fs::weakly_canonical(fs::absolute(other, error), error);
+      return !other.empty() && writtenPath(path) == writtenPath(other);
     };
     if (path == "-" || isSame(output_) || (&path != &next_view_ && isSame(next_view_))) {
       throw usageError({.where = flag + " " + path,

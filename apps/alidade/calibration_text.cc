@@ -241,8 +241,8 @@ std::string worstViewsText(const Calibration& result) {
   views.resize(std::min(views.size(), kNumWorst));
   std::string text = "Views with the largest errors\n";
   for (const ViewSummary& view : views) {
-    text += fmt::format("  {:<24} RMS {:.3g} px, largest {:.3g} px, {} corners\n", view.image, view.rms_px,
-                        view.max_error_px, view.num_corners);
+    text += fmt::format("  {:<24} RMS {:.3g} px, largest {:.3g} px, {} corners\n", printable(view.image),
+                        view.rms_px, view.max_error_px, view.num_corners);
   }
   return text;
 }
@@ -251,8 +251,8 @@ std::string outliersText(const Calibration& result) {
   const std::vector<Outlier>& outliers = result.dropped.outliers;
   if (outliers.empty()) return "";
   const Lines lines = mapped(outliers, [](const Outlier& o) {
-    return fmt::format("{} corner {}: error ({:.2f}, {:.2f}) px", o.image, o.corner_id, o.error_px.x(),
-                       o.error_px.y());
+    return fmt::format("{} corner {}: error ({:.2f}, {:.2f}) px", printable(o.image), o.corner_id,
+                       o.error_px.x(), o.error_px.y());
   });
   return fmt::format("Outliers {} of {} corners ({:.2g} %)\n", outliers.size(),
                      outliers.size() + numCorners(result.fit),

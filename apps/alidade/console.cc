@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "console.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 namespace alidade {
 namespace {
 
+FILE* messages = stderr;
 CancelFlag cancel_requested{false};
 volatile std::sig_atomic_t caught_signal = SIGINT;
 
@@ -57,15 +59,39 @@ std::string programName() {
 
 void printResult(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return;
-  throw inputError({.where = "standard output",
-                    .found = std::strerror(errno),
-                    .next_step = "free some space, or redirect the output"});
+  throw inputError(
+      {.where = "standard output",
+       .found = std::strerror(errno),
+       .next_step = "free some space, or redirect the output; files that were to be written are complete"});
+}
+
+void silenceLibraries() {
+#ifndef __SANITIZE_ADDRESS__  // which reports there
+  const int own = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  FILE* const stream = own >= 0 && nothing >= 0 ? ::fdopen(own, "w") : nullptr;
+  if (stream != nullptr && ::dup2(nothing, STDERR_FILENO) >= 0) {
+    std::setvbuf(stream, nullptr, _IONBF, 0);
+    messages = stream;
+  }
+  if (nothing > STDERR_FILENO) ::close(nothing);
+#endif
 }
 
 void printMessage(const std::string& text) {
   std::string message;
-  for (const std::string_view line : split(text, '\n')) message += printable(line) + "\n";
-  std::fputs(message.c_str(), stderr);
+  std::string_view rest = text;
+  while (true) {
+    const std::size_t end = rest.find("\n ");
+    message += printable(rest.substr(0, end)) + "\n";
+    if (end == std::string_view::npos) break;
+    rest.remove_prefix(end + 1);
+  }
+  printHelp(message);
+}
+
+void printHelp(const std::string& text) {
+  std::fputs(text.c_str(), messages);
 }
 
 std::string oneLine(std::string text) {
@@ -100,10 +126,10 @@ std::string listed(const std::vector<std::string>& lines) {
 }
 
 ProgressBar::ProgressBar(std::string label, bool is_quiet)
-    : label_(std::move(label)), is_shown_(!is_quiet && isatty(STDERR_FILENO) == 1) {}
+    : label_(std::move(label)), is_shown_(!is_quiet && isatty(fileno(messages)) == 1) {}
 
 ProgressBar::~ProgressBar() {
-  if (has_drawn_) std::fputs("\r\033[K", stderr);
+  if (has_drawn_) std::fputs("\r\033[K", messages);
 }
 
 void ProgressBar::update(std::size_t done, std::size_t total) {
@@ -115,8 +141,8 @@ void ProgressBar::update(std::size_t done, std::size_t total) {
   constexpr std::size_t kWidth = 30;
   const std::size_t filled = kWidth * done / total;
   const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '.');
-  fmt::print(stderr, "\r{} [{}] {}/{}\033[K", label_, bar, done, total);
-  std::fflush(stderr);
+  fmt::print(messages, "\r{} [{}] {}/{}\033[K", label_, bar, done, total);
+  std::fflush(messages);
 }
 
 const CancelFlag* catchInterrupts() {

@@ -18,8 +18,15 @@ namespace alidade {
 /// full).
 void printResult(std::string_view text);
 
-/// Writes a message for people to standard error, with control characters as "\x1b".
+/// From now on only this program's own messages reach standard error: libraries that write there say nothing
+/// that a user could use, such as which file they mean.
+void silenceLibraries();
+
+/// Writes a message for people to standard error, with control characters as "\x1b". A line ends where the
+/// next one is indented.
 void printMessage(const std::string& text);
+/// The same with text of this program alone, as it is.
+void printHelp(const std::string& text);
 
 /// An error's message, which has a line of its own for the next step, in a single line.
 [[nodiscard]] std::string oneLine(std::string text);

@@ -106,8 +106,8 @@ std::string fitText(const ModelFit& fit) {
 // What was done and what came out, for people; without an end of line.
 std::string summaryText(const Converted& converted) {
   const auto& [where, name, source, conversion, file] = converted;
-  std::string text =
-      fmt::format("From     {}: {}, {} px\n", where, source.camera.modelId(), sizeText(source.image_size));
+  std::string text = fmt::format("From     {}: {}, {} px\n", printable(where), source.camera.modelId(),
+                                 sizeText(source.image_size));
   for (const Conversion::Step& step : conversion.steps) {
     if (step.name == "model") continue;
     std::string label = step.name;

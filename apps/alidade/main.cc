@@ -116,7 +116,10 @@ int exitCodeOf(const std::exception& error) {
 
 std::string messageOf(const std::exception& error) {
   if (dynamic_cast<const Error*>(&error) != nullptr) return error.what();
-  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
+  // OpenCV has an exception of its own for it.
+  const bool is_opencv =
+      std::string_view(error.what()).find("(-4:Insufficient memory)") != std::string_view::npos;
+  if (is_opencv || dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
     return "out of memory\n  next: use smaller or fewer images, or fewer --jobs";
   return std::string("internal: ") + error.what() +
          "\n  next: this is a bug in alidade; please report it and include the command line";
@@ -146,7 +149,7 @@ int runProgram(int argc, char** argv) {
     commands[parser]->setUp(*parser);
   }
   if (argc <= 1) {
-    std::fputs(app.help().c_str(), stderr);
+    printHelp(app.help());
     return kUsageExit;
   }
   try {
@@ -190,6 +193,7 @@ int main(int argc, char** argv) {
     if (::fcntl(stream, F_GETFD) == -1)
       static_cast<void>(::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
+  silenceLibraries();
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails, and says so
   try {
     useOneThreadPerImage();

@@ -2,18 +2,25 @@
 #include "pending_folder.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <boost/crc.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/files/atomic_file.h"
 
 namespace alidade {
 namespace {
@@ -47,6 +54,77 @@ bool exchangeNames(const fs::path& a, const fs::path& b) {
   return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
+// As far as the system lets: only root may give a folder away.
+void takeOwnerAndMode(const fs::path& from, const fs::path& to) {
+  struct stat status {};
+  if (::stat(from.c_str(), &status) != 0) return;
+  const bool is_owned = ::chown(to.c_str(), status.st_uid, status.st_gid) == 0;
+  constexpr mode_t kAll = 07777;
+  constexpr mode_t kOwnersOnly = 05777;  // without the set-group bit of another group
+  ::chmod(to.c_str(), status.st_mode & (is_owned ? kAll : kOwnersOnly));
+}
+
+// On another file system than its folder.
+bool isMounted(const fs::path& entry, const fs::path& folder) {
+  struct stat own {};
+  struct stat above {};
+  return ::lstat(entry.c_str(), &own) == 0 && ::stat(folder.c_str(), &above) == 0 &&
+         own.st_dev != above.st_dev;
+}
+
+struct FileMark {
+  std::uintmax_t size = 0;
+  std::uint32_t crc = 0;
+  bool operator==(const FileMark&) const = default;
+};
+
+FileMark markOf(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  boost::crc_32_type crc;
+  FileMark mark;
+  std::vector<char> bytes(std::size_t{1} << 16U);
+  while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), file.gcount() > 0) {
+    crc.process_bytes(bytes.data(), static_cast<std::size_t>(file.gcount()));
+    mark.size += static_cast<std::uintmax_t>(file.gcount());
+  }
+  mark.crc = crc.checksum();
+  return mark;
+}
+
+// The files that a run wrote, by path inside its folder.
+using FileList = std::map<std::string, FileMark>;
+
+// A line for each file: size, CRC-32, path. A path with a line break makes none, and so is never deleted.
+constexpr const char* kListStart = "# written by alidade ";
+
+void writeList(const fs::path& folder, const std::string& command) {
+  FileList list;
+  for (const fs::directory_entry& entry : entriesBelow(folder)) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (entry.is_regular_file() && name.find('\n') == std::string::npos) list[name] = markOf(entry.path());
+  }
+  std::string text = kListStart + command +
+                     "; --overwrite replaces these files while they are unchanged: size, CRC-32, path\n";
+  for (const auto& [name, mark] : list) text += fmt::format("{} {:08x} {}\n", mark.size, mark.crc, name);
+  writeFileAtomically((folder / PendingFolder::kListName).string(), text);
+}
+
+// Empty if there is none of this command.
+FileList readList(const fs::path& folder, const std::string& command) {
+  FileList list;
+  std::ifstream file(folder / PendingFolder::kListName);
+  std::string line;
+  if (!std::getline(file, line) || !line.starts_with(kListStart + command + ";")) return list;
+  while (std::getline(file, line)) {
+    std::istringstream in(line);
+    FileMark mark;
+    std::string name;
+    if (in >> mark.size >> std::hex >> mark.crc && in.get() == ' ' && std::getline(in, name))
+      list[name] = mark;
+  }
+  return list;
+}
+
 bool isBelow(const fs::path& path, const fs::path& folder) {
   std::error_code ignored;  // of folders that do not exist, which hold nothing
   for (fs::path parent = path.parent_path(); !parent.empty(); parent = parent.parent_path()) {
@@ -73,21 +151,14 @@ void refuseFolderOfInputs(const std::string& folder, const std::vector<std::stri
   }
 }
 
-bool isWrittenBy(const fs::path& file, std::string_view command) {
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    for (const std::string_view start : {"created_by: alidade ", "# alidade "}) {
-      if (!line.starts_with(start)) continue;
-      const std::string_view rest = std::string_view(line).substr(start.size());
-      return rest.substr(rest.find(' ') + 1).starts_with(command);
-    }
-  }
-  return false;
-}
-
-PendingFolder::PendingFolder(const std::string& target, bool may_replace, Own own)
-    : may_replace_(may_replace), own_(std::move(own)) {
+PendingFolder::PendingFolder(const std::string& target, std::string command, bool may_replace)
+    : command_(std::move(command)), may_replace_(may_replace) {
   std::error_code error;
+  if (fs::is_symlink(fs::symlink_status(target, error)) && !fs::exists(target, error)) {
+    throw inputError({.where = target,
+                      .found = "a link to a folder that does not exist",
+                      .expected = "a new or empty folder"});
+  }
   const fs::path absolute = fs::absolute(target, error);
   if (!error) target_ = fs::weakly_canonical(absolute, error);
   if (!target_.has_filename()) target_ = target_.parent_path();
@@ -104,7 +175,7 @@ PendingFolder::PendingFolder(const std::string& target, bool may_replace, Own ow
   fs::path pending = siblingPath("tmp");
   for (int i = 2; !makeFolder(pending, target); ++i) pending = siblingPath(fmt::format("{}.tmp", i));
   pending_ = pending;
-  if (is_there) fs::permissions(pending_, fs::status(target_).permissions(), error);
+  if (is_there) takeOwnerAndMode(target_, pending_);
 }
 
 PendingFolder::~PendingFolder() {
@@ -125,16 +196,17 @@ bool PendingFolder::checkTarget() const try {
     throw inputError(
         {.where = target_.string(), .found = "a file", .expected = "the path of a folder, or a new path"});
   }
-  const bool is_result = may_replace_ && own_.is_result(target_);
+  std::set<fs::path> own;
+  if (may_replace_) {
+    for (const fs::path& entry : ownEntries(target_)) own.insert(entry);
+  }
   for (const fs::directory_entry& entry : entriesBelow(target_)) {
+    if (own.contains(entry.path())) continue;
     const fs::path relative = entry.path().lexically_relative(target_);
-    const fs::file_type type = entry.symlink_status().type();
-    if (may_replace_ && type == fs::file_type::directory && own_.is_name(relative)) continue;
-    if (is_result && type == fs::file_type::regular && own_.is_name(relative)) continue;
     throw inputError(
         {.where = target_.string(),
          .found = "a folder that contains '" + relative.string() + "'",
-         .expected = may_replace_ ? "an empty folder, or one with only a result of this command"
+         .expected = may_replace_ ? "an empty folder, or one with only the unchanged result of this command"
                                   : "a new or empty folder",
          .next_step = "choose another name" +
                       std::string(may_replace_ ? "" : ", or add --overwrite to replace an earlier result")});
@@ -150,30 +222,54 @@ void PendingFolder::makeSubfolder(const std::string& name) const {
   expect(makeFolder(pending_ / name, target_ / name), "a new folder has no entries");
 }
 
-void PendingFolder::removeOurEntries(const fs::path& folder) const try {
-  // Deepest first; fs::remove deletes one file or one empty folder and nothing more.
+std::vector<fs::path> PendingFolder::ownEntries(const fs::path& folder) const {
+  const FileList list = readList(folder, command_);
+  if (list.empty()) return {};
+  std::vector<fs::path> files;
+  std::vector<fs::path> folders;
   const std::vector<fs::directory_entry> entries = entriesBelow(folder);
-  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
-    const fs::file_type type = entry->symlink_status().type();
-    std::error_code ignored;
-    if (type != fs::file_type::directory && type != fs::file_type::regular) continue;
-    if (own_.is_name(entry->path().lexically_relative(folder))) fs::remove(entry->path(), ignored);
+  for (const fs::directory_entry& entry : entries) {
+    if (isMounted(entry.path(), folder)) continue;
+    const auto type = entry.symlink_status().type();
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (type == fs::file_type::directory) {
+      const bool is_listed =
+          std::ranges::any_of(list, [&](const auto& file) { return file.first.starts_with(name + "/"); });
+      if (is_listed) folders.push_back(entry.path());
+    } else if (type == fs::file_type::regular) {
+      const auto listed = list.find(name);
+      const bool is_own = listed != list.end() && entry.file_size() == listed->second.size &&
+                          markOf(entry.path()) == listed->second;
+      if (is_own || name == kListName) files.push_back(entry.path());
+    }
   }
-  fs::remove(folder);
-} catch (const fs::filesystem_error&) {
-  // What cannot be removed stays under a name that is in nobody's way.
+  // Each folder came before what it holds.
+  files.insert(files.end(), folders.rbegin(), folders.rend());
+  return files;
+}
+
+std::string PendingFolder::renamed(std::string message) const {
+  const std::string pending = pending_.string();
+  for (std::size_t at = 0; (at = message.find(pending, at)) != std::string::npos;)
+    message.replace(at, pending.size(), target_.string());
+  return message;
 }
 
 void PendingFolder::commit() {
+  writeList(pending_, command_);
   const fs::path old = siblingPath("old");
   // Again: time has passed. What has come since then, the system itself refuses to replace by a plain rename.
   const bool replaces = checkTarget() && may_replace_;
+  // fs::remove deletes one file or one empty folder and nothing more. What cannot be removed stays under a
+  // name that is in nobody's way.
+  const auto removeOwn = [this](const fs::path& folder) {
+    std::error_code ignored;
+    for (const fs::path& entry : ownEntries(folder)) fs::remove(entry, ignored);
+    fs::remove(folder, ignored);
+  };
   std::error_code error;
   if (replaces) {
-    if (exchangeNames(pending_, target_)) {
-      removeOurEntries(std::exchange(pending_, {}));
-      return;
-    }
+    if (exchangeNames(pending_, target_)) return removeOwn(std::exchange(pending_, {}));
     fs::rename(target_, old, error);
     if (error) {
       throw inputError({.where = target_.string(), .found = "cannot be replaced: " + error.message()});
@@ -188,7 +284,7 @@ void PendingFolder::commit() {
                       .next_step = stuck ? "the earlier result is now in '" + old.string() + "'" : ""});
   }
   pending_.clear();
-  if (replaces) removeOurEntries(old);
+  if (replaces) removeOwn(old);
 }
 
 }  // namespace alidade

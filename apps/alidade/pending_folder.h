@@ -2,10 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
-#include <string_view>
 #include <vector>
+
+#include "alidade/core/error.h"
 
 namespace alidade {
 
@@ -13,28 +13,22 @@ namespace alidade {
 /// or by that of the file that it links to. Sources that do not exist do not matter.
 void refuseFolderOfInputs(const std::string& folder, const std::vector<std::string>& sources);
 
-/// Whether a text file says that a command of this program wrote it: "created_by: alidade 0.1.0 simulate", or
-/// the same in a comment.
-[[nodiscard]] bool isWrittenBy(const std::filesystem::path& file, std::string_view command);
-
 /// A folder that appears under its name only when it is complete; until then it has another one beside it.
 ///
-/// An earlier folder is moved aside, and deleted when the new one is in its place.
-/// Replacing a folder deletes only regular files that an earlier run of the same command wrote, and then
-/// folders that are empty: whatever else is there makes the constructor refuse, and is never deleted.
+/// A complete folder holds a list of its files with the size and the CRC-32 of each. An earlier result is
+/// replaced only if all that it holds is on its list and as it was written: what was added, changed or comes
+/// from elsewhere makes the constructor refuse, and is never deleted. The earlier folder is moved aside
+/// first, and deleted when the new one is in its place.
 class PendingFolder {
  public:
-  /// How the command knows its own.
-  struct Own {
-    std::function<bool(const std::filesystem::path& relative)> is_name;  ///< of an entry, inside the folder
-    /// By what its files say of themselves: names alone may be those of anybody's files.
-    std::function<bool(const std::filesystem::path& folder)> is_result;
-  };
+  /// The name of the list.
+  static constexpr const char* kListName = ".alidade_result";
 
+  /// @param command  that makes the folder, and whose earlier results may be replaced
   /// @param may_replace  accept a target that holds an earlier result and nothing else
   /// @throws Error (kInput) for a target that is no folder, is the current folder or one above it, or holds
-  /// anything else than files that may be replaced
-  PendingFolder(const std::string& target, bool may_replace, Own own);
+  /// anything else than what may be replaced
+  PendingFolder(const std::string& target, std::string command, bool may_replace);
   ~PendingFolder();
   PendingFolder(const PendingFolder&) = delete;
   PendingFolder& operator=(const PendingFolder&) = delete;
@@ -44,16 +38,27 @@ class PendingFolder {
   void makeSubfolder(const std::string& name) const;
   /// Puts the folder in place. @throws Error (kInput)
   void commit();
+  /// Runs what writes entries. @throws Error what that throws, naming the entries as they are going to be
+  template <class Write>
+  void write(const Write& entries) const {
+    try {
+      entries();
+    } catch (const Error& error) {
+      throw Error(error.code(), {.where = renamed(error.what())});
+    }
+  }
 
  private:
+  [[nodiscard]] std::string renamed(std::string message) const;
   [[nodiscard]] std::filesystem::path siblingPath(const std::string& ending) const;
   // @returns whether it exists. @throws Error (kInput) where it is no folder, or holds anything else than
   // what may be replaced
   [[nodiscard]] bool checkTarget() const;
-  void removeOurEntries(const std::filesystem::path& folder) const;
+  // Files first, then the folders that held them, at last the folder itself.
+  [[nodiscard]] std::vector<std::filesystem::path> ownEntries(const std::filesystem::path& folder) const;
 
+  std::string command_;
   bool may_replace_;
-  Own own_;
   std::filesystem::path target_;
   std::filesystem::path pending_;
 };

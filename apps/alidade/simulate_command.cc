@@ -21,18 +21,6 @@
 namespace alidade {
 namespace {
 
-// What this command makes, by path inside its output folder.
-bool isOwnEntry(const std::filesystem::path& relative) {
-  const std::string name = relative.string();
-  if (name == "camera.yaml" || name == "corners.csv" || name == "poses.yaml" || name == "images") return true;
-  return relative.parent_path() == "images" && relative.filename().string().starts_with("view_") &&
-         relative.extension() == ".png";
-}
-
-bool isSimulateResult(const std::filesystem::path& folder) {
-  return isWrittenBy(folder / "camera.yaml", "simulate") && isWrittenBy(folder / "corners.csv", "simulate");
-}
-
 class SimulateCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
@@ -43,7 +31,7 @@ class SimulateCommand final : public Command {
     app.add_option("-o,--output", output_, "Folder to create");
     app.add_flag("--corners-only", corners_only_, "Write only the ground truth, no images");
     app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier result of this command; other files in the folder are never changed");
+                 "Replace an earlier, unchanged result of this command; other files are never changed");
     addCommonOptions(app, common_, true);
   }
 
@@ -53,6 +41,7 @@ class SimulateCommand final : public Command {
     refuseFolderOfInputs(output_, {scene_path_, common_.config});
     const CancelFlag* cancel = catchInterrupts();
     const Scene scene = readSceneFile(scene_path_);
+    refuseFolderOfInputs(output_, scene.files);
     if (!common_.quiet) {
       for (const std::string& remark : scene.camera_remarks) printMessage("note: " + remark);
     }
@@ -67,12 +56,14 @@ class SimulateCommand final : public Command {
 
     const CornersFile corners = trueCorners(scene, poses, names);
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
-    PendingFolder folder(output_, overwrite_, {.is_name = isOwnEntry, .is_result = isSimulateResult});
-    writeCornersFile(folder.path("corners.csv"), corners);
-    writeCameraFile(folder.path("camera.yaml"),
-                    bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
-    writeFileAtomically(folder.path("poses.yaml"), posesText(names, poses));
-    if (!corners_only_) renderAll(scene, poses, names, folder, cancel);
+    PendingFolder folder(output_, "simulate", overwrite_);
+    folder.write([&] {
+      writeCornersFile(folder.path("corners.csv"), corners);
+      writeCameraFile(folder.path("camera.yaml"),
+                      bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
+      writeFileAtomically(folder.path("poses.yaml"), posesText(names, poses));
+      if (!corners_only_) renderAll(scene, poses, names, folder, cancel);
+    });
     folder.commit();
 
     std::size_t num_corners = 0;
@@ -83,7 +74,7 @@ class SimulateCommand final : public Command {
                             {"num_corners", num_corners},
                             {"views_without_corners", without_corners}}));
     } else if (!common_.quiet) {
-      printResult(fmt::format("{}: {} views, {} corners{}\n", output_, poses.size(), num_corners,
+      printResult(fmt::format("{}: {} views, {} corners{}\n", printable(output_), poses.size(), num_corners,
                               corners_only_ ? ", no images" : ""));
     }
     if (!without_corners.empty() && !common_.quiet) {

@@ -5,7 +5,6 @@
 #include <mutex>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -34,14 +33,6 @@ namespace fs = std::filesystem;
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
-
-// Either file says that this command wrote it, and none says otherwise.
-bool isUndistortResult(const fs::path& folder) {
-  const auto isOurs = [&](const char* name) { return isWrittenBy(folder / name, "undistort"); };
-  const auto isForeign = [&](const char* name) { return fs::exists(folder / name) && !isOurs(name); };
-  return !isForeign(kCameraName) && !isForeign(kProjectionName) &&
-         (isOurs(kCameraName) || isOurs(kProjectionName));
-}
 
 // What comes of one image.
 struct UndistortedImage {
@@ -112,7 +103,7 @@ class UndistortCommand final : public Command {
     app.add_flag("--camera-only", camera_only_,
                  "Write only the camera or projection file; do not read inputs");
     app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier result for these inputs; other files in the folder are never changed");
+                 "Replace an earlier, unchanged result of this command; other files are never changed");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, true);
   }
@@ -128,19 +119,14 @@ class UndistortCommand final : public Command {
     std::vector<UndistortedImage> images = namedImages(paths);
 
     const ViewChoice choice = chooseView(source.camera, source.image_size, request(app));
-    std::set<std::string> own_names = {kCameraName, kProjectionName};
-    for (const UndistortedImage& image : images) own_names.insert(image.output);
-    PendingFolder folder(
-        output_, overwrite_,
-        {.is_name = [&](const fs::path& relative) { return own_names.contains(relative.string()); },
-         .is_result = isUndistortResult});
+    PendingFolder folder(output_, "undistort", overwrite_);
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
-    undistortAll(paths, images, table, folder, cancel);
+    folder.write([&] { undistortAll(paths, images, table, folder, cancel); });
     const auto num_skipped = static_cast<std::size_t>(
         std::count_if(images.begin(), images.end(), [](const auto& image) { return !image.reason.empty(); }));
     if (!images.empty() && num_skipped == images.size()) throwNoImage(images);
-    writeView(choice.view, folder);
+    folder.write([&] { writeView(choice.view, folder); });
     folder.commit();
 
     const double dark_share = static_cast<double>(table.num_without_source) /
@@ -279,9 +265,9 @@ class UndistortCommand final : public Command {
                                   ? fmt::format("focal length {:.2f} px", view.scale_px.x())
                                   : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegrees);
     return fmt::format(
-        "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels are black (no source)\n", output_,
-        what, projectionName(view.projection), sizeText(view.size), view.horizontalFieldRad() * kDegrees,
-        scale, 100 * dark_share);
+        "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels are black (no source)\n",
+        printable(output_), what, projectionName(view.projection), sizeText(view.size),
+        view.horizontalFieldRad() * kDegrees, scale, 100 * dark_share);
   }
 
   [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<UndistortedImage>& images,

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <sstream>
 
@@ -253,6 +255,15 @@ std::string judgementJson(const ValidationResult& result) {
                    {"other_files", result.other_files}});
 }
 
+bool isJunitReport(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  for (int i = 0; i < 2 && std::getline(file, line); ++i) {
+    if (line.starts_with("<testsuites")) return true;
+  }
+  return false;
+}
+
 // JUnit XML: a test case for each file.
 std::string junitText(const ValidationResult& result) {
   const Totals totals = totalsOf(result);
@@ -370,6 +381,14 @@ class ValidateCommand final : public Command {
       if (!file.is_from_folder) sources.push_back(cameraFilePath(file.path));
     }
     checkOutput(junit_path_, sources, common_, "--junit");
+    namespace fs = std::filesystem;
+    std::error_code error;
+    if (!junit_path_.empty() && fs::is_regular_file(junit_path_, error) && !isJunitReport(junit_path_)) {
+      throw usageError({.where = "--junit " + junit_path_,
+                        .found = "an existing file that is no JUnit report",
+                        .expected = "a new file, or an earlier report",
+                        .next_step = "choose another name, otherwise the file would be overwritten"});
+    }
   }
 
   // Finds the boards and reads the other camera, once for all files that are tested.

@@ -183,6 +183,35 @@ TEST(Inputs, UsesTheLargestSizeOfACornersFileAndNamesTheRest) {
                              HasSubstr("view_012.png: other_size")));
 }
 
+TEST(Inputs, RefuseTwoSizesInEqualNumber) {
+  const ScratchFolder scratch;
+  std::string mixed = readFile(dataPath("corners.csv"));
+  for (int i = 7; i <= kNumImages; ++i) {
+    const std::string from = fmt::format("view_{:03}.png,640,480,", i);
+    for (std::size_t at = mixed.find(from); at != std::string::npos; at = mixed.find(from, at))
+      mixed.replace(at, from.size(), fmt::format("view_{:03}.png,641,481,", i));
+  }
+  EXPECT_THAT(runAlidade({"calibrate", scratch.write("corners.csv", mixed)}),
+              FailsWith(1, HasSubstr("6 of 640x480 and 6 of 641x481")));
+}
+
+TEST(Inputs, OfAnotherKindMakeLibrariesSilent) {
+  const ScratchFolder scratch;
+  // libpng has something to say of the text chunk, and says it without a file's name.
+  std::string png = readFile(imagePath(1));
+  const std::string chunk("\0\0\0\4tEXtabcd\0\0\0\0", 16);
+  png.insert(33, chunk);
+  const RunResult run = runAlidade({"detect", scratch.write("a.png", png), "--board", kBoard, "--quiet"});
+  EXPECT_EQ(run.err.find("libpng"), std::string::npos) << run.err;
+}
+
+TEST(Inputs, WithLineBreaksInTheirNamesForgeNoLine) {
+  const ScratchFolder scratch;
+  const RunResult run = runAlidade({"validate", scratch.write("a\nerror: all is well.yaml", "x")});
+  EXPECT_EQ(run.err.find("\nerror: all"), std::string::npos) << run.err;
+  EXPECT_EQ(run.out.find("\nerror: all"), std::string::npos) << run.out;
+}
+
 TEST(Inputs, AreNeverOverwrittenByTheOutput) {
   const ScratchFolder scratch;
   const std::string corners = readFile(dataPath("corners.csv"));

@@ -38,7 +38,7 @@ TEST(Simulate, MakesTheSameBytesForAnyNumberOfThreads) {
     ++num_same;
   }
   EXPECT_EQ(num_same, 6);
-  EXPECT_EQ(scratch.list().size(), 1 + 2 * 8u);
+  EXPECT_EQ(scratch.list().size(), 1 + 2 * 9u);
   EXPECT_THAT(runAlidade({"validate", scratch.path("one/camera.yaml")}), EndsWith(0));
 }
 
@@ -79,7 +79,7 @@ TEST(Simulate, ReplacesOnlyWhatItMade) {
 }
 
 // People give the results of calibrate and detect the names that simulate uses.
-TEST(Simulate, KnowsItsOwnResultsByWhatTheySay) {
+TEST(Simulate, KnowsItsOwnResultsByWhatTheyHold) {
   const ScratchFolder scratch;
   const std::string scene = scratch.write("scene.yaml", smallScene());
   ASSERT_THAT(runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path("out")}), EndsWith(0));
@@ -100,6 +100,16 @@ TEST(Simulate, KnowsItsOwnResultsByWhatTheySay) {
   EXPECT_THAT(
       runAlidade({"simulate", scratch.path("out/scene.yaml"), "-o", scratch.path("out"), "--overwrite"}),
       FailsWith(2, HasSubstr("folder of the input")));
+  // The camera that a scene names is an input as well.
+  const std::string other =
+      scratch.write("other.yaml", "alidade_scene: 1\ncamera: out/camera.yaml\nboard: " + std::string(kBoard) +
+                                      "\nviews: {random: 2}\n");
+  EXPECT_THAT(runAlidade({"simulate", other, "-o", scratch.path("out"), "--overwrite"}),
+              FailsWith(2, HasSubstr("folder of the input")));
+  // A folder that is to come has its parent.
+  std::filesystem::create_symlink(scratch.path("nowhere"), scratch.path("link"));
+  EXPECT_THAT(runAlidade({"simulate", scene, "-o", scratch.path("link")}),
+              FailsWith(1, HasSubstr("a link to a folder that does not exist")));
 }
 
 TEST(Simulate, KeepsThePermissionsOfAnEmptyFolder) {

@@ -411,6 +411,11 @@ TEST(Validate, WritesJUnit) {
   EXPECT_THAT(
       runAlidade({"validate", scratch.path("set/good.yaml"), "--junit", scratch.path("set/good.yaml")}),
       FailsWith(2, HasSubstr("also an input")));
+  // What is no report was not written by this flag.
+  const std::string good = scratch.read("set/good.yaml");
+  EXPECT_THAT(runAlidade({"validate", scratch.path("set"), "--junit", scratch.path("set/good.yaml")}),
+              FailsWith(2, HasSubstr("no JUnit report")));
+  EXPECT_EQ(scratch.read("set/good.yaml"), good);
   EXPECT_THAT(runAlidade({"validate", scratch.path("set"), "--junit", "-"}),
               FailsWith(2, HasSubstr("--junit -")));
 }

@@ -343,6 +343,34 @@ TEST_F(ImageFile, RefusesDamagedJpegs) {
   EXPECT_LT(num_missed, num_wrong / 4);
 }
 
+// Deflate has a checksum; LZW has none, but not every code is valid.
+TEST_F(ImageFile, RefusesDamagedTiffs) {
+  constexpr int kLzw = 5;
+  constexpr int kDeflate = 8;
+  for (const int compression : {kLzw, kDeflate}) {
+    Bytes whole;
+    ASSERT_TRUE(cv::imencode(".tif", makeColor(), whole, {cv::IMWRITE_TIFF_COMPRESSION, compression}));
+    EXPECT_FALSE(readGrayImage(write("whole.tif", whole)).image.empty());
+    Random random(6);
+    int num_refused = 0;
+    constexpr int kTrials = 60;
+    for (int i = 0; i < kTrials; ++i) {
+      Bytes damaged = whole;
+      constexpr std::size_t kHeader = 8;
+      constexpr std::size_t kDirectory = 400;  // at the end
+      const std::size_t at = kHeader + random.index(damaged.size() - kHeader - kDirectory);
+      damaged[at] = static_cast<std::uint8_t>(damaged[at] ^ (1U << random.index(8)));
+      try {
+        static_cast<void>(readGrayImage(write("damaged.tif", damaged)));
+      } catch (const Error& error) {
+        EXPECT_THAT(std::string(error.what()), HasSubstr("without errors"));
+        ++num_refused;
+      }
+    }
+    EXPECT_GE(num_refused, compression == kDeflate ? kTrials : 1);
+  }
+}
+
 TEST_F(ImageFile, SaysWhatAFileHoldsInsteadOfAnImage) {
   const auto text = [](std::string_view t) { return Bytes(t.begin(), t.end()); };
   EXPECT_THAT(errorFor("text.jpg", text("hello\nworld")), HasSubstr("starts with 'hello', not an image"));
@@ -369,7 +397,7 @@ TEST_F(ImageFile, GivesOpenCvOnlyTheKindsItNames) {
     ++num_refused;
   }
   EXPECT_EQ(num_refused, 4);
-  EXPECT_THAT(errorFor("big.tif", {'I', 'I', 43, 0, 8, 0, 0, 0}), HasSubstr("unknown format"));
+  EXPECT_THAT(errorFor("big.tif", {'I', 'I', 43, 0, 8, 0, 0, 0}), HasSubstr("a BigTIFF image"));
 }
 
 TEST_F(ImageFile, NamesPathsThatAreNoFiles) {

@@ -11,11 +11,12 @@ namespace alidade {
 
 /// Which of several images have the size that most have; one camera has one image size.
 struct SizeGroups {
-  ImageSize size;                     ///< of the largest group; the first seen among equals
+  ImageSize size;                     ///< of the largest group
   std::vector<std::size_t> in_group;  ///< indices of the images of that size, rising
   std::vector<std::size_t> others;    ///< the rest, rising
 };
 
+/// @throws Error (kInput) if two or more images each have two sizes in equal, largest number
 [[nodiscard]] SizeGroups groupBySize(std::span<const ImageSize> sizes);
 
 /// For messages: "1280x720".

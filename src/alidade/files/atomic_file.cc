@@ -149,7 +149,7 @@ int createTemporary(const fs::path& folder, fs::path& path) {
 /// Where writing to a path leads.
 struct WriteTarget {
   fs::path path;  ///< what a new file is renamed onto; empty = nothing to replace, write straight
-  std::optional<mode_t> mode;  ///< permissions of the file that is replaced
+  std::optional<struct stat> replaced;  ///< whose permissions and owner are kept
 };
 
 WriteTarget findTarget(const std::string& path) {
@@ -162,8 +162,7 @@ WriteTarget findTarget(const std::string& path) {
   if (!target->has_filename()) throw writeError(path, path.empty() ? ENOENT : EISDIR);
   // Renaming would replace a write-protected file without a question.
   if (exists && ::access(path.c_str(), W_OK) != 0) throw writeError(path, errno);
-  constexpr mode_t kPermissions = 07777;
-  return {*target, exists ? std::optional(existing.st_mode & kPermissions) : std::nullopt};
+  return {*target, exists ? std::optional(existing) : std::nullopt};
 }
 
 void replaceFile(const std::string& path, const WriteTarget& target, std::string_view content) {
@@ -173,7 +172,12 @@ void replaceFile(const std::string& path, const WriteTarget& target, std::string
   Descriptor file(createTemporary(folder, temporary));
   if (file.get() < 0) throw writeError(path, errno, folder);
   int error = 0;
-  if (target.mode && ::fchmod(file.get(), *target.mode) != 0) error = errno;
+  if (target.replaced) {
+    // Only root may give a file away. What another owner's program may do is not for a file of ours.
+    const bool is_owned = ::fchown(file.get(), target.replaced->st_uid, target.replaced->st_gid) == 0;
+    const mode_t kept = is_owned ? 07777 : 0777;
+    if (::fchmod(file.get(), target.replaced->st_mode & kept) != 0) error = errno;
+  }
   if (error == 0) error = writeAll(file.get(), content);
   if (error == 0 && ::fsync(file.get()) != 0) error = errno;
   if (error == 0) error = file.close();
@@ -208,6 +212,13 @@ void checkWritable(const std::string& path) {
   const fs::path folder = target.path.parent_path();
   if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
     throw writeError(path, errno, folder);
+}
+
+std::string writtenPath(const std::string& path) {
+  std::error_code error;
+  const fs::path absolute = fs::absolute(followLinks(path).value_or(path), error);
+  const fs::path canonical = fs::weakly_canonical(absolute, error);
+  return error ? path : canonical.string();
 }
 
 std::string readBinaryFile(const std::string& path, std::size_t max_bytes) {

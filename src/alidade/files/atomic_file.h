@@ -20,6 +20,9 @@ void writeFileAtomically(const std::string& path, std::string_view content);
 /// writing: for before long work. @throws Error (kInput)
 void checkWritable(const std::string& path);
 
+/// The file that writing to a path creates or replaces, with all links followed, whether it exists or not.
+[[nodiscard]] std::string writtenPath(const std::string& path);
+
 /// Reads the whole of a file, device or pipe as bytes.
 /// @throws Error (kInput) when it is missing (naming the nearest name that exists), a folder, unreadable, or
 /// larger than `max_bytes`.

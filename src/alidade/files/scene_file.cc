@@ -52,10 +52,14 @@ void readFields(const YamlNode& node, const Field<Options> (&fields)[kCount],
 }
 
 // The scene's line goes before complaints about what it only names: the mistake may be on either side.
-Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& folder) {
-  const std::string source = node.text();
-  const bool is_spec = source.find(':') != std::string::npos;
-  return withPlace(node.where(), [&] { return readBoard(is_spec ? source : (folder / source).string()); });
+Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& folder,
+                            std::vector<std::string>& files) {
+  std::string source = node.text();
+  if (source.find(':') == std::string::npos) {
+    source = (folder / source).string();
+    files.push_back(source);
+  }
+  return withPlace(node.where(), [&] { return readBoard(source); });
 }
 
 // `node` is the one that says how large the images are. Rendering takes memory for several of them.
@@ -68,19 +72,21 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
 
 Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
   const YamlNode camera = root.at("camera");
-  const Checkerboard board = readSceneBoard(root.at("board"), folder);
+  std::vector<std::string> files;
+  const Checkerboard board = readSceneBoard(root.at("board"), folder, files);
   if (camera.isMap()) {
     camera.allowKeys({"model", "image_size", "parameters"});
     const YamlNode size_node = camera.at("image_size");
     const ImageSize size = detail::readImageSize(size_node);
     checkRenderSize(size_node, size);
-    return {.camera = detail::readCamera(camera), .image_size = size, .board = board};
+    return {.camera = detail::readCamera(camera), .image_size = size, .board = board, .files = files};
   }
   const std::string file = (folder / camera.text()).string();
   const CameraSource source = withPlace(camera.where(), [&] { return loadCameras(file); });
   const CameraRecord read = withPlace(camera.where(), [&] { return onlyCamera(source); });
   checkRenderSize(camera, read.image_size);
-  Scene scene{.camera = read.camera, .image_size = read.image_size, .board = board};
+  files.push_back(cameraFilePath(file));
+  Scene scene{.camera = read.camera, .image_size = read.image_size, .board = board, .files = files};
   for (const Remark& remark : source.cameras.front().remarks) scene.camera_remarks.push_back(remark.message);
   return scene;
 }

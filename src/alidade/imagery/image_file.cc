@@ -23,6 +23,7 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/image_container.h"
 #include "alidade/imagery/jpeg_damage.h"
+#include "alidade/imagery/tiff_damage.h"
 
 namespace alidade {
 namespace {
@@ -49,6 +50,8 @@ Error damagedError(const std::string& path, std::string found) {
 /// Says what a file of no known kind begins with: text is worth quoting, since it often says what
 /// happened (a web page instead of a download, a pointer instead of large file storage).
 std::string describeStart(std::string_view bytes) {
+  if (bytes.starts_with(std::string_view("II+\0", 4)) || bytes.starts_with(std::string_view("MM\0+", 4)))
+    return "a BigTIFF image";
   constexpr std::size_t kMaxQuoted = 20;
   const auto is_text = [](char c) { return c >= ' ' && c <= '~'; };
   const auto end =
@@ -90,6 +93,8 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
     if (const std::string damage = jpegDamage(content); !damage.empty())
       throw damagedError(path, "the image cannot be decoded without errors (" + damage + ")");
   }
+  if (info.format == ContainerInfo::Format::kTiff && isTiffDamaged(content))
+    throw damagedError(path, "the image cannot be decoded without errors");
   if (info.format == ContainerInfo::Format::kTiff && info.exif_orientation != 1) {
     // OpenCV (4.6) turns TIFF images even when told not to.
     throw imageError(path,
@@ -111,9 +116,9 @@ cv::Mat decode(const std::string& path, std::string& content, int flags) {
   try {
     image = cv::imdecode(encoded, flags);
   } catch (const cv::Exception& exception) {
+    // No fault of the image: with less at a time it may be read.
+    if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
     throw damagedError(path, "the image cannot be decoded (" + exception.err + ")");
-  } catch (const std::bad_alloc&) {
-    throw damagedError(path, "there is not enough memory for the image");
   }
   return image;
 }

@@ -4,6 +4,8 @@
 #include <array>
 #include <csetjmp>
 #include <cstdio>
+#include <cstdlib>
+#include <optional>
 
 #include <jerror.h>
 #include <jpeglib.h>
@@ -16,6 +18,8 @@ struct Complaints {
   jpeg_error_mgr base{};  // first, as libjpeg hands this back
   std::jmp_buf end{};
   std::array<char, JMSG_LENGTH_MAX> first{};
+
+  [[nodiscard]] bool isEmpty() const { return first[0] == '\0'; }
 };
 
 Complaints& complaintsOf(j_common_ptr jpeg) {
@@ -26,7 +30,7 @@ void onWarning(j_common_ptr jpeg, int level) {
   constexpr int kPaddingBytes = 2;
   Complaints& complaints = complaintsOf(jpeg);
   const int code = complaints.base.msg_code;
-  if (level >= 0 || complaints.first[0] != '\0') return;
+  if (level >= 0 || !complaints.isEmpty()) return;
   const auto* const parameters = complaints.base.msg_parm.i;
   if (code == JWRN_EXTRANEOUS_DATA && parameters[0] <= kPaddingBytes && parameters[1] == JPEG_EOI) return;
   if (code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR) return;  // of headers
@@ -35,38 +39,112 @@ void onWarning(j_common_ptr jpeg, int level) {
 
 [[noreturn]] void onError(j_common_ptr jpeg) {
   Complaints& complaints = complaintsOf(jpeg);
-  if (complaints.first[0] == '\0') complaints.base.format_message(jpeg, complaints.first.data());
+  if (complaints.isEmpty()) complaints.base.format_message(jpeg, complaints.first.data());
   std::longjmp(complaints.end, 1);
 }
 
-// Reads all coded data; the pixels are not wanted. None of its variables is used after the jump.
-void decodeCoarsely(std::string_view content, jpeg_decompress_struct& jpeg, Complaints& complaints) {
-  if (setjmp(complaints.end) != 0) return;  // NOLINT(cert-err52-cpp): libjpeg has no other way
-  jpeg_create_decompress(&jpeg);
-  jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(content.data()),
+struct Transcoder {
+  Complaints complaints;
+  jpeg_decompress_struct in{};
+  jpeg_compress_struct out{};
+  unsigned char* encoded = nullptr;
+  unsigned long num_encoded = 0;
+
+  Transcoder() {
+    in.err = out.err = jpeg_std_error(&complaints.base);
+    complaints.base.emit_message = onWarning;
+    complaints.base.error_exit = onError;
+  }
+  ~Transcoder() {
+    jpeg_destroy_decompress(&in);
+    jpeg_destroy_compress(&out);
+    std::free(encoded);  // NOLINT: libjpeg takes it from malloc
+  }
+  Transcoder(const Transcoder&) = delete;
+  Transcoder& operator=(const Transcoder&) = delete;
+};
+
+void copyTable(const JHUFF_TBL* from, JHUFF_TBL*& to, j_common_ptr owner) {
+  if (from == nullptr) return;
+  if (to == nullptr) to = jpeg_alloc_huff_table(owner);
+  *to = *from;
+  to->sent_table = FALSE;
+}
+
+// Whether coefficients determine the codes: not where blocks outside the image have any coefficients, where
+// bits are spread over several scans, or with arithmetic coding.
+bool hasOneCoding(const jpeg_decompress_struct& jpeg) {
+  const auto fills = [](JDIMENSION side, int factor) {
+    return side % static_cast<JDIMENSION>(DCTSIZE * factor) == 0;
+  };
+  return jpeg.input_scan_number == 1 && jpeg.progressive_mode == FALSE && jpeg.arith_code == FALSE &&
+         fills(jpeg.image_width, jpeg.max_h_samp_factor) && fills(jpeg.image_height, jpeg.max_v_samp_factor);
+}
+
+// Codes the coefficients again as they were: in one scan, with the same codes and restarts.
+void encodeAgain(Transcoder& jpeg, jvirt_barray_ptr* coefficients) {
+  jpeg_create_compress(&jpeg.out);
+  jpeg_mem_dest(&jpeg.out, &jpeg.encoded, &jpeg.num_encoded);
+  jpeg_copy_critical_parameters(&jpeg.in, &jpeg.out);
+  jpeg.out.optimize_coding = FALSE;
+  jpeg.out.restart_interval = jpeg.in.restart_interval;
+  auto* const owner = reinterpret_cast<j_common_ptr>(&jpeg.out);
+  for (int i = 0; i < NUM_HUFF_TBLS; ++i) {
+    copyTable(jpeg.in.dc_huff_tbl_ptrs[i], jpeg.out.dc_huff_tbl_ptrs[i], owner);
+    copyTable(jpeg.in.ac_huff_tbl_ptrs[i], jpeg.out.ac_huff_tbl_ptrs[i], owner);
+  }
+  for (int i = 0; i < jpeg.in.num_components; ++i) {
+    jpeg.out.comp_info[i].dc_tbl_no = jpeg.in.comp_info[i].dc_tbl_no;
+    jpeg.out.comp_info[i].ac_tbl_no = jpeg.in.comp_info[i].ac_tbl_no;
+  }
+  jpeg_write_coefficients(&jpeg.out, coefficients);
+  jpeg_finish_compress(&jpeg.out);
+}
+
+// Reads all coded data, and codes them again where that must give the same. None of its variables is used
+// after the jump.
+void transcode(std::string_view content, Transcoder& jpeg) {
+  if (setjmp(jpeg.complaints.end) != 0) return;  // NOLINT(cert-err52-cpp): libjpeg has no other way
+  jpeg_create_decompress(&jpeg.in);
+  jpeg_mem_src(&jpeg.in, reinterpret_cast<const unsigned char*>(content.data()),
                static_cast<unsigned long>(content.size()));
-  jpeg_read_header(&jpeg, TRUE);
-  jpeg.scale_num = 1;
-  jpeg.scale_denom = 8;
-  jpeg.out_color_space = jpeg.jpeg_color_space;
-  jpeg_start_decompress(&jpeg);
-  const JDIMENSION row_bytes = jpeg.output_width * static_cast<JDIMENSION>(jpeg.output_components);
-  JSAMPARRAY row = jpeg.mem->alloc_sarray(reinterpret_cast<j_common_ptr>(&jpeg), JPOOL_IMAGE, row_bytes, 1);
-  while (jpeg.output_scanline < jpeg.output_height) jpeg_read_scanlines(&jpeg, row, 1);
-  jpeg_finish_decompress(&jpeg);
+  jpeg_read_header(&jpeg.in, TRUE);
+  jvirt_barray_ptr* const coefficients = jpeg_read_coefficients(&jpeg.in);
+  if (jpeg.complaints.isEmpty() && hasOneCoding(jpeg.in)) encodeAgain(jpeg, coefficients);
+}
+
+// What follows the header of the first scan.
+std::optional<std::string_view> scanOf(std::string_view content) {
+  constexpr std::size_t kMarkerBytes = 2;
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(content[i]); };
+  std::size_t at = kMarkerBytes;  // of SOI
+  while (at + 4 <= content.size() && byte(at) == 0xff) {
+    const unsigned char marker = byte(at + 1);
+    if (marker == 0xff) {  // a fill byte
+      ++at;
+      continue;
+    }
+    const std::size_t length = byte(at + 2) * std::size_t{256} + byte(at + 3);
+    at += kMarkerBytes + length;
+    constexpr unsigned char kStartOfScan = 0xda;
+    if (marker == kStartOfScan)
+      return at <= content.size() ? std::optional(content.substr(at)) : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
 std::string jpegDamage(std::string_view content) {
-  Complaints complaints;
-  jpeg_decompress_struct jpeg{};
-  jpeg.err = jpeg_std_error(&complaints.base);
-  complaints.base.emit_message = onWarning;
-  complaints.base.error_exit = onError;
-  decodeCoarsely(content, jpeg, complaints);
-  jpeg_destroy_decompress(&jpeg);
-  return complaints.first.data();
+  Transcoder jpeg;
+  transcode(content, jpeg);
+  if (!jpeg.complaints.isEmpty()) return jpeg.complaints.first.data();
+  if (jpeg.encoded == nullptr) return "";
+  const std::string_view encoded(reinterpret_cast<const char*>(jpeg.encoded), jpeg.num_encoded);
+  const auto is = scanOf(content);
+  const auto must_be = scanOf(encoded);
+  if (!is || !must_be) return "";
+  return is->starts_with(must_be->substr(0, must_be->size() - 2)) ? "" : "codes after the last block";
 }
 
 }  // namespace alidade

@@ -70,6 +70,7 @@ struct Scene {
   double corner_noise_px = 0;  ///< added to the corners file; 0 = exact
   /// What was passed over or assumed in reading the camera's file, a sentence each.
   std::vector<std::string> camera_remarks = {};
+  std::vector<std::string> files = {};  ///< that the scene's file names: the camera's, the board's
 };
 
 }  // namespace alidade

@@ -32,7 +32,7 @@ void cornersOutsideDomain(const Evidence& of, std::vector<Diagnosis>& diagnoses)
   if (num_outside > 0) {
     diagnoses.push_back({.severity = Severity::kFailure,
                          .id = "corners_outside_domain",
-                         .cause = "corners lie beyond the angle at which the distortion folds over",
+                         .cause = "corners lie outside the domain of the lens model",
                          .evidence = std::to_string(num_outside) + " corners",
                          .next_step = "use a model that suits the lens"});
   }
@@ -48,7 +48,7 @@ void principalPointOutside(const Evidence& of, std::vector<Diagnosis>& diagnoses
          .id = "principal_point_outside",
          .cause = "the principal point lies outside the image",
          .evidence = "(" + numberText("%.0f", params[2]) + ", " + numberText("%.0f", params[3]) + ")",
-         .next_step = "check that the images are neither cropped nor mixed from several cameras",
+         .next_step = "check that the images are uncropped and from a single camera",
          .is_undecided = true});
   }
 }
@@ -116,7 +116,7 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
         {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
          .id = "fronto_parallel",
          .cause =
-             "the board is nearly parallel to the image, which leaves focal length and distance undetermined",
+             "the board is nearly parallel to the image, which hardly separates focal length and distance",
          .evidence = "median tilt " + numberText("%.1f", tilt) + " degrees" +
                      (std::isfinite(focal_std)
                           ? ", focal length known to " + numberText("%.2g", 100 * focal_std) + " %"
@@ -229,14 +229,13 @@ void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.uncertainty.other_optima.empty()) return;
   const OtherOptimum& other = of.uncertainty.other_optima.front();
   const double effect_px = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, other.params));
-  addByEffect(
-      of,
-      {.id = "ambiguous_optimum",
-       .cause = "two cameras explain the views equally well",
-       .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
-                   cameraText(of.camera, other.params, other.rms_px),
-       .next_step = "add closer and more tilted views that reach the image border, or use a smaller model"},
-      effect_px, diagnoses);
+  addByEffect(of,
+              {.id = "ambiguous_optimum",
+               .cause = "two cameras explain the views equally well",
+               .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
+                           cameraText(of.camera, other.params, other.rms_px),
+               .next_step = "add closer, steeper views that reach the image border, or use a smaller model"},
+              effect_px, diagnoses);
 }
 
 namespace {

@@ -129,12 +129,11 @@ void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   }
   if (mirrored.size() == of.fit.views.size()) mirrored = {"all views"};
   for (const std::string& which : mirrored) {
-    diagnoses.push_back(
-        {.severity = Severity::kNote,
-         .id = "mirrored_view",
-         .cause = which,
-         .evidence = "the corners are numbered as in a mirror image",
-         .next_step = "check whether images were flipped; the camera is correct, but the poses are not"});
+    diagnoses.push_back({.severity = Severity::kNote,
+                         .id = "mirrored_view",
+                         .cause = which,
+                         .evidence = "the corners are numbered as in a mirror image",
+                         .next_step = "check whether images were flipped; if not, only the poses are wrong"});
   }
 }
 
@@ -178,7 +177,7 @@ void boardNotSquare(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                   .cause = "the board's squares are not square",
                   .evidence = "width / height = " + numberText("%.4f", 1 + error->value) + " +- " +
                               numberText("%.4f", error->sigma),
-                  .next_step = "measure the board in both directions over many squares, and print it again"},
+                  .next_step = "measure many squares in both directions; reprint if they are not square"},
                  *error, diagnoses);
 }
 
@@ -191,7 +190,7 @@ void boardGraded(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                     .cause = std::string("the board's squares grow along its ") +
                              (cause == CommonCause::kGradingX ? "rows" : "columns"),
                     .evidence = "by " + percent(4 * std::abs(error->value)) + " from edge to edge",
-                    .next_step = "measure squares at both ends of the board, and print it again"},
+                    .next_step = "measure squares at both ends; reprint if they differ"},
                    *error, diagnoses);
   }
 }
@@ -215,10 +214,10 @@ void focusBreathes(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   addCommonError(
       of,
       {.id = "focus_breathes",
-       .cause = "the focal length depends on the distance of the board, as with autofocus",
+       .cause = "the focal length depends on the distance to the board, as with autofocus",
        .evidence = "it changes by " + percent(std::abs(error->value) / of.uncertainty.board_distance_m) +
                    " from the boards' distance to distant points",
-       .next_step = "fix the focus; if it is fixed, use a larger board farther away"},
+       .next_step = "lock the focus; if it is locked, use a larger board farther away"},
       *error, diagnoses);
 }
 
@@ -227,10 +226,10 @@ void cornersBiased(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!error) return;
   addCommonError(of,
                  {.id = "corners_biased",
-                  .cause = std::string("corners at the edges of the board are seen too ") +
-                           (error->value > 0 ? "far out" : "near its middle"),
+                  .cause = std::string("corners at the edges of the board appear too ") +
+                           (error->value > 0 ? "far out" : "far in"),
                   .evidence = "by " + numberText("%.2g", std::abs(error->value)) + " px",
-                  .next_step = "use even light, no overexposure, and a board with a wide margin"},
+                  .next_step = "light the board evenly, do not overexpose, and leave a wide margin"},
                  *error, diagnoses);
 }
 
@@ -240,7 +239,7 @@ void centreMoves(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   addCommonError(
       of,
       {.id = "centre_moves",
-       .cause = "the rays do not meet in one point, as behind glass or with a wide lens close to the board",
+       .cause = "the rays do not meet at one point, as behind glass or with a wide lens close to the board",
        .evidence = "the point moves along the axis by " + numberText("%.2g", 1e3 * std::abs(error->value)) +
                    " mm at 57 degrees",
        .next_step = "photograph a larger board from farther away, without glass in front of the lens"},
@@ -297,7 +296,7 @@ void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
               {.id = "rolling_shutter",
                .cause = "images are sheared: the camera or the board moved during readout",
                .evidence = "by " + percent(spread) + " of the image height",
-               .next_step = "keep camera and board still for each photograph, and use a short exposure"},
+               .next_step = "keep camera and board still for each photograph"},
               effect_px, diagnoses);
 }
 

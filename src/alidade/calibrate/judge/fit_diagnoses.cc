@@ -78,15 +78,14 @@ void lensDeviates(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!of.uncertainty.accuracy || of.choice.better_model || isMisfit(of)) return;
   const double deviation_px = of.uncertainty.accuracy->deviation_px;
   if (deviation_px == 0) return;
-  addByEffect(
-      of,
-      {.id = "lens_deviates",
-       .cause = "the lens deviates from " + std::string(of.camera.modelId()) + " by up to " +
-                numberText("%.2g", deviation_px) + " px",
-       .evidence = "included in the accuracy",
-       .next_step = of.choice.model ? "accept this error; no model that may be chosen predicts corners better"
-                                    : "try --model auto"},
-      deviation_px, diagnoses);
+  addByEffect(of,
+              {.id = "lens_deviates",
+               .cause = "the lens deviates from " + std::string(of.camera.modelId()) + " by up to " +
+                        numberText("%.2g", deviation_px) + " px",
+               .evidence = "included in the accuracy",
+               .next_step = of.choice.model ? "accept this error; no allowed model predicts corners better"
+                                            : "try --model auto"},
+              deviation_px, diagnoses);
 }
 
 }  // namespace alidade

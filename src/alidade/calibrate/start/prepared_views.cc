@@ -70,6 +70,12 @@ void checkView(const Checkerboard& board, const View& view, ImageSize size) {
 
 void checkEnoughUsable(std::size_t num_usable, std::vector<std::string> reasons) {
   if (num_usable >= kMinViews) return;
+  constexpr std::size_t kMaxReasons = 12;
+  if (reasons.size() > kMaxReasons) {
+    const std::string rest = "and " + std::to_string(reasons.size() - kMaxReasons) + " more";
+    reasons.resize(kMaxReasons);
+    reasons.push_back(rest);
+  }
   throw inputError({.where = "calibration",
                     .found = std::to_string(num_usable) + " usable views (" + join(reasons, "; ") + ")",
                     .expected = "at least " + std::to_string(kMinViews),
