@@ -2,6 +2,8 @@
 #include "pending_folder.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
@@ -20,7 +22,9 @@
 #include <boost/crc.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
+#include "console.h"
 
 namespace alidade {
 namespace {
@@ -222,6 +226,24 @@ void PendingFolder::makeSubfolder(const std::string& name) const {
   expect(makeFolder(pending_ / name, target_ / name), "a new folder has no entries");
 }
 
+std::vector<std::string> PendingFolder::leftovers() const {
+  // As siblingPath() names them: ".NAME.PROCESS.tmp", ".NAME.PROCESS.2.tmp", ".NAME.PROCESS.old".
+  std::vector<std::string> names;
+  const std::string own = siblingPath("").filename().string();
+  const std::string start = own.substr(0, own.find_last_of('.', own.size() - 2) + 1);
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(target_.parent_path(), error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(start) || !(name.ends_with(".tmp") || name.ends_with(".old"))) continue;
+    const auto process =
+        parseInt(std::string_view(name).substr(start.size(), name.find('.', start.size()) - start.size()));
+    if (!process || *process <= 0 || entry.path() == pending_) continue;
+    if (*process == ::getpid() || (::kill(*process, 0) != 0 && errno == ESRCH)) names.push_back(name);
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
 std::vector<fs::path> PendingFolder::ownEntries(const fs::path& folder) const {
   const FileList list = readList(folder, command_);
   if (list.empty()) return {};
@@ -285,6 +307,12 @@ void PendingFolder::commit() {
   }
   pending_.clear();
   if (replaces) removeOwn(old);
+}
+
+void noteLeftovers(const PendingFolder& folder) {
+  for (const std::string& name : folder.leftovers())
+    printMessage("note: '" + name +
+                 "' beside the output is left over from an interrupted run\n  next: delete it");
 }
 
 }  // namespace alidade

@@ -38,6 +38,8 @@ class PendingFolder {
   void makeSubfolder(const std::string& name) const;
   /// Puts the folder in place. @throws Error (kInput)
   void commit();
+  /// What runs that were killed left beside the folder: the names, for a note. Nobody else removes them.
+  [[nodiscard]] std::vector<std::string> leftovers() const;
   /// Runs what writes entries. @throws Error what that throws, naming the entries as they are going to be
   template <class Write>
   void write(const Write& entries) const {
@@ -62,5 +64,8 @@ class PendingFolder {
   std::filesystem::path target_;
   std::filesystem::path pending_;
 };
+
+/// Names leftovers() to the user.
+void noteLeftovers(const PendingFolder& folder);
 
 }  // namespace alidade

@@ -57,6 +57,7 @@ class SimulateCommand final : public Command {
     const CornersFile corners = trueCorners(scene, poses, names);
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
     PendingFolder folder(output_, "simulate", overwrite_);
+    if (!common_.quiet) noteLeftovers(folder);
     folder.write([&] {
       writeCornersFile(folder.path("corners.csv"), corners);
       writeCameraFile(folder.path("camera.yaml"),

@@ -120,6 +120,7 @@ class UndistortCommand final : public Command {
 
     const ViewChoice choice = chooseView(source.camera, source.image_size, request(app));
     PendingFolder folder(output_, "undistort", overwrite_);
+    if (!common_.quiet) noteLeftovers(folder);
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
     folder.write([&] { undistortAll(paths, images, table, folder, cancel); });

@@ -112,6 +112,20 @@ TEST(Simulate, KnowsItsOwnResultsByWhatTheyHold) {
               FailsWith(1, HasSubstr("a link to a folder that does not exist")));
 }
 
+// No process has such a number.
+TEST(Simulate, NamesWhatAKilledRunLeft) {
+  const ScratchFolder scratch;
+  const std::string scene = scratch.write("scene.yaml", smallScene());
+  scratch.makeFolder(".out.999999999.tmp");
+  scratch.makeFolder(".out.more.tmp");
+  const RunResult run = runAlidade({"simulate", scene, "--corners-only", "-o", scratch.path("out")});
+  ASSERT_THAT(run, EndsWith(0));
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("'.out.999999999.tmp'"), HasSubstr("left over from an interrupted run")));
+  EXPECT_EQ(run.err.find("more"), std::string::npos) << run.err;
+  EXPECT_TRUE(scratch.has(".out.999999999.tmp"));
+}
+
 TEST(Simulate, KeepsThePermissionsOfAnEmptyFolder) {
   const ScratchFolder scratch;
   const std::string scene = scratch.write("scene.yaml", smallScene());
