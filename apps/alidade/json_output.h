@@ -48,7 +48,8 @@ template <class ValueAt>
   for (int row = 0; row < rows; ++row) {
     json values = json::array();
     for (int column = 0; column < columns; ++column)
-      values.push_back(valueAt(static_cast<std::size_t>(row * columns + column)));
+      values.push_back(valueAt(static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+                               static_cast<std::size_t>(column)));
     list.push_back(std::move(values));
   }
   return list;

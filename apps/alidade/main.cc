@@ -3,6 +3,7 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <map>
 #include <memory>
@@ -125,6 +126,19 @@ std::string messageOf(const std::exception& error) {
          "\n  next: this is a bug in alidade; please report it and include the command line";
 }
 
+// Libraries in C, and functions that must not throw, pass no exception on. What they lack memory for is no
+// bug.
+[[noreturn]] void onTerminate() {
+  try {
+    if (std::current_exception()) std::rethrow_exception(std::current_exception());
+  } catch (const std::bad_alloc& error) {
+    printMessage("error: " + messageOf(error));
+    ::_exit(kInputExit);
+  } catch (...) {
+  }
+  std::abort();
+}
+
 // For who reads standard output alone. What cannot be written there is said on standard error in any case.
 void printErrorJson(const std::exception& error) {
   try {
@@ -194,6 +208,7 @@ int main(int argc, char** argv) {
       static_cast<void>(::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
   silenceLibraries();
+  std::set_terminate(onTerminate);
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails, and says so
   try {
     useOneThreadPerImage();

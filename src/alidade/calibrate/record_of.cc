@@ -62,7 +62,7 @@ CalibrationRecord calibrationRecord(const Calibration& of, const Checkerboard& b
 CameraRecord recordOf(const Calibration& calibration, RecordDetails details) {
   AnyCamera camera = calibration.camera();
   std::vector<SelfCheckPoint> self_check = makeSelfCheck(camera, calibration.imageSize());
-  return {.camera = std::move(camera),
+  return {.camera = camera,
           .image_size = calibration.imageSize(),
           .name = std::move(details.name),
           .domain = DomainClaim{.max_angle_rad = calibration.domain.cone.max_angle_rad,

@@ -49,7 +49,7 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
   }
   const ScaledInverse scaled = scaledInverse(information);
   if (!scaled.inverse) return std::nullopt;
-  return Flexible{.camera = std::move(camera), .covariance = variance * *scaled.inverse};
+  return Flexible{.camera = camera, .covariance = variance * *scaled.inverse};
 }
 
 // As views for coveredPixels().
