@@ -4,8 +4,8 @@
 #include <array>
 #include <csetjmp>
 #include <cstdio>
-#include <cstdlib>
 #include <optional>
+#include <vector>
 
 #include <jerror.h>
 #include <jpeglib.h>
@@ -47,10 +47,12 @@ struct Transcoder {
   Complaints complaints;
   jpeg_decompress_struct in{};
   jpeg_compress_struct out{};
-  unsigned char* encoded = nullptr;
-  unsigned long num_encoded = 0;
+  // libjpeg's own destination in memory frees what it has handed out where an error ends it halfway.
+  jpeg_destination_mgr destination{};
+  std::vector<JOCTET> encoded;
+  bool is_encoded = false;
 
-  Transcoder() {
+  explicit Transcoder(std::size_t num_bytes) : encoded(num_bytes + kHeaderBytes) {
     in.err = out.err = jpeg_std_error(&complaints.base);
     complaints.base.emit_message = onWarning;
     complaints.base.error_exit = onError;
@@ -58,11 +60,22 @@ struct Transcoder {
   ~Transcoder() {
     jpeg_destroy_decompress(&in);
     jpeg_destroy_compress(&out);
-    std::free(encoded);  // NOLINT: libjpeg takes it from malloc
   }
   Transcoder(const Transcoder&) = delete;
   Transcoder& operator=(const Transcoder&) = delete;
+
+ private:
+  static constexpr std::size_t kHeaderBytes = 8192;  // more than all tables take
 };
+
+void startNothing(j_compress_ptr /*jpeg*/) {}
+
+// The same coefficients take no more than they took.
+boolean refuseMore(j_compress_ptr jpeg) {
+  jpeg->err->msg_code = JERR_BUFFER_SIZE;
+  jpeg->err->error_exit(reinterpret_cast<j_common_ptr>(jpeg));
+  return FALSE;
+}
 
 void copyTable(const JHUFF_TBL* from, JHUFF_TBL*& to, j_common_ptr owner) {
   if (from == nullptr) return;
@@ -84,7 +97,12 @@ bool hasOneCoding(const jpeg_decompress_struct& jpeg) {
 // Codes the coefficients again as they were: in one scan, with the same codes and restarts.
 void encodeAgain(Transcoder& jpeg, jvirt_barray_ptr* coefficients) {
   jpeg_create_compress(&jpeg.out);
-  jpeg_mem_dest(&jpeg.out, &jpeg.encoded, &jpeg.num_encoded);
+  jpeg.destination = {.next_output_byte = jpeg.encoded.data(),
+                      .free_in_buffer = jpeg.encoded.size(),
+                      .init_destination = startNothing,
+                      .empty_output_buffer = refuseMore,
+                      .term_destination = startNothing};
+  jpeg.out.dest = &jpeg.destination;
   jpeg_copy_critical_parameters(&jpeg.in, &jpeg.out);
   jpeg.out.optimize_coding = FALSE;
   jpeg.out.restart_interval = jpeg.in.restart_interval;
@@ -99,6 +117,7 @@ void encodeAgain(Transcoder& jpeg, jvirt_barray_ptr* coefficients) {
   }
   jpeg_write_coefficients(&jpeg.out, coefficients);
   jpeg_finish_compress(&jpeg.out);
+  jpeg.is_encoded = true;
 }
 
 // Reads all coded data, and codes them again where that must give the same. None of its variables is used
@@ -136,11 +155,12 @@ std::optional<std::string_view> scanOf(std::string_view content) {
 }  // namespace
 
 std::string jpegDamage(std::string_view content) {
-  Transcoder jpeg;
+  Transcoder jpeg(content.size());
   transcode(content, jpeg);
   if (!jpeg.complaints.isEmpty()) return jpeg.complaints.first.data();
-  if (jpeg.encoded == nullptr) return "";
-  const std::string_view encoded(reinterpret_cast<const char*>(jpeg.encoded), jpeg.num_encoded);
+  if (!jpeg.is_encoded) return "";
+  const std::string_view encoded(reinterpret_cast<const char*>(jpeg.encoded.data()),
+                                 jpeg.encoded.size() - jpeg.destination.free_in_buffer);
   const auto is = scanOf(content);
   const auto must_be = scanOf(encoded);
   if (!is || !must_be) return "";

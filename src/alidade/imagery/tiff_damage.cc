@@ -106,8 +106,10 @@ bool isTiffDamaged(std::string_view content) {
       TIFFClose);
   if (!tiff) return true;
   const Pieces pieces(tiff.get());
-  constexpr tmsize_t kMaxBytes = tmsize_t{1} << 30;  // more may be claimed by a small file
-  if (pieces.size <= 0 || pieces.size > kMaxBytes) return pieces.size <= 0;
+  // A small file may claim anything. Deflate and LZW shrink by little more than a thousand.
+  constexpr std::size_t kMaxShrinkage = 2000;
+  if (pieces.size <= 0) return true;
+  if (static_cast<std::size_t>(pieces.size) / kMaxShrinkage > content.size()) return false;
   std::vector<std::uint8_t> decoded(static_cast<std::size_t>(pieces.size));
   for (std::uint32_t i = 0; i < pieces.count; ++i) {
     if (!(pieces.is_deflate ? pieces.inflate(i, decoded) : pieces.decode(i, decoded))) return true;
