@@ -19,7 +19,11 @@
 namespace alidade {
 namespace {
 
-FILE* messages = stderr;
+FILE* messages = nullptr;  // standard error, until sendMessagesTo()
+FILE* messageStream() {
+  return messages != nullptr ? messages : stderr;
+}
+
 CancelFlag cancel_requested{false};
 volatile std::sig_atomic_t caught_signal = SIGINT;
 
@@ -72,10 +76,14 @@ void silenceLibraries() {
   FILE* const stream = own >= 0 && nothing >= 0 ? ::fdopen(own, "w") : nullptr;
   if (stream != nullptr && ::dup2(nothing, STDERR_FILENO) >= 0) {
     std::setvbuf(stream, nullptr, _IONBF, 0);
-    messages = stream;
+    sendMessagesTo(stream);
   }
   if (nothing > STDERR_FILENO) ::close(nothing);
 #endif
+}
+
+void sendMessagesTo(std::FILE* stream) {
+  messages = stream;
 }
 
 void printMessage(const std::string& text) {
@@ -90,8 +98,8 @@ void printMessage(const std::string& text) {
   printHelp(message);
 }
 
-void printHelp(const std::string& text) {
-  std::fputs(text.c_str(), messages);
+void printHelp(std::string_view text) {
+  static_cast<void>(std::fwrite(text.data(), 1, text.size(), messageStream()));
 }
 
 std::string oneLine(std::string text) {
@@ -126,10 +134,10 @@ std::string listed(const std::vector<std::string>& lines) {
 }
 
 ProgressBar::ProgressBar(std::string label, bool is_quiet)
-    : label_(std::move(label)), is_shown_(!is_quiet && isatty(fileno(messages)) == 1) {}
+    : label_(std::move(label)), is_shown_(!is_quiet && isatty(fileno(messageStream())) == 1) {}
 
 ProgressBar::~ProgressBar() {
-  if (has_drawn_) std::fputs("\r\033[K", messages);
+  if (has_drawn_) std::fputs("\r\033[K", messageStream());
 }
 
 void ProgressBar::update(std::size_t done, std::size_t total) {
@@ -141,8 +149,8 @@ void ProgressBar::update(std::size_t done, std::size_t total) {
   constexpr std::size_t kWidth = 30;
   const std::size_t filled = kWidth * done / total;
   const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '.');
-  fmt::print(messages, "\r{} [{}] {}/{}\033[K", label_, bar, done, total);
-  std::fflush(messages);
+  fmt::print(messageStream(), "\r{} [{}] {}/{}\033[K", label_, bar, done, total);
+  std::fflush(messageStream());
 }
 
 const CancelFlag* catchInterrupts() {

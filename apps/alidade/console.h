@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,11 +23,14 @@ void printResult(std::string_view text);
 /// that a user could use, such as which file they mean.
 void silenceLibraries();
 
+/// Where messages go instead of standard error; the stream must outlive them.
+void sendMessagesTo(std::FILE* stream);
+
 /// Writes a message for people to standard error, with control characters as "\x1b". A line ends where the
 /// next one is indented.
 void printMessage(const std::string& text);
 /// The same with text of this program alone, as it is.
-void printHelp(const std::string& text);
+void printHelp(std::string_view text);
 
 /// An error's message, which has a line of its own for the next step, in a single line.
 [[nodiscard]] std::string oneLine(std::string text);

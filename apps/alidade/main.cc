@@ -1,200 +1,40 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <array>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <map>
-#include <memory>
 #include <new>
-#include <sstream>
 
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-
-#include "alidade/core/error.h"
-#include "alidade/core/mapped.h"
-#include "alidade/core/text.h"
-#include "alidade/detect/detect_images.h"
+#include "alidade/core/cancel.h"
 #include "console.h"
-#include "json_output.h"
-#include "options.h"
+#include "program.h"
 
 namespace alidade {
 namespace {
 
-struct CommandEntry {
-  const char* name;
-  const char* summary;
-  std::unique_ptr<Command> (*make)();
-};
-
-// In the order of the help text.
-constexpr std::array<CommandEntry, 9> kCommands = {{
-    {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
-    {"detect", "Detect the corners of a board in images", makeDetectCommand},
-    {"project", "Project 3D points to pixels", makeProjectCommand},
-    {"unproject", "Convert pixels to rays", makeUnprojectCommand},
-    {"undistort", "Remove lens distortion from images", makeUndistortCommand},
-    {"validate", "Check camera files", makeValidateCommand},
-    {"diff", "Compare two cameras by their projection difference", makeDiffCommand},
-    {"convert", "Change the format, image size, orientation or lens model of a camera file",
-     makeConvertCommand},
-    {"simulate", "Render images of a board with known ground truth", makeSimulateCommand},
-}};
-
-constexpr int kUsageExit = static_cast<int>(ErrorCode::kUsage);
-constexpr int kInputExit = static_cast<int>(ErrorCode::kInput);
-
-std::vector<std::string> flagsOf(const CLI::App& app) {
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
-  }
-  return flags;
-}
-
-// The next step after words that were not understood: the nearest flag, or the help.
-std::string flagAdvice(const std::vector<std::string>& words, const std::vector<std::string>& flags,
-                       const std::string& help) {
-  for (const std::string& word : words) {
-    if (!word.starts_with("-")) continue;
-    if (const auto nearest = nearestName(word.substr(0, word.find('=')), flags))
-      return "\n  next: did you mean '" + *nearest + "'?";
-  }
-  return "\n  next: " + help;
-}
-
-// What the parser did not understand, with the nearest thing that it does.
-std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App* command, int argc,
-                    char** argv) {
-  if (command == nullptr) {
-    const std::vector<std::string> known =
-        mapped(kCommands, [](const CommandEntry& entry) { return std::string(entry.name); });
-    const std::vector<std::string> words(argv + 1, argv + argc);
-    const auto word = std::find_if(words.begin(), words.end(), [](const auto& w) { return w[0] != '-'; });
-    if (word != words.end()) {
-      return "unknown command '" + *word + "'; expected one of " + join(known, ", ") +
-             "\n  next: " + didYouMean(*word, known, "alidade --help");
-    }
-    return "unknown flag '" + words[0] + "'; expected a command, or " + join(flagsOf(app), ", ") +
-           flagAdvice(words, flagsOf(app), "alidade --help");
-  }
-  const std::string text = command->get_name() + ": " + error.what();
-  if (text.find("\n  next: ") != std::string::npos) return text;
-  return text +
-         flagAdvice(app.remaining(true), flagsOf(*command), "alidade " + command->get_name() + " --help");
-}
-
-int fail(int code, const std::string& message) {
-  printMessage("error: " + message);
-  return code;
-}
-
-// A shell passes an unset variable in quotes as an empty value. It must not count as "not given".
-void refuseEmptyValues(const CLI::App& command) {
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->get_type_size_min() == 0) continue;  // a flag
-    for (const std::string& text : option->results()) {
-      if (!text.empty()) continue;
-      throw usageError(
-          {.where = command.get_name() + ": " + option->get_name(),
-           .found = "an empty value",
-           .expected = "a value",
-           .next_step =
-               "if it comes from a shell variable, check that it is set; otherwise remove the flag"});
-    }
-  }
-}
-
-int exitCodeOf(const std::exception& error) {
-  const auto* known = dynamic_cast<const Error*>(&error);
-  return known != nullptr ? static_cast<int>(known->code()) : kInputExit;
-}
-
-std::string messageOf(const std::exception& error) {
-  if (dynamic_cast<const Error*>(&error) != nullptr) return error.what();
-  // OpenCV has an exception of its own for it.
-  const bool is_opencv =
-      std::string_view(error.what()).find("(-4:Insufficient memory)") != std::string_view::npos;
-  if (is_opencv || dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
-    return "out of memory\n  next: use smaller or fewer images, or fewer --jobs";
-  return std::string("internal: ") + error.what() +
-         "\n  next: this is a bug in alidade; please report it and include the command line";
-}
-
 // Libraries in C, and functions that must not throw, pass no exception on. What they lack memory for is no
-// bug.
+// bug. There may be no memory for the message either.
 [[noreturn]] void onTerminate() {
   try {
     if (std::current_exception()) std::rethrow_exception(std::current_exception());
-  } catch (const std::bad_alloc& error) {
-    printMessage("error: " + messageOf(error));
+  } catch (const std::bad_alloc&) {
+    printHelp("error: ");
+    printHelp(kOutOfMemory);
+    printHelp("\n");
     ::_exit(kInputExit);
   } catch (...) {
   }
   std::abort();
 }
 
-// For who reads standard output alone. What cannot be written there is said on standard error in any case.
-void printErrorJson(const std::exception& error) {
-  try {
-    printResult(jsonText({{"error", {{"exit_code", exitCodeOf(error)}, {"message", messageOf(error)}}}}));
-  } catch (const std::exception&) {
-    return;
-  }
+// Shared libraries, too, can run out of memory before main().
+void handleTermination(int, char**, char**) {
+  std::set_terminate(onTerminate);
 }
-
-int runProgram(int argc, char** argv) {
-  CLI::App app(
-      "Calibrates cameras from photographs of a board, projects points, and checks whether a camera file can "
-      "be trusted.\nExample: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
-      "alidade");
-  app.set_version_flag("--version", programName());
-  app.require_subcommand(1);
-  app.get_formatter()->column_width(34);
-  std::map<const CLI::App*, std::unique_ptr<Command>> commands;
-  for (const CommandEntry& entry : kCommands) {
-    CLI::App* parser = app.add_subcommand(entry.name, entry.summary);
-    commands[parser] = entry.make();
-    commands[parser]->setUp(*parser);
-  }
-  if (argc <= 1) {
-    printHelp(app.help());
-    return kUsageExit;
-  }
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& e) {
-    std::ostringstream out;
-    std::ostringstream unused;
-    const int code = app.exit(e, out, unused);  // --help and --version
-    printResult(out.str());
-    return code;
-  } catch (const CLI::Error& e) {
-    const auto chosen = app.get_subcommands();
-    return fail(kUsageExit, explain(e, app, chosen.empty() ? nullptr : chosen.front(), argc, argv));
-  }
-  CLI::App* chosen = app.get_subcommands().front();
-  Command& command = *commands.at(chosen);
-  try {
-    refuseEmptyValues(*chosen);
-    const CLI::Option* config = chosen->get_option_no_throw("--config");
-    if (config != nullptr && config->count() > 0) {
-      applySettingsFile(*chosen, config->as<std::string>());
-      refuseEmptyValues(*chosen);
-    }
-    return command.run(*chosen);
-  } catch (const Cancelled&) {
-    throw;  // ends by the signal, which no exit code and no document stands for
-  } catch (const std::exception& error) {
-    if (command.owesJson()) printErrorJson(error);
-    throw;
-  }
-}
+[[gnu::section(".preinit_array"), gnu::used]] void (*const before_libraries)(int, char**,
+                                                                             char**) = handleTermination;
 
 }  // namespace
 }  // namespace alidade
@@ -208,15 +48,11 @@ int main(int argc, char** argv) {
       static_cast<void>(::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
   silenceLibraries();
-  std::set_terminate(onTerminate);
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails, and says so
   try {
-    useOneThreadPerImage();
     return runProgram(argc, argv);
   } catch (const Cancelled&) {
     printMessage("interrupted; no result was written");
     endByCaughtSignal();
-  } catch (const std::exception& e) {
-    return fail(exitCodeOf(e), messageOf(e));
   }
 }

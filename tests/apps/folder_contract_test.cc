@@ -3,29 +3,16 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <map>
 #include <thread>
 
 #include "alidade/core/random.h"
 #include "apps/command_line.h"
+#include "support/folder_content.h"
 
 namespace alidade {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The files below a folder and what they hold; folders have no content.
-using Content = std::map<std::string, std::string>;
-
-Content contentOf(const ScratchFolder& scratch, const std::string& folder) {
-  Content content;
-  if (!scratch.has(folder)) return content;
-  for (const auto& entry : fs::recursive_directory_iterator(scratch.path(folder))) {
-    const std::string name = entry.path().lexically_relative(scratch.path(folder)).string();
-    content[name] = entry.is_regular_file() ? readFile(entry.path().string()) : "";
-  }
-  return content;
-}
 
 // Somebody's folder, in which commands write results and people keep files of their own. What the contract of
 // docs/files.md demands is known from what was done: a result that is as it was written may be replaced by
@@ -69,7 +56,7 @@ class Reference {
   // One of the files that are there, the list of the result excepted: what it says is not what people edit.
   std::string anyFile() {
     std::vector<std::string> names;
-    for (const auto& [name, text] : contentOf(scratch_, kFolder)) {
+    for (const auto& [name, text] : contentOf(scratch_.path(kFolder))) {
       if (!text.empty() && name != ".alidade_result") names.push_back(name);
     }
     return names.empty() ? "" : std::string(kFolder) + "/" + names[random_.index(names.size())];
@@ -93,12 +80,12 @@ class Reference {
     arguments.insert(arguments.end(), {"-o", scratch_.path(kFolder), "--quiet"});
     const bool may_replace = random_.uniform() < 0.7;
     if (may_replace) arguments.emplace_back("--overwrite");
-    const Content before = contentOf(scratch_, kFolder);
+    const FolderContent before = contentOf(scratch_.path(kFolder));
     const bool is_free = before.empty();
-    const bool must_succeed = is_free || (may_replace && isUnchangedResultOf(arguments[0], before));
+    const bool must_succeed = is_free || (may_replace && last_result_.mayBeReplacedBy(arguments[0], before));
     const bool is_killed = random_.uniform() < 0.2;
     const RunResult run = is_killed ? runAndKill(arguments) : runAlidade(arguments);
-    const Content after = contentOf(scratch_, kFolder);
+    const FolderContent after = contentOf(scratch_.path(kFolder));
     if (!must_succeed) {
       EXPECT_TRUE(is_killed || run.exit_code == 1) << run.err;
       EXPECT_EQ(after, before);
@@ -108,8 +95,7 @@ class Reference {
     EXPECT_TRUE(is_killed || run.exit_code == 0) << run.err;
     if (is_killed && after == before) return;
     EXPECT_TRUE(after.contains(".alidade_result"));
-    result_ = after;
-    command_ = arguments[0];
+    last_result_.set(arguments[0], after);
     num_replaced_ += is_free ? 0 : 1;
   }
 
@@ -120,19 +106,9 @@ class Reference {
     return program.wait();
   }
 
-  // Files may have gone; folders that hold none have no owner.
-  [[nodiscard]] bool isUnchangedResultOf(const std::string& command, const Content& content) const {
-    if (command != command_ || !content.contains(".alidade_result")) return false;
-    return std::ranges::all_of(content, [&](const auto& entry) {
-      const auto written = result_.find(entry.first);
-      return written != result_.end() && written->second == entry.second;
-    });
-  }
-
   ScratchFolder scratch_;
   Random random_;
-  Content result_;       // of the last run that succeeded
-  std::string command_;  // that made it
+  LastResult last_result_;
   int num_written_ = 0;
   int num_replaced_ = 0;
   int num_refused_ = 0;

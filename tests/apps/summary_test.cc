@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <sstream>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/command_line.h"
@@ -43,10 +44,9 @@ TEST(Summary, StatesTheAccuracyOfTheDocument) {
   std::vector<std::string> json_args = args;
   json_args.emplace_back("--json");
   const auto accuracy = nlohmann::json::parse(runAlidade(json_args).out).at("accuracy");
-  char covered[64];
-  std::snprintf(covered, sizeof covered,
-                "within %.3f px (95 %%) where boards were seen (%.0f %% of the image)",
-                accuracy.at("covered_px").get<double>(), 100 * accuracy.at("covered_share").get<double>());
+  const std::string covered =
+      fmt::format("within {:.3f} px (95 %) where boards were seen ({:.0f} % of the image)",
+                  accuracy.at("covered_px").get<double>(), 100 * accuracy.at("covered_share").get<double>());
   EXPECT_THAT(text.out, HasSubstr(covered));
   EXPECT_EQ(accuracy.at("error_px").size(),
             accuracy.at("columns").get<std::size_t>() * accuracy.at("rows").get<std::size_t>());

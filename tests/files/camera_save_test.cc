@@ -10,7 +10,7 @@
 
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
-#include "support/scratch_folder.h"
+#include "support/scratch_test.h"
 
 namespace alidade {
 namespace {

@@ -24,7 +24,7 @@
 #include "alidade/imagery/jpeg_damage.h"
 #include "support/exif.h"
 #include "support/message_of.h"
-#include "support/scratch_folder.h"
+#include "support/scratch_test.h"
 
 namespace alidade {
 namespace {
@@ -285,7 +285,7 @@ TEST_F(ImageFile, RefusesTruncatedImagesOfEveryFormat) {
     for (std::size_t tenth = 1; tenth < 10; ++tenth) {
       const Bytes part(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() * tenth / 10));
       const std::string message = errorFor(name, part);
-      const bool has_end = name.ends_with(".jpg") || name.ends_with(".png");
+      const bool has_end = name.ends_with(".jpg") || name.ends_with(".png") || name.ends_with(".webp");
       EXPECT_THAT(message, HasSubstr(has_end ? "truncated" : "cannot be decoded")) << name << " at " << tenth;
       ++num_refused;
     }
@@ -398,6 +398,27 @@ TEST_F(ImageFile, GivesOpenCvOnlyTheKindsItNames) {
   }
   EXPECT_EQ(num_refused, 4);
   EXPECT_THAT(errorFor("big.tif", {'I', 'I', 43, 0, 8, 0, 0, 0}), HasSubstr("a BigTIFF image"));
+}
+
+// With the first bytes of a kind that is read and, further on, those of one that is not.
+TEST_F(ImageFile, GivesOpenCvNoFileOfTwoKinds) {
+  int num_refused = 0;
+  for (const std::string& start :
+       {std::string("\xFF\xD8\xFF"), std::string("\x89PNG\r\n\x1A\n"), std::string("II*\0", 4),
+        std::string("BM"), std::string("P5\n"), std::string("RIFF\0\0\0\0WEBP", 12),
+        std::string("RIFF\0\0\0\0WEBPVP8L", 16)}) {
+    Bytes bytes(4000, 0);
+    std::copy(start.begin(), start.end(), bytes.begin());
+    constexpr std::string_view kDicom = "DICM";
+    constexpr std::string_view kDted = "DTED";
+    std::copy(kDicom.begin(), kDicom.end(), bytes.begin() + 128);
+    std::copy(kDted.begin(), kDted.end(), bytes.begin() + 140);
+    EXPECT_THAT(errorFor("two_kinds.png", bytes),
+                AnyOf(HasSubstr("starts with 'RIFF', not an image"), HasSubstr("cannot be decoded"),
+                      HasSubstr("is truncated")));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 7);
 }
 
 TEST_F(ImageFile, NamesPathsThatAreNoFiles) {

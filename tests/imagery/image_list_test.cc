@@ -11,7 +11,7 @@
 
 #include "alidade/core/error.h"
 #include "support/message_of.h"
-#include "support/scratch_folder.h"
+#include "support/scratch_test.h"
 
 namespace alidade {
 namespace {

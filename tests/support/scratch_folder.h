@@ -11,15 +11,13 @@
 
 #include <stdlib.h>
 
-#include <gtest/gtest.h>
-
 namespace alidade {
 
 /// A new folder that is removed with its content at the end. Everything that a test makes goes below it.
 class ScratchFolder {
  public:
   ScratchFolder() {
-    std::string pattern = (std::filesystem::path(testing::TempDir()) / "alidade_cli_XXXXXX").string();
+    std::string pattern = (std::filesystem::temp_directory_path() / "alidade_cli_XXXXXX").string();
     if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no scratch folder: " + pattern);
     folder_ = pattern;
   }
@@ -61,15 +59,6 @@ class ScratchFolder {
 
  private:
   std::filesystem::path folder_;
-};
-
-/// A test with a folder of its own.
-class ScratchTest : public testing::Test {
- protected:
-  [[nodiscard]] std::string path(std::string_view name) const { return scratch_.path(name); }
-
-  ScratchFolder scratch_;
-  std::filesystem::path folder_ = scratch_.path();
 };
 
 }  // namespace alidade

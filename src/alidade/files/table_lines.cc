@@ -42,6 +42,13 @@ std::optional<std::string> unitBehind(std::string_view field, const std::string&
   return symbol.empty() ? std::nullopt : std::optional(symbol);
 }
 
+// Also one that no double can hold, or with a slip in it. No column's name does.
+bool startsNumber(std::string_view field) {
+  const std::size_t first = field.find_first_not_of("+-.");
+  return parseDouble(field) ||
+         (first != std::string_view::npos && std::isdigit(static_cast<unsigned char>(field[first])) != 0);
+}
+
 }  // namespace
 
 std::optional<std::vector<std::string>> splitCsv(std::string_view line) {
@@ -124,7 +131,7 @@ TableLines::Kind TableLines::take(std::string_view line) {
   split(line);
   if (num_fields_ == 0) {
     num_fields_ = fields_.size();
-    if (!parseDouble(fields_.front())) return Kind::kHeader;
+    if (!startsNumber(fields_.front())) return Kind::kHeader;
     if (comment_names_.size() != num_fields_) comment_names_.clear();
     return Kind::kRow;
   }
@@ -185,7 +192,9 @@ double TableLines::number(std::size_t index, const std::string& column) const {
   const auto value = parseDouble(field);
   if (!value) {
     const bool is_decimal_comma = field.find(',') != std::string_view::npos;
-    throw error("'" + std::string(field.substr(0, 40)) + "' as " + column, "a number",
+    const bool is_beyond = field.find_first_not_of("0123456789.eE+-") == std::string_view::npos;
+    throw error("'" + std::string(field.substr(0, 40)) + "' as " + column,
+                is_beyond ? "a number between 1e-307 and 1e308" : "a number",
                 is_decimal_comma ? "replace the decimal comma with a point" : "");
   }
   return *value;

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <ranges>
 #include <set>
 #include <utility>
 
@@ -13,6 +12,7 @@
 #include <Eigen/LU>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/geometry/decompositions.h"
 
 namespace alidade {
@@ -284,10 +284,10 @@ CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& bo
   measureCells(camera, grid, report);
   if (report.views.empty()) return report;
   const auto distances = std::ranges::minmax(
-      report.views | std::views::transform([](const auto& view) { return view.sighting.distance_m; }));
+      mapped(report.views, [](const ViewCoverage& view) { return view.sighting.distance_m; }));
   report.nearest_m = distances.min;
   report.farthest_m = distances.max;
-  const auto fills = std::ranges::minmax(report.views | std::views::transform(&ViewCoverage::fill));
+  const auto fills = std::ranges::minmax(mapped(report.views, &ViewCoverage::fill));
   report.smallest_fill = fills.min;
   report.largest_fill = fills.max;
   return report;

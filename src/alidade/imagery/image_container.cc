@@ -8,6 +8,8 @@
 #include <limits>
 #include <string_view>
 
+#include <webp/decode.h>
+
 #include <boost/crc.hpp>
 
 namespace alidade {
@@ -164,6 +166,24 @@ ContainerInfo parsePng(Bytes bytes) {
   return info;
 }
 
+/// OpenCV asks libwebp about as many bytes. What that does not know, OpenCV gives to decoders that look for
+/// their signature further on.
+ContainerInfo parseWebp(Bytes bytes) {
+  constexpr std::size_t kHeaderBytes = 32;
+  constexpr std::size_t kRiffBytes = 8;  // the kind and the length of the rest
+  const auto kind = slice(bytes, kRiffBytes, 4);
+  const auto length = readUint(bytes, 4, 4, ByteOrder::kLittle);
+  if (kind && !startsWith(*kind, "WEBP")) return {};
+  if (!kind || *length + kRiffBytes > bytes.size())
+    return {.format = ContainerInfo::Format::kOther, .complete = false};
+  const auto header = slice(bytes, 0, kHeaderBytes);
+  WebPBitstreamFeatures features{};
+  if (!header || WebPGetFeatures(header->data(), header->size(), &features) != VP8_STATUS_OK) return {};
+  return {.format = ContainerInfo::Format::kOther,
+          .size = makeSize(static_cast<std::uint32_t>(features.width),
+                           static_cast<std::uint32_t>(features.height))};
+}
+
 }  // namespace
 
 ContainerInfo parseImageContainer(std::span<const std::uint8_t> bytes) {
@@ -172,11 +192,10 @@ ContainerInfo parseImageContainer(std::span<const std::uint8_t> bytes) {
   if (tiffByteOrder(bytes)) {
     return {.format = ContainerInfo::Format::kTiff, .exif_orientation = tiffOrientation(bytes)};
   }
-  const auto riff_kind = slice(bytes, 8, 4);
-  const bool is_webp = startsWith(bytes, "RIFF") && (!riff_kind || startsWith(*riff_kind, "WEBP"));
+  if (startsWith(bytes, "RIFF")) return parseWebp(bytes);
   const bool is_pnm = bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6' &&
                       std::isspace(bytes[2]) != 0;
-  if (is_webp || is_pnm || startsWith(bytes, "BM")) return {.format = ContainerInfo::Format::kOther};
+  if (is_pnm || startsWith(bytes, "BM")) return {.format = ContainerInfo::Format::kOther};
   return {};
 }
 

@@ -20,13 +20,13 @@ struct ContainerInfo {
     kOther,  ///< BMP, WebP, PBM, PGM or PPM
   };
   Format format = Format::kUnknown;
-  /// The end of the image is there (JPEG, PNG; true for others). Bytes after it do not matter.
+  /// The end of the image is there (JPEG, PNG, WebP; true for others). Bytes after it do not matter.
   bool complete = true;
   /// The checksums of the chunks that a decoder needs are right (PNG; true for others).
   bool intact = true;
   /// The Exif or TIFF orientation, 1 to 8; 1, as stored, when the file states none or nonsense.
   int exif_orientation = 1;
-  std::optional<ImageSize> size = std::nullopt;  ///< of the stored pixels (JPEG, PNG), both sides positive
+  std::optional<ImageSize> size = std::nullopt;  ///< of the stored pixels (JPEG, PNG, WebP), both sides positive
 };
 
 /// Reads any bytes without fault: what cannot be made out keeps its default, and the image counts as

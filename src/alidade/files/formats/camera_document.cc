@@ -261,7 +261,8 @@ YamlNode parseTree(std::string text, const std::string& file) {
     throw inputError({.where = file,
                       .found = std::to_string(text.size()) + " bytes",
                       .expected = "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
-                      .next_step = "remove what does not describe the camera, such as lists of images"});
+                      .next_step = "remove what does not describe the camera, such as lists of images, or "
+                                   "put fewer cameras in a file"});
   }
   checkUtf8(text, file);  // what XML calls a character may be none
   return YamlNode::parse(text, file);

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+
+#include "alidade/core/error.h"
+
+namespace alidade {
+
+inline constexpr int kInputExit = static_cast<int>(ErrorCode::kInput);
+inline constexpr std::string_view kOutOfMemory =
+    "out of memory\n  next: use smaller or fewer images, or fewer --jobs";
+
+/// Does what the command line asks for, and says what went wrong. @returns the exit code. @throws Cancelled
+/// when a signal asked for an end
+[[nodiscard]] int runProgram(int argc, char** argv);
+
+}  // namespace alidade
