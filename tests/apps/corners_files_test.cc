@@ -41,6 +41,10 @@ TEST(CornersFile, ThatIsWrongIsNamedWithItsLine) {
       {withRow("cam,a.png,640,480,chekerboard:9x6:25mm,1,1,0,10,20,"), ":3", "did you mean 'checkerboard'?"},
       {withRow("cam,a.png,641,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "with a different size"},
       {withRow("cam,a.png,0,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "'0' as width"},
+      {withRow(prefix + "1,1,0,10,500,"), ":3",
+       "corner 1 of 'a.png' at (10, 500), outside the image of 640x480"},
+      {withRow("cam,b.png,480,640,checkerboard:9x6:25mm,1,1,0,600,20,"), ":3",
+       "outside the image of 480x640"},
       {withRow("two,a.png,640,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "camera 'two'"},
       {withRow("cam,\"a.png,640,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "a quote that is not closed"},
       {std::string("\x89PNG\0", 5), "", "a zero byte"},
@@ -54,7 +58,7 @@ TEST(CornersFile, ThatIsWrongIsNamedWithItsLine) {
         << c.text;
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 21u);
+  EXPECT_EQ(num_refused, 23u);
   EXPECT_THAT(scratch.list(), testing::ElementsAre("corners.csv"));
 }
 

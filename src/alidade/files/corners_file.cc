@@ -68,8 +68,10 @@ class Parser {
  private:
   [[nodiscard]] std::string where() const { return name_ + ":" + std::to_string(line_); }
 
-  [[nodiscard]] Error error(const std::string& found, const std::string& expected) const {
-    return inputError({.where = where(), .found = "found " + found, .expected = expected});
+  [[nodiscard]] Error error(const std::string& found, const std::string& expected,
+                            const std::string& next_step = "") const {
+    return inputError(
+        {.where = where(), .found = "found " + found, .expected = expected, .next_step = next_step});
   }
 
   [[nodiscard]] int integer(const std::string& field, const char* column, int low, int high) const {
@@ -127,6 +129,12 @@ class Parser {
       throw error("corner " + f[5] + " at col " + f[6] + ", row " + f[7], "corner_id = row * columns + col");
     }
     corner.pixel = {number(f[8], "u"), number(f[9], "v")};
+    if (!isInOrNearImage(corner.pixel, size)) {
+      throw error("corner " + f[5] + " of '" + f[1] + "' at (" + f[8] + ", " + f[9] +
+                      "), outside the image of " + f[2] + "x" + f[3],
+                  "a corner inside the image",
+                  "check the image size: width and height may be swapped, or those of another image");
+    }
     if (!f[10].empty()) {
       corner.sigma_px = number(f[10], "sigma_px");
       if (!(corner.sigma_px > 0))

@@ -19,6 +19,15 @@ struct Corner {
       std::numeric_limits<double>::quiet_NaN();  ///< standard deviation of each coordinate; NaN = unknown
 };
 
+/// False further outside the image than noise and a detector that extrapolates explain: 2 % of its longer
+/// side. Then the stated size is that of another image, or width and height are swapped.
+[[nodiscard]] inline bool isInOrNearImage(const Eigen::Vector2d& pixel, const ImageSize& size) {
+  constexpr double kNear = 0.02;
+  const Eigen::Vector2d sides(size.width, size.height);
+  const Eigen::Vector2d from_centre = (pixel - 0.5 * (sides - Eigen::Vector2d::Ones())).cwiseAbs();
+  return (from_centre - 0.5 * sides).maxCoeff() <= kNear * sides.maxCoeff();
+}
+
 /// One image of a board by one camera. Functions that return views order the corners by id, each at most
 /// once; calibrate() sorts what it is given.
 struct View {

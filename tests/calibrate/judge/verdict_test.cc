@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "alidade/core/error.h"
+#include "support/answer.h"
+#include "support/flawed_set.h"
 #include "support/verdict_case.h"
 
 namespace alidade {
@@ -60,6 +62,27 @@ TEST(Verdict, HasNothingAgainstGoodSets) {
   }
   EXPECT_EQ(num_sets, 20);
   EXPECT_GE(num_trusted, 19) << ids;
+}
+
+// Flaws that made the first edition call cameras trustworthy that were pixels off. bench/answer_bench has
+// more kinds, in hundreds.
+TEST(Verdict, TrustsNoCameraThatIsWrong) {
+  const std::vector<std::string_view> names = {"graded",      "breathing", "two_cameras",
+                                               "zoom_midway", "middle",    "few_places"};
+  int num_sets = 0;
+  for (const FlawKind& kind : flawKinds()) {
+    if (std::ranges::find(names, kind.name) == names.end()) continue;
+    for (const char* model : {"radtan", "kannala_brandt"}) {
+      for (std::uint64_t number = 0; number < 2; ++number) {
+        const FlawedSet flawed = drawFlawedSet(kind, model, streamSeed(77, number));
+        const Answer answer = answerOf(flawed.set.board, flawed.set.views, {}, flawed.drawn.camera);
+        EXPECT_FALSE(answer.verdict == Verdict::kTrustworthy && answer.p95_px > kTolerancePx)
+            << kind.name << " " << model << " " << number << ": " << answer.p95_px << " px";
+        ++num_sets;
+      }
+    }
+  }
+  EXPECT_EQ(num_sets, 24);
 }
 
 TEST(Verdict, TheWorstFindingDecides) {

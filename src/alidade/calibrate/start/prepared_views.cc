@@ -52,11 +52,7 @@ void checkView(const Checkerboard& board, const View& view, ImageSize size) {
            .found = "corner " + std::to_string(corner.id) + " with a position that is not a number",
            .expected = "finite pixel coordinates"});
     }
-    constexpr double kBeyond = 0.02;  // of the longer side: noise, and what a detector may extrapolate
-    const Eigen::Vector2d beyond =
-        (corner.pixel - 0.5 * Eigen::Vector2d(view.size.width - 1, view.size.height - 1)).cwiseAbs() -
-        0.5 * Eigen::Vector2d(view.size.width, view.size.height);
-    if (beyond.maxCoeff() <= kBeyond * std::max(view.size.width, view.size.height)) continue;
+    if (isInOrNearImage(corner.pixel, view.size)) continue;
     throw inputError(
         {.where = view.image,
          .found = "corner " + std::to_string(corner.id) + " at (" + numberText("%.1f", corner.pixel.x()) +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "flawed_set.h"
+#include "support/flawed_set.h"
 
 #include <algorithm>
 #include <array>
