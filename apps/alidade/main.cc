@@ -5,6 +5,7 @@
 #include <new>
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "alidade/core/cancel.h"
@@ -36,6 +37,13 @@ void handleTermination(int, char**, char**) {
 [[gnu::section(".preinit_array"), gnu::used]] void (*const before_libraries)(int, char**,
                                                                              char**) = handleTermination;
 
+// Image libraries that lack memory where they start end the program, some by a segmentation fault.
+[[nodiscard]] bool isMemoryTooSmall() {
+  constexpr rlim_t kLeastBytes = rlim_t{320} << 20U;  // the libraries alone take 210 MB
+  rlimit limit{};
+  return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur < kLeastBytes;
+}
+
 }  // namespace
 }  // namespace alidade
 
@@ -49,6 +57,12 @@ int main(int argc, char** argv) {
   }
   silenceLibraries();
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails, and says so
+  if (isMemoryTooSmall()) {
+    printMessage(
+        "error: the memory limit (ulimit -v) is below 320 MB; expected a higher one, or none\n  next: ulimit "
+        "-v unlimited");
+    return kInputExit;
+  }
   try {
     return runProgram(argc, argv);
   } catch (const Cancelled&) {

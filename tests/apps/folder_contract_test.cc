@@ -87,12 +87,16 @@ class Reference {
     const RunResult run = is_killed ? runAndKill(arguments) : runAlidade(arguments);
     const FolderContent after = contentOf(scratch_.path(kFolder));
     if (!must_succeed) {
-      EXPECT_TRUE(is_killed || run.exit_code == 1) << run.err;
+      if (!is_killed) {
+        EXPECT_THAT(run, EndsWith(1));
+      }
       EXPECT_EQ(after, before);
       ++num_refused_;
       return;
     }
-    EXPECT_TRUE(is_killed || run.exit_code == 0) << run.err;
+    if (!is_killed) {
+      EXPECT_THAT(run, EndsWith(0));
+    }
     if (is_killed && after == before) return;
     EXPECT_TRUE(after.contains(".alidade_result"));
     last_result_.set(arguments[0], after);
