@@ -312,6 +312,18 @@ TEST(Convert, WritesNothingWhenTheModelDoesNotReachThePixels) {
             (std::vector<std::string>{"unreached_pixels"}));
 }
 
+// A pinhole camera reaches 90 degrees; the polynomial without coefficients, as OpenCV writes it, does not.
+TEST(Convert, WritesNothingThatWouldBeReadAsAnotherLens) {
+  const ScratchFolder scratch;
+  const std::string wide = scratch.write("wide.yaml",
+                                         "alidade_camera: 1\nmodel: pinhole\nimage_size: {width: 6400, "
+                                         "height: 3}\nparameters: {fx: 4.25, fy: 300, cx: 320, cy: 240}\n");
+  EXPECT_THAT(runAlidade({"convert", wide, "--to", "opencv", "-o", scratch.path("out.yaml")}),
+              FailsWith(1, AllOf(HasSubstr("wide.yaml"), HasSubstr("project differently"),
+                                 HasSubstr("--to alidade"))));
+  EXPECT_FALSE(scratch.has("out.yaml"));
+}
+
 TEST(Convert, WritesToStandardOutput) {
   const RunResult result = convert(dataPath("camera.yaml"), "-", {"--bin", "2"});
   ASSERT_THAT(result, EndsWith(0));

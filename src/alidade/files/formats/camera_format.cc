@@ -138,8 +138,14 @@ std::string formatText(const CameraFormat& format, std::span<const NamedCamera> 
       format.read(detail::CameraDocument(text, std::string(format.id)), {}).cameras;
   expect(back.size() == cameras.size(), "a written camera file has to hold all cameras");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    expect(projectsEqually(cameras[i].camera, back[i].camera, cameras[i].image_size),
-           "a written camera file has to project as the camera that was written");
+    if (projectsEqually(cameras[i].camera, back[i].camera, cameras[i].image_size)) continue;
+    // The same coefficients can stand for models that end at different field angles.
+    throw inputError(
+        {.where = cameras[i].where,
+         .found = "found a lens that would project differently when it is read from the format " +
+                  std::string(format.title) + ": it sees rays near 90 degrees, or its numbers are extreme",
+         .expected = "the same projection",
+         .next_step = "use --to alidade, or crop the image"});
   }
   return text;
 }
