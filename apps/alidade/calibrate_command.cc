@@ -142,7 +142,7 @@ class CalibrateCommand final : public Command {
       printResult(summaryJson(result, given, advice));
     } else if (to_stdout) {
       if (is_kept) printResult(cameraText(file, format_));
-      if (!common_.quiet) printMessage(summary(false));
+      if (!common_.quiet) printHelp(summary(false));
     } else if (!common_.quiet) {
       printResult(summary(isatty(STDOUT_FILENO) != 0));
     }

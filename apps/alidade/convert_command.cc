@@ -228,7 +228,7 @@ class ConvertCommand final : public Command {
       printResult(document(cameras, notes, is_kept));
     } else if (to_stdout) {
       if (is_kept) printResult(content);
-      if (!common_.quiet || !is_good) printMessage(summary(cameras));
+      if (!common_.quiet || !is_good) printHelp(summary(cameras) + "\n");
     } else {
       printResult(summary(cameras) + "\n");
     }

@@ -134,6 +134,7 @@ TEST(Calibrate, GivesTheSameParametersFromACornersFile) {
   ASSERT_THAT(apart, EndsWith(0));
   ASSERT_THAT(at_once, EndsWith(0));
   EXPECT_EQ(parametersOf(apart.out), parametersOf(at_once.out));
+  EXPECT_THAT(apart.err, AllOf(HasSubstr("\nAccuracy  "), testing::EndsWith("\n")));
   EXPECT_THAT(
       runAlidade({"calibrate", corners, "--board", "checkerboard:9x6:30mm"}),
       FailsWith(1, AllOf(HasSubstr(corners), HasSubstr("board checkerboard:9x6:25mm"),

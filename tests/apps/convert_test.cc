@@ -329,7 +329,7 @@ TEST(Convert, WritesToStandardOutput) {
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_EQ(parseCameraFile(result.out, "standard output").image_size,
             (ImageSize{.width = 320, .height = 240}));
-  EXPECT_THAT(result.err, HasSubstr("Bin      2: 320x240 px"));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("Bin      2: 320x240 px\n"), HasSubstr("\n  fx ")));
   EXPECT_EQ(convert(dataPath("camera.yaml"), "-", {"--bin", "2", "--quiet"}).err, "");
 }
 
