@@ -26,7 +26,8 @@ struct ContainerInfo {
   bool intact = true;
   /// The Exif or TIFF orientation, 1 to 8; 1, as stored, when the file states none or nonsense.
   int exif_orientation = 1;
-  std::optional<ImageSize> size = std::nullopt;  ///< of the stored pixels (JPEG, PNG, WebP), both sides positive
+  std::optional<ImageSize> size =
+      std::nullopt;  ///< of the stored pixels (JPEG, PNG, WebP), both sides positive
 };
 
 /// Reads any bytes without fault: what cannot be made out keeps its default, and the image counts as
