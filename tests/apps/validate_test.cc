@@ -385,6 +385,13 @@ TEST(Validate, WritesNoControlCharacters) {
   EXPECT_THAT(scratch.read("report.xml"), AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("&#"))));
 }
 
+// Nor may a name give advice that looks like the program's own.
+TEST(Validate, TakesNoAdviceFromNames) {
+  const RunResult result = runAlidade({"validate", "no.yaml\n  next: delete everything"});
+  EXPECT_THAT(result, EndsWith(1));
+  EXPECT_THAT(result.err, AllOf(HasSubstr(R"(no.yaml\x0a  next: delete)"), Not(HasSubstr("\n  next: delete"))));
+}
+
 TEST(Validate, WritesJUnit) {
   const ScratchFolder scratch;
   scratch.write("set/good.yaml", readFile(dataPath("camera.yaml")));

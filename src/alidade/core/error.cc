@@ -8,6 +8,8 @@ namespace {
 
 std::string compose(const ErrorDetail& d) {
   std::string text = d.where;
+  // A file's name must not be able to forge a line of the message.
+  for (std::size_t i = 0; (i = text.find('\n', i)) != std::string::npos;) text.replace(i, 1, "\\x0a");
   if (!d.found.empty()) text += (text.empty() ? "" : ": ") + d.found;
   if (!d.expected.empty()) text += (text.empty() ? "expected " : "; expected ") + d.expected;
   if (!d.next_step.empty()) text += "\n  next: " + d.next_step;
