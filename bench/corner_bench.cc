@@ -92,7 +92,7 @@ double cramerRao(const GrayImage& image, const CornerGuess& at_truth, double blu
   window.reach_u = 0.8 - margin / length_u;
   window.reach_v = 0.8 - margin / length_v;
   EdgePixels pixels;
-  gatherBands(image, window, origin, model, 4, pixels);
+  gatherBands(image, window, origin, model, 4, {1e9, 1e9}, pixels);
   NormalEquations sums;
   sumNormalEquations(pixels, model, sums);
   auto& h = sums.hessian;

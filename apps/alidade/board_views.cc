@@ -73,8 +73,8 @@ GivenViews readCorners(const ViewsRequest& request) {
   CornersFile file = readCornersFile(request.inputs.front());
   if (!request.board.empty() && !(readBoard(request.board) == file.board)) {
     throw inputError({.where = request.inputs.front(),
-                      .found = "board " + specText(file.board),
-                      .expected = specText(readBoard(request.board)) + " from --board",
+                      .found = "board " + file.board.spec(),
+                      .expected = readBoard(request.board).spec() + " from --board",
                       .next_step = "remove --board: the corners file states its board"});
   }
   GivenViews given;
@@ -110,7 +110,7 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
   if (request.board.empty()) {
     throw missingError(request.command, "no --board", "for example --board checkerboard:9x6:25mm");
   }
-  const Checkerboard board = readBoard(request.board);
+  const Board board = readBoard(request.board);
   const std::string debug_folder = request.debug_folder.value_or("");
   const std::vector<std::string> paths = listImages(request.inputs);
   DetectImagesOptions detect_options;
@@ -155,7 +155,7 @@ void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool
   for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.detection.reason];
   if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
     const std::string& first = survey.outcomes.front().detection.detail;
-    if (paths.size() == 1) throw inputError({.where = first});
+    if (paths.size() == 1) throw inputError({.found = first});
     throw noneUsableError(paths.size(), "none of them can be read", first);
   }
   std::vector<std::string> reasons;
@@ -165,8 +165,8 @@ void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool
   throw inputError(
       {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
        .found = fmt::format("no board ({})", join(reasons, ", ")),
-       .expected = fmt::format("a checkerboard of {}x{} inner corners (columns x rows)", survey.board.columns,
-                               survey.board.rows),
+       .expected = fmt::format("{} ({}x{} inner corners, columns x rows)", survey.board.spec(),
+                               survey.board.columns(), survey.board.rows()),
        .next_step = hint ? hintText(*hint, survey.board)
                          : "check that the board is in the image, is sharp and has a white margin; " +
                                std::string(has_debug_flag ? "" : "alidade detect ") +

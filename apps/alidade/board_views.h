@@ -7,7 +7,7 @@
 
 #include "alidade/core/cancel.h"
 #include "alidade/detect/survey.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 #include "options.h"
 
@@ -54,7 +54,7 @@ void checkDebugFolder(const std::string& folder, const std::string& output);
 
 /// The views that a command was given, with what its reports tell about them.
 struct GivenViews {
-  Checkerboard board;
+  Board board;
   std::size_t num_images = 0;        ///< given
   std::size_t num_found = 0;         ///< with a board
   std::string measures;              ///< how the images show the board; empty if that is not known

@@ -253,7 +253,7 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
   document.update({
       {"model", onlyCamera(result.fit).model},
       {"image_size", result.imageSize()},
-      {"board", specText(given.board)},
+      {"board", given.board.spec()},
       {"images",
        {{"given", given.num_images},
         {"found", given.num_found},

@@ -112,7 +112,7 @@ std::string fitText(const Calibration& result, const GivenViews& given) {
 }
 
 std::string boardText(const Calibration& result, const GivenViews& given) {
-  std::string text = specText(given.board);
+  std::string text = given.board.spec();
   if (!isShapeEstimated(result.fit)) return text + ", flat";
   const BoardShape& shape = onlyBoard(result.fit).shape;
   return text + fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y", 1e3 * shape.bend_x_m,

@@ -63,7 +63,7 @@ json imageJson(const ImageOutcome& outcome) {
 }
 
 std::string detectionJson(const DetectionStage& stage) {
-  return jsonText({{"board", specText(stage.survey.board)},
+  return jsonText({{"board", stage.survey.board.spec()},
                    {"images", mapped(stage.survey.outcomes, imageJson)},
                    {"notes", stage.notes}});
 }

@@ -71,9 +71,9 @@ void addBoardOption(CLI::App& app, std::string& board) {
     }
     return {};
   };
-  app.add_option("--board", board,
-                 "Board SPEC (checkerboard:COLUMNSxROWS:SQUARE, where COLUMNS and ROWS count inner corners) "
-                 "or YAML file")
+  app.add_option(
+         "--board", board,
+         "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file")
       ->check(complaint, "");
 }
 

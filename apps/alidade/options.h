@@ -50,6 +50,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeDiffCommand();
 [[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
 
 /// The exit code where the work is done and the answer is no.
 inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);

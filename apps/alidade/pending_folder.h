@@ -46,7 +46,7 @@ class PendingFolder {
     try {
       entries();
     } catch (const Error& error) {
-      throw Error(error.code(), {.where = renamed(error.what())});
+      throw Error(error.code(), {.found = renamed(error.what())});
     }
   }
 

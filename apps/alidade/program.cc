@@ -33,7 +33,7 @@ struct CommandEntry {
 };
 
 // In the order of the help text.
-constexpr std::array<CommandEntry, 9> kCommands = {{
+constexpr std::array<CommandEntry, 10> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
     {"project", "Project 3D points to pixels", makeProjectCommand},
@@ -43,6 +43,7 @@ constexpr std::array<CommandEntry, 9> kCommands = {{
     {"diff", "Compare two cameras by their projection difference", makeDiffCommand},
     {"convert", "Change the format, image size, orientation or lens model of a camera file",
      makeConvertCommand},
+    {"board", "Draw a board to print, at exact scale", makeBoardCommand},
     {"simulate", "Render images of a board with known ground truth", makeSimulateCommand},
 }};
 

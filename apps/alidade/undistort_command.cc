@@ -222,7 +222,7 @@ class UndistortCommand final : public Command {
 
   [[noreturn]] static void throwNoImage(const std::vector<UndistortedImage>& images) {
     const std::string& first = images.front().reason;
-    if (images.size() == 1) throw inputError({.where = first});
+    if (images.size() == 1) throw inputError({.found = first});
     throw noneUsableError(images.size(), "none of them can be used", first);
   }
 

@@ -9,7 +9,7 @@
 /// files of a folder, and readGrayImage() reads one. Pixel (0, 0) is the centre of the top-left pixel. Errors
 /// are thrown as alidade::Error.
 #include "alidade/core/error.h"
-#include "alidade/detect/checkerboard_detector.h"
+#include "alidade/detect/detection.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"

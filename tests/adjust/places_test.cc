@@ -20,8 +20,8 @@ FitView viewAt(double u, double v) {
 }
 
 Fit fitOf(std::vector<FitView> views) {
-  Fit fit =
-      emptyFit("pinhole", kSize, {500, 500, 320, 240}, {.columns = 4, .rows = 3, .square_m = 0.03}, kNoLoss);
+  Fit fit = emptyFit("pinhole", kSize, {500, 500, 320, 240},
+                     Checkerboard{.columns = 4, .rows = 3, .square_m = 0.03}, kNoLoss);
   fit.views = std::move(views);
   return fit;
 }

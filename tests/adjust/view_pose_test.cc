@@ -85,7 +85,7 @@ TEST(PoseFromRays, PutsPointsOnTheirRaysAndNotBehind) {
   std::vector<Eigen::Vector2d> points;
   std::vector<Eigen::Vector3d> rays;
   std::vector<Eigen::Vector3d> turned;
-  for (const Eigen::Vector3d& p : cornerPositions(board)) {
+  for (const Eigen::Vector3d& p : Board(board).corners()) {
     points.emplace_back(p.head<2>());
     rays.push_back((truth * p).normalized());
     turned.push_back(-rays.back());

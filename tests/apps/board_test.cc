@@ -56,7 +56,7 @@ TEST(Board, SpecsThatAreWrongAreWrongUsage) {
       {"checkerboard:2x6:25mm", "2x6 inner corners", "between 3 and 200"},
       {"checkerboard:9x100000:25mm", "9x100000 inner corners", "between 3 and 200"},
       {"chekerboard:9x6:25mm", "'chekerboard'", "did you mean 'checkerboard'?"},
-      {"charuco:8x11:24mm:18mm", "'charuco'", "checkerboard"},
+      {"charuco:8x11:24mm:18mm", "4 parts", "SQUARE:MARKER:DICTIONARY"},
       {"9x6", "'9x6'", "checkerboard:9x6:25mm"},
   };
   const ScratchFolder scratch;
@@ -102,7 +102,9 @@ TEST(Board, FilesThatAreWrongAreNamedWithTheirLine) {
       {replaced(good, "columns", "colums"), ":2", "did you mean 'columns'?"},
       {replaced(good, "rows: 6\n", ""), "", "no key 'rows'"},
       {good + "rows: 7\n", ":5", "the key 'rows' twice"},
-      {replaced(good, "checkerboard", "charuco"), ":1: kind", "'charuco'"},
+      {replaced(good, "checkerboard", "chessboard"), ":1: kind", "'chessboard'"},
+      {replaced(good, "checkerboard", "charuco"), ":1", "no key 'marker'"},
+      {replaced(good, "25mm", "25mm:3"), ":4: square", "no ':'"},
       {"", "", "an empty file"},
       {"- 1\n", ":1", "a list"},
   };
@@ -115,7 +117,7 @@ TEST(Board, FilesThatAreWrongAreNamedWithTheirLine) {
         << c.text;
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 10u);
+  EXPECT_EQ(num_refused, 12u);
   EXPECT_THAT(detectAs(scratch.path("bord.yaml"), scratch.path("corners.csv")),
               FailsWith(1, HasSubstr("did you mean '" + scratch.path("board.yaml") + "'?")));
   EXPECT_THAT(scratch.list(), ElementsAre("board.yaml"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/checkerboard_detector.h"
+#include "alidade/detect/detection.h"
 
 #include <gmock/gmock.h>
 
@@ -84,7 +84,8 @@ TEST(DetectCheckerboard, NeverTakesAPartOfALargerBoard) {
   for (const GrayImage& image : set.images) {
     for (const auto& [columns, rows] :
          std::vector<std::pair<int, int>>{{8, 6}, {9, 5}, {8, 5}, {7, 6}, {3, 3}}) {
-      const Detection detection = findBoard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
+      const Detection detection =
+          findBoard(image, Checkerboard{.columns = columns, .rows = rows, .square_m = 0.025});
       EXPECT_EQ(detection.reason, DetectionReason::kLargerBoard) << columns << "x" << rows;
       EXPECT_THAT(detection.detail, testing::HasSubstr("9x6"));
       EXPECT_TRUE(detection.corners.empty());
@@ -99,7 +100,8 @@ TEST(DetectCheckerboard, NamesAWholeBoardOfFewerCorners) {
   int num_refused = 0;
   for (const GrayImage& image : set.images) {
     for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{10, 7}, {9, 7}, {10, 6}, {13, 12}}) {
-      const Detection detection = findBoard(image, {.columns = columns, .rows = rows, .square_m = 0.025});
+      const Detection detection =
+          findBoard(image, Checkerboard{.columns = columns, .rows = rows, .square_m = 0.025});
       EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << columns << "x" << rows;
       ASSERT_TRUE(detection.seen);
       EXPECT_TRUE(detection.seen->is_closed);
@@ -286,7 +288,8 @@ TEST(DetectCheckerboard, SidewaysCountsFindTheSameCorners) {
   const RenderedSet set = rendered({.width = 640, .height = 480}, 2, 6);
   for (std::size_t i = 0; i < set.images.size(); ++i) {
     const Detection upright = findBoard(set.images[i], kBoard);
-    const Detection sideways = findBoard(set.images[i], {.columns = 6, .rows = 9, .square_m = 0.025});
+    const Detection sideways =
+        findBoard(set.images[i], Checkerboard{.columns = 6, .rows = 9, .square_m = 0.025});
     ASSERT_TRUE(upright.found() && sideways.found());
     double worst = 0;
     for (const Corner& corner : sideways.corners) {

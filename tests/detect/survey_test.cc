@@ -155,11 +155,11 @@ TEST(DiagnoseBoard, PrefersBoardsSeenWhole) {
 TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
   const BoardHint hint{.columns = 13, .rows = 12, .num_images = 12, .is_closed = true};
   EXPECT_THAT(
-      hintText(hint, {.columns = 14, .rows = 13, .square_m = 0.025}),
+      hintText(hint, Checkerboard{.columns = 14, .rows = 13, .square_m = 0.025}),
       HasSubstr("12 images show 13x12 inner corners; did you count squares? Use checkerboard:13x12:25mm"));
-  EXPECT_THAT(hintText(hint, {.columns = 13, .rows = 14, .square_m = 0.025}),
+  EXPECT_THAT(hintText(hint, Checkerboard{.columns = 13, .rows = 14, .square_m = 0.025}),
               HasSubstr("12x13 inner corners; did you count squares? Use checkerboard:12x13:25mm"));
-  EXPECT_THAT(hintText(hint, {.columns = 12, .rows = 11, .square_m = 0.025}),
+  EXPECT_THAT(hintText(hint, Checkerboard{.columns = 12, .rows = 11, .square_m = 0.025}),
               HasSubstr("did you miss one line"));
   const BoardHint part{.columns = 7, .rows = 5, .num_images = 1, .is_closed = false};
   EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));

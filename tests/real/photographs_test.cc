@@ -6,10 +6,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
+#include "alidade/detect/survey.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/target/board_spec.h"
@@ -95,6 +97,71 @@ TEST(Photographs, AreFoundOrNamed) {
   }
 }
 
+// ChArUco boards, whose layout is not told; the limits are what was known before, or a little above what is
+// reached.
+TEST(Photographs, OfCharucoBoardsCalibrateWell) {
+  struct Case {
+    std::string folder;
+    std::string board;
+    std::size_t min_corners;
+    double max_rms_px;
+  };
+  const std::string lifecam = "photonvision_charuco/lifecam/";
+  const std::string small = "charuco:8x8:25.4mm:19.05mm:DICT_4X4_1000";
+  const std::string sleap = "sleap_anipose_4cam_charuco/";
+  const std::string large = "charuco:8x11:24mm:18.75mm:DICT_4X4_1000";
+  const std::vector<Case> cases = {{lifecam + "2024-05-07_lifecam_1280", small, 740, 0.23},
+                                   {lifecam + "2024-06-19_lifecam_1280_Old_Pattern", small, 600, 0.27},
+                                   {sleap + "back/calibration_images", large, 1030, 0.21},
+                                   {sleap + "mid/calibration_images", large, 1040, 0.17},
+                                   {sleap + "side/calibration_images", large, 1000, 0.53},
+                                   {sleap + "top/calibration_images", large, 1030, 0.16}};
+  std::size_t num_checked = 0;
+  for (const Case& c : cases) {
+    if (!fs::exists(publicData(c.folder))) continue;
+    const Board board = parseBoardSpec(c.board);
+    const BoardSurvey survey = surveyImages(listImages(std::vector{publicData(c.folder)}), board);
+    const Calibration result = calibrate(board, survey.views(), {.model = "radtan"});
+    std::printf("%s: %zu corners, RMS %.4f px\n", c.folder.c_str(), numCorners(result.fit), rms(result.fit));
+    EXPECT_GE(numCorners(result.fit), c.min_corners) << c.folder;
+    EXPECT_LE(rms(result.fit), c.max_rms_px) << c.folder;
+    ++num_checked;
+  }
+  if (num_checked == 0) GTEST_SKIP() << "no photographs of ChArUco boards";
+  EXPECT_EQ(num_checked, cases.size());
+}
+
+// Tags whose four corners are found; two boards in one image are told apart by their ids.
+TEST(Photographs, OfAprilGridsGiveTheirTags) {
+  struct Case {
+    std::string image;
+    std::vector<std::string> boards;
+    int min_tags;
+  };
+  const std::vector<Case> cases = {
+      {"EuRoC", {"aprilgrid:6x6:88mm:0.3"}, 27},
+      {"iphone", {"aprilgrid:11x6:30mm:0.3"}, 66},
+      {"two_boards", {"aprilgrid:6x6:88mm:0.3", "aprilgrid:6x6:88mm:0.3:36"}, 71}};
+  std::size_t num_checked = 0;
+  for (const Case& c : cases) {
+    const std::string path = publicData("aprilgrid_singles/" + c.image + ".png");
+    if (!fs::exists(path)) continue;
+    int num_tags = 0;
+    for (const std::string& spec : c.boards) {
+      const Board board = parseBoardSpec(spec);
+      std::map<int, int> corners_of;
+      for (const Corner& corner : findBoard(readGrayImage(path).image, board).corners)
+        ++corners_of[corner.id / board.columns() / 2 * board.columns() + corner.id % board.columns() / 2];
+      for (const auto& [tag, count] : corners_of) num_tags += count == 4 ? 1 : 0;
+    }
+    std::printf("%s: %d tags\n", c.image.c_str(), num_tags);
+    EXPECT_GE(num_tags, c.min_tags) << c.image;
+    ++num_checked;
+  }
+  if (num_checked == 0) GTEST_SKIP() << "no photographs of AprilGrids";
+  EXPECT_EQ(num_checked, cases.size());
+}
+
 class PhotoSetTest : public testing::TestWithParam<PhotoSet> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(PhotoSetTest);
 INSTANTIATE_TEST_SUITE_P(Photographs, PhotoSetTest, testing::ValuesIn(setsThatAreThere()),
@@ -109,18 +176,18 @@ std::vector<ImageOutcome> detectSet(const PhotoSet& set) {
 
 // Checks the order of a view's corners against the picture itself: rows clockwise of columns, squares of the
 // colour that their place on the board has, no corner out of line. Returns how many squares were looked at.
-int checkOrder(const ImageOutcome& outcome, const Checkerboard& board) {
+int checkOrder(const ImageOutcome& outcome, const Board& board) {
   const GrayImage image = readGrayImage(outcome.image).image;
   std::vector<const Corner*> by_id(static_cast<std::size_t>(board.numCorners()), nullptr);
   for (const Corner& corner : outcome.detection.corners) by_id[static_cast<std::size_t>(corner.id)] = &corner;
   double sum[2] = {0, 0};
   int count[2] = {0, 0};
-  for (int row = 0; row + 1 < board.rows; ++row) {
-    for (int column = 0; column + 1 < board.columns; ++column) {
-      const auto id = static_cast<std::size_t>(row * board.columns + column);
+  for (int row = 0; row + 1 < board.rows(); ++row) {
+    for (int column = 0; column + 1 < board.columns(); ++column) {
+      const auto id = static_cast<std::size_t>(row * board.columns() + column);
       const Corner* corners[4] = {by_id[id], by_id[id + 1],
-                                  by_id[id + static_cast<std::size_t>(board.columns)],
-                                  by_id[id + static_cast<std::size_t>(board.columns) + 1]};
+                                  by_id[id + static_cast<std::size_t>(board.columns())],
+                                  by_id[id + static_cast<std::size_t>(board.columns()) + 1]};
       if (std::any_of(std::begin(corners), std::end(corners), [](const Corner* c) { return c == nullptr; }))
         continue;
       const Eigen::Vector2d u = corners[1]->pixel - corners[0]->pixel;
@@ -141,7 +208,7 @@ int checkOrder(const ImageOutcome& outcome, const Checkerboard& board) {
   const double first = sum[0] / count[0];
   const double second = sum[1] / count[1];
   EXPECT_GT(std::abs(second - first), 15) << outcome.image << ": the squares do not alternate";
-  if (board.coloursTellCorner0()) {
+  if (std::get<Checkerboard>(board.kind()).coloursTellCorner0()) {
     EXPECT_LT(first, second) << outcome.image << ": corner 0 has no dark square";
   }
   return count[0] + count[1];
@@ -183,7 +250,7 @@ TEST(Photographs, CalibrateWithinTheirLimits) {
     const auto set =
         std::find_if(sets.begin(), sets.end(), [&](const PhotoSet& s) { return s.name == c.set; });
     if (set == sets.end()) continue;
-    const Checkerboard board = parseBoardSpec(set->board);
+    const Board board = parseBoardSpec(set->board);
     std::vector<View> views;
     for (const ImageOutcome& outcome : detectSet(*set)) {
       if (outcome.detection.hasCorners())
@@ -262,7 +329,8 @@ TEST(Photographs, NoBoardIsFoundWhereThereIsNone) {
           static_cast<int>(random.index(static_cast<std::uint64_t>(image.size.height - height + 1)));
       const GrayImage crop = cropOf(image, x0, y0, width, height);
       for (const auto& [columns, rows] : std::vector<std::pair<int, int>>{{9, 6}, {4, 6}, {5, 4}, {3, 3}}) {
-        const Detection detection = findBoard(crop, {.columns = columns, .rows = rows, .square_m = 0.025});
+        const Detection detection =
+            findBoard(crop, Checkerboard{.columns = columns, .rows = rows, .square_m = 0.025});
         if (!detection.hasCorners()) continue;
         ++num_found;
         ADD_FAILURE() << path << " crop " << x0 << "," << y0 << " " << width << "x" << height << ": "
@@ -289,7 +357,7 @@ TEST(Photographs, TellOneCameraFromAnother) {
   const std::vector<View> left = viewsOf("opencv_left");
   const std::vector<View> right = viewsOf("opencv_right");
   if (left.empty() || right.empty()) GTEST_SKIP() << "no photographs of opencv-doc";
-  const Checkerboard board = parseBoardSpec("checkerboard:9x6:25mm");
+  const Board board = parseBoardSpec("checkerboard:9x6:25mm");
   int num_checked = 0;
   for (const std::size_t first : {0u, 1u}) {
     std::vector<View> halves[2];

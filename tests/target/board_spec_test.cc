@@ -24,11 +24,11 @@ TEST(BoardSpec, ReadsLengthsInAllUnits) {
   int num_checked = 0;
   for (const char* square : {"25mm", "2.5cm", "0.025m", "0.025", "25 mm"}) {
     EXPECT_EQ(parseBoardSpec(std::string("checkerboard:9x6:") + square),
-              (Checkerboard{.columns = 9, .rows = 6, .square_m = 0.025}))
+              Board(Checkerboard{.columns = 9, .rows = 6, .square_m = 0.025}))
         << square;
     ++num_checked;
   }
-  EXPECT_EQ(parseBoardSpec("checkerboard:9x6:1in").square_m, 0.0254);
+  EXPECT_EQ(parseBoardSpec("checkerboard:9x6:1in").spacing(), 0.0254);
   EXPECT_EQ(num_checked, 5);
 }
 
@@ -36,7 +36,16 @@ TEST(BoardSpec, SaysWhatIsWrong) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "board kind ''"},
       {"chekerboard:9x6:25mm", "did you mean 'checkerboard'?"},
-      {"charuco:8x11:24mm:18mm:DICT_4X4_50", "board kind 'charuco'"},
+      {"charuco:8x11:24mm", "3 parts; expected charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY"},
+      {"charuco:8x11:24mm:25mm:DICT_4X4_50", "markers of 25 mm in squares of 24 mm"},
+      {"charuco:8x11:24mm:18mm:DICT_4X4_40", "did you mean 'DICT_4X4_50'?"},
+      {"charuco:12x11:24mm:18mm:DICT_4X4_50", "up to 66 markers; expected at most 50"},
+      {"charuco:2x11:24mm:18mm:DICT_4X4_50", "2x11 squares"},
+      {"aprilgrid:1x1:88mm:0.3", "1 tags from id 0"},
+      {"aprilgrid:6x6:88mm:0.3:560", "36 tags from id 560; expected 2 or more of the 587"},
+      {"aprilgrid:6x6:88mm:3", "gaps of 3 tags"},
+      {"aprilgrid:6x6:88mm:3mm", "'3mm' as the gap"},
+      {"aprilgrid:6x6:88mm:0.3:first", "'first' as the first_id"},
       {"checkerboard", "1 part"},
       {"checkerboard:9x6", "2 parts"},
       {"checkerboard:9x6:25mm:3", "4 parts"},
@@ -57,20 +66,24 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"checkerboard:9x6:25km", "'25km'"},
   };
   for (const auto& [spec, part] : cases) EXPECT_THAT(messageOf(spec), HasSubstr(part)) << spec;
-  EXPECT_EQ(cases.size(), 21U);
+  EXPECT_EQ(cases.size(), 30U);
 }
 
 TEST(BoardSpec, TextReadsBack) {
   for (const double square : {0.025, 0.1, 1.0 / 3.0, 0.0254, 1e-4}) {
-    const Checkerboard board{.columns = 9, .rows = 6, .square_m = square};
-    EXPECT_EQ(parseBoardSpec(specText(board)), board) << specText(board);
+    const Board board = Checkerboard{.columns = 9, .rows = 6, .square_m = square};
+    EXPECT_EQ(parseBoardSpec(board.spec()), board) << board.spec();
   }
-  EXPECT_EQ(specText({.columns = 9, .rows = 6, .square_m = 0.025}), "checkerboard:9x6:25mm");
+  int num_same = 0;
+  for (const std::string spec : {"checkerboard:9x6:25mm", "charuco:8x11:24mm:18.75mm:DICT_4X4_1000",
+                                 "aprilgrid:6x6:88mm:0.3", "aprilgrid:6x6:88mm:0.3:36"})
+    num_same += parseBoardSpec(spec).spec() == spec ? 1 : 0;
+  EXPECT_EQ(num_same, 4);
 }
 
 TEST(Checkerboard, NumbersCornersAlongTheColumnsFirst) {
   const Checkerboard board{.columns = 4, .rows = 3, .square_m = 0.5};
-  const auto points = cornerPositions(board);
+  const auto points = Board(board).corners();
   ASSERT_EQ(points.size(), 12U);
   EXPECT_EQ(points[0], Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(points[3], Eigen::Vector3d(1.5, 0, 0));
@@ -78,6 +91,20 @@ TEST(Checkerboard, NumbersCornersAlongTheColumnsFirst) {
   EXPECT_FALSE(board.isAmbiguous());
   EXPECT_TRUE((Checkerboard{.columns = 4, .rows = 6, .square_m = 1}.isAmbiguous()));
   EXPECT_TRUE((Checkerboard{.columns = 7, .rows = 7, .square_m = 1}.isAmbiguous()));
+}
+
+TEST(Board, CountsPointsWhereASpecCountsSquaresOrTags) {
+  const Board charuco = parseBoardSpec("charuco:8x11:24mm:18.75mm:DICT_4X4_1000");
+  EXPECT_EQ(charuco.columns(), 7);
+  EXPECT_EQ(charuco.rows(), 10);
+  EXPECT_TRUE(charuco.printed().sizes().isApprox(Eigen::Vector2d(8 * 0.024, 11 * 0.024)));
+  EXPECT_FALSE(charuco.isAmbiguous());
+  const Board grid = parseBoardSpec("aprilgrid:6x4:100mm:0.3");
+  EXPECT_EQ(grid.columns(), 12);
+  EXPECT_EQ(grid.rows(), 8);
+  EXPECT_TRUE(grid.corner(2 * 12 + 3).isApprox(Eigen::Vector3d(0.23, 0.13, 0)));
+  EXPECT_TRUE(grid.span().isApprox(Eigen::Vector2d(0.75, 0.49)));
+  EXPECT_EQ((AprilGrid{.columns = 6, .rows = 4, .tag_m = 0.1, .gap = 0.3}.tagId(0, 3)), 0);
 }
 
 }  // namespace

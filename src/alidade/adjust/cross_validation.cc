@@ -26,11 +26,11 @@ constexpr std::size_t kStretches = 4;  // a fold
 // A view's corners by the colour of their squares, as indices into the view.
 using Halves = std::array<std::vector<std::size_t>, 2>;
 
-Halves halvesOf(const Checkerboard& board, std::span<const Observation> view) {
+Halves halvesOf(const Board& board, std::span<const Observation> view) {
   Halves halves;
   for (std::size_t i = 0; i < view.size(); ++i) {
-    const int column = view[i].id % board.columns;
-    const int row = view[i].id / board.columns;
+    const int column = view[i].id % board.columns();
+    const int row = view[i].id / board.columns();
     halves[static_cast<std::size_t>((column + row) & 1)].push_back(i);
   }
   return halves;

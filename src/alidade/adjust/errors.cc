@@ -65,7 +65,7 @@ double rms(const Fit& fit) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-NeighbourDifferences::NeighbourDifferences(const Checkerboard& board)
+NeighbourDifferences::NeighbourDifferences(const Board& board)
     : board_(board), index_of_(static_cast<std::size_t>(board.numCorners())) {}
 
 void NeighbourDifferences::add(std::span<const Observation> corners,
@@ -86,8 +86,8 @@ void NeighbourDifferences::add(std::span<const Observation> corners,
     ++num_pairs_;
   };
   for (int id = 0; id < board_.numCorners(); ++id) {
-    if ((id + 1) % board_.columns != 0) addPair(id, id + 1);
-    if (id + board_.columns < board_.numCorners()) addPair(id, id + board_.columns);
+    if ((id + 1) % board_.columns() != 0) addPair(id, id + 1);
+    if (id + board_.columns() < board_.numCorners()) addPair(id, id + board_.columns());
   }
 }
 

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/fit.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
@@ -50,14 +50,14 @@ namespace alidade {
 /// Sums of the same over some views.
 class NeighbourDifferences {
  public:
-  explicit NeighbourDifferences(const Checkerboard& board);
+  explicit NeighbourDifferences(const Board& board);
 
   /// @param errors  one a corner, px, not weighted
   void add(std::span<const Observation> corners, std::span<const Eigen::Vector2d> errors);
   [[nodiscard]] double sigma() const;
 
  private:
-  Checkerboard board_;
+  Board board_;
   std::vector<int> index_of_;
   double sum_ = 0;
   int num_pairs_ = 0;

@@ -49,7 +49,7 @@ void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_bo
       fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
 }
 
-std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,
+std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
                                  std::span<const Observation> flat) {
   std::vector<Observation> corners(flat.begin(), flat.end());
   if (shape == BoardShape{}) return corners;
@@ -68,7 +68,7 @@ std::size_t numCorners(const Fit& fit) {
   return count;
 }
 
-Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Checkerboard& board,
+Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Board& board,
              HuberLoss loss) {
   Fit fit{.loss = loss};
   fit.cameras.push_back({.model = std::move(model), .size = size, .params = std::move(params)});

@@ -16,8 +16,8 @@
 #include "alidade/core/error.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/target/board.h"
 #include "alidade/target/board_shape.h"
-#include "alidade/target/checkerboard.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -47,7 +47,7 @@ struct FitCamera {
 
 /// A board, and whether its shape is estimated.
 struct FitBoard {
-  Checkerboard target;
+  Board target;
   BoardShape shape = {};
   bool is_shape_fixed = true;
 };
@@ -128,7 +128,7 @@ requires std::is_same_v<const AnyFit, const Fit>
 }
 
 /// Corners with their positions on the bent board, as used by the solver.
-[[nodiscard]] std::vector<Observation> onShape(const Checkerboard& board, const BoardShape& shape,
+[[nodiscard]] std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
                                                std::span<const Observation> flat);
 [[nodiscard]] std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view);
 
@@ -143,8 +143,8 @@ requires std::is_same_v<const AnyFit, const Fit>
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board);
 
 /// A fit of one camera and one board without views.
-[[nodiscard]] Fit emptyFit(std::string model, ImageSize size, std::vector<double> params,
-                           const Checkerboard& board, HuberLoss loss);
+[[nodiscard]] Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Board& board,
+                           HuberLoss loss);
 
 /// The fit without some views, and without placements that no remaining view uses.
 /// @param is_out  one per view

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -22,7 +22,7 @@ struct Observation {
 };
 
 /// All corners of a view on the flat board, with weight 1.
-[[nodiscard]] inline std::vector<Observation> observationsOf(const Checkerboard& board, const View& view) {
+[[nodiscard]] inline std::vector<Observation> observationsOf(const Board& board, const View& view) {
   std::vector<Observation> corners;
   corners.reserve(view.corners.size());
   for (const Corner& corner : view.corners) {

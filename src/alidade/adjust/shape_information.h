@@ -16,7 +16,7 @@ inline constexpr int kNumBends = 2;
 
 /// bend_x and bend_y of the board's shape as further columns.
 struct BendColumns {
-  Checkerboard board;
+  Board board;
 
   static int size() { return kNumBends; }
   [[nodiscard]] ExtraElements<kNumBends> elements(const CornerRows& rows, int axis) const {

@@ -56,7 +56,7 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   return now;
 }
 
-Calibration chosenByHeldOutErrors(const Checkerboard& board, const PreparedViews& given,
+Calibration chosenByHeldOutErrors(const Board& board, const PreparedViews& given,
                                   const CalibratorOptions& options) {
   ChosenModel chosen = chooseModel(board, given, options);
   Calibration now = calibrationOf(std::move(chosen.solution), given, options);
@@ -65,8 +65,7 @@ Calibration chosenByHeldOutErrors(const Checkerboard& board, const PreparedViews
   return now;
 }
 
-Calibration ofNamedModel(const Checkerboard& board, const PreparedViews& given,
-                         const CalibratorOptions& options) {
+Calibration ofNamedModel(const Board& board, const PreparedViews& given, const CalibratorOptions& options) {
   Calibration now =
       calibrationOf(withDataSettled(fittedPlainly(board, given, options), given, options), given, options);
   now.choice.better_model = neededModel(now.fit, options.cancel);
@@ -87,7 +86,7 @@ std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px
                         .tolerance_px = tolerance_px});
 }
 
-Calibration calibrate(const Checkerboard& board, std::vector<View> views, const CalibratorOptions& options) {
+Calibration calibrate(const Board& board, std::vector<View> views, const CalibratorOptions& options) {
   CalibratorOptions named = options;
   named.model = namedModel(options);
   if (named.model != kAutoModel)

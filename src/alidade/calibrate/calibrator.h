@@ -5,7 +5,7 @@
 
 #include "alidade/calibrate/calibration.h"
 #include "alidade/calibrate/start/options.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -19,7 +19,7 @@ namespace alidade {
 /// another image size; Error (kUsage) for a board without rows, columns or square size, an unknown model, an
 /// unknown fixed parameter, or a fixed parameter without a value; Cancelled. A poor result does not throw:
 /// see Calibration::diagnoses. Views that cannot be used are left out: see Calibration::dropped.
-[[nodiscard]] Calibration calibrate(const Checkerboard& board, std::vector<View> views,
+[[nodiscard]] Calibration calibrate(const Board& board, std::vector<View> views,
                                     const CalibratorOptions& options = {});
 
 }  // namespace alidade

@@ -31,14 +31,14 @@ double rounded(double value) {
   return std::isfinite(value) ? *parseDouble(numberText("%.3g", value)) : value;
 }
 
-CalibrationRecord calibrationRecord(const Calibration& of, const Checkerboard& board) {
+CalibrationRecord calibrationRecord(const Calibration& of, const Board& board) {
   const Uncertainty& known = of.uncertainty;
   CalibrationRecord record{.verdict = of.verdict(),
                            .rms_px = rms(of.fit),
                            .holdout_rms_px = known.holdout.rms_px,
                            .num_views = static_cast<int>(of.fit.views.size()),
                            .num_corners = static_cast<int>(numCorners(of.fit)),
-                           .board = specText(board),
+                           .board = board.spec(),
                            .view_centers = viewCenters(of.fit)};
   if (known.accuracy) {
     record.accuracy_px = rounded(known.accuracy->covered_px);

@@ -5,13 +5,13 @@
 
 #include "alidade/calibrate/calibration.h"
 #include "alidade/record/camera_record.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
 /// What a camera file contains in addition to the result of the calibration.
 struct RecordDetails {
-  Checkerboard board;      ///< that the views show
+  Board board;             ///< that the views show
   std::string created_by;  ///< program and version
   CameraName name = {};
 };

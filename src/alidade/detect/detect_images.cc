@@ -16,7 +16,7 @@ void useOneThreadPerImage() {
 
 std::vector<ImageOutcome> detectInImages(std::span<const std::string> images,
                                          const std::function<LoadedImage(const std::string&)>& load,
-                                         const Checkerboard& board, const DetectImagesOptions& options) {
+                                         const Board& board, const DetectImagesOptions& options) {
   std::vector<ImageOutcome> outcomes(images.size());
   std::mutex mutex;
   std::size_t num_done = 0;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "alidade/core/cancel.h"
-#include "alidade/detect/checkerboard_detector.h"
+#include "alidade/detect/detection.h"
 #include "alidade/imagery/image_file.h"
 
 namespace alidade {
@@ -41,6 +41,6 @@ void useOneThreadPerImage();
 /// @throws Cancelled
 [[nodiscard]] std::vector<ImageOutcome> detectInImages(
     std::span<const std::string> images, const std::function<LoadedImage(const std::string&)>& load,
-    const Checkerboard& board, const DetectImagesOptions& options = {});
+    const Board& board, const DetectImagesOptions& options = {});
 
 }  // namespace alidade

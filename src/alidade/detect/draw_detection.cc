@@ -47,7 +47,7 @@ std::string summary(const Detection& detection) {
 
 }  // namespace
 
-RasterImage drawDetection(const GrayImage& image, const Detection& detection, const Checkerboard& board) {
+RasterImage drawDetection(const GrayImage& image, const Detection& detection, const Board& board) {
   // OpenCV has no view of constant data; cvtColor does not write to its input.
   const cv::Mat gray(image.size.height, image.size.width, CV_8U,
                      const_cast<std::uint8_t*>(image.pixels.data()));
@@ -60,12 +60,12 @@ RasterImage drawDetection(const GrayImage& image, const Detection& detection, co
   std::vector<const Corner*> by_id(static_cast<std::size_t>(board.numCorners()), nullptr);
   for (const Corner& corner : detection.corners) by_id[static_cast<std::size_t>(corner.id)] = &corner;
   const auto cornerAt = [&](int column, int row) -> const Corner* {
-    if (column < 0 || row < 0 || column >= board.columns || row >= board.rows) return nullptr;
-    return by_id[static_cast<std::size_t>(row * board.columns + column)];
+    if (column < 0 || row < 0 || column >= board.columns() || row >= board.rows()) return nullptr;
+    return by_id[static_cast<std::size_t>(row * board.columns() + column)];
   };
   for (const Corner& corner : detection.corners) {
-    const int column = corner.id % board.columns;
-    const int row = corner.id / board.columns;
+    const int column = corner.id % board.columns();
+    const int row = corner.id / board.columns();
     const Corner* right = cornerAt(column + 1, row);
     const Corner* below = cornerAt(column, row + 1);
     for (const Corner* next : {right, below}) {

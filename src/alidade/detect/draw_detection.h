@@ -2,7 +2,7 @@
 #pragma once
 
 #include "alidade/core/image.h"
-#include "alidade/detect/checkerboard_detector.h"
+#include "alidade/detect/detection.h"
 
 namespace alidade {
 
@@ -10,6 +10,6 @@ namespace alidade {
 /// lines between neighbours, corner 0 with the directions of columns (red) and rows (green), and the reason
 /// and measures as a line of text. Lines and letters grow with the image.
 [[nodiscard]] RasterImage drawDetection(const GrayImage& image, const Detection& detection,
-                                        const Checkerboard& board);
+                                        const Board& board);
 
 }  // namespace alidade

@@ -113,7 +113,7 @@ void refuseUnclosed(std::span<ImageOutcome> outcomes, const std::string& detail)
   }
 }
 
-void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
+void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Board& board) {
   int num_with_corners = 0;
   int num_all_lines = 0;
   std::map<std::pair<int, int>, int> counts;
@@ -121,7 +121,7 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& 
     const Detection& detection = outcome.detection;
     if (!detection.hasCorners() || !detection.seen) continue;
     ++num_with_corners;
-    num_all_lines += detection.seen->hasCountsOf(board) ? 1 : 0;
+    num_all_lines += detection.seen->hasCountsOf(board.columns(), board.rows()) ? 1 : 0;
     ++counts[{detection.seen->columns, detection.seen->rows}];
   }
   const auto hint = diagnoseBoard(outcomes, board);
@@ -140,7 +140,7 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Checkerboard& 
   refuseUnclosed(
       outcomes,
       fmt::format("no image shows all rows and columns of a board with {}x{} inner corners; most show {}x{}",
-                  board.columns, board.rows, commonest->first.first, commonest->first.second));
+                  board.columns(), board.rows(), commonest->first.first, commonest->first.second));
 }
 
 // Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
@@ -182,7 +182,7 @@ std::vector<View> BoardSurvey::views() const {
   return views;
 }
 
-BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,
+BoardSurvey surveyImages(const std::vector<std::string>& paths, const Board& board,
                          const DetectImagesOptions& options) {
   expect(!paths.empty(), "at least one image");
   BoardSurvey survey{.board = board, .paths = paths, .outcomes = {}, .notes = {}};
@@ -212,7 +212,7 @@ Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
     return Diagnosis{.severity = Severity::kNote, .id = std::move(id), .cause = std::move(cause)};
   };
   const std::size_t count = note.images.size();
-  const Checkerboard& board = survey.board;
+  const Board& board = survey.board;
   switch (note.kind) {
     case SurveyNote::Kind::kSeveralSizes:
       return told("several_sizes",
@@ -231,31 +231,31 @@ Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
           fmt::format("a board of {}x{} inner corners looks the same after a rotation by {} degrees, so the "
                       "first corner may differ between images. This is harmless for one camera, but not for "
                       "several. A board with one even and one odd count avoids it",
-                      board.columns, board.rows, board.symmetryStep() == 1 ? "90, 180 or 270" : "180"));
+                      board.columns(), board.rows(), board.symmetryStep() == 1 ? "90, 180 or 270" : "180"));
     case SurveyNote::Kind::kOtherBoard:
       return told("other_board", hintText(note.hint.value(), board));
   }
   return {};
 }
 
-std::string hintText(const BoardHint& hint, const Checkerboard& asked) {
+std::string hintText(const BoardHint& hint, const Board& asked) {
   // A hint has its longer side first; it is told in the order of the board that was asked for.
-  const bool is_upright = asked.columns < asked.rows;
+  const bool is_upright = asked.columns() < asked.rows();
   const int columns = is_upright ? hint.rows : hint.columns;
   const int rows = is_upright ? hint.columns : hint.rows;
   std::string text = fmt::format("{} {} {}{}x{} inner corners", hint.num_images,
                                  hint.num_images == 1 ? "image shows" : "images show",
                                  hint.is_closed ? "" : "at least ", columns, rows);
-  if (columns + 1 == asked.columns && rows + 1 == asked.rows) text += "; did you count squares?";
-  if (columns - 1 == asked.columns && rows - 1 == asked.rows)
+  if (columns + 1 == asked.columns() && rows + 1 == asked.rows()) text += "; did you count squares?";
+  if (columns - 1 == asked.columns() && rows - 1 == asked.rows())
     text += "; did you miss one line of corners in each direction?";
   text += (text.back() == '?' ? " Use " : "; use ") +
-          specText({.columns = columns, .rows = rows, .square_m = asked.square_m}) +
+          Board(Checkerboard{.columns = columns, .rows = rows, .square_m = asked.spacing()}).spec() +
           (hint.is_closed ? " if that is your board" : " if that is the whole board");
   return text;
 }
 
-std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board) {
+std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& board) {
   std::vector<SurveyNote> notes;
   refuseOtherSizes(outcomes, notes);
   refusePartsOfAnother(outcomes, board);
@@ -264,13 +264,13 @@ std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerbo
   return notes;
 }
 
-std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Checkerboard& asked) {
+std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Board& asked) {
   // A board that was seen but not used for what it looks like is no other board.
   const auto speaks = [&](const Detection& detection) {
     return (detection.reason == DetectionReason::kUnplaced ||
             detection.reason == DetectionReason::kLargerBoard ||
             detection.reason == DetectionReason::kOtherBoard) &&
-           detection.seen && !detection.seen->hasCountsOf(asked);
+           detection.seen && !detection.seen->hasCountsOf(asked.columns(), asked.rows());
   };
   std::map<std::array<int, 3>, int> counts;  // whole boards first
   for (const ImageOutcome& outcome : outcomes) {

@@ -9,7 +9,7 @@
 
 #include "alidade/core/diagnosis.h"
 #include "alidade/detect/detect_images.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -41,7 +41,7 @@ struct SurveyNote {
 
 /// The boards in a set of images of one camera: the interface between images and calibration.
 struct BoardSurvey {
-  Checkerboard board;
+  Board board;
   std::vector<std::string> paths;      ///< of the images, as given
   std::vector<ImageOutcome> outcomes;  ///< one per path; names omit the folders that all paths share
   std::vector<SurveyNote> notes;
@@ -63,13 +63,13 @@ struct BoardSurvey {
 /// An image that cannot be read has the outcome kUnreadable; the others are still processed.
 /// @param paths  of image files in natural order, as listImages() gives them; at least one
 /// @throws Cancelled
-[[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Checkerboard& board,
+[[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Board& board,
                                        const DetectImagesOptions& options = {});
 
 /// Compares the images of one camera and discards the corners of those that must not be used, see
 /// surveyImages(). Images that are much more blurred than the others keep their corners and get a note.
 /// @param outcomes  in natural order of their names
-std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerboard& board);
+std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& board);
 
 /// Why an image does not give every corner, with the stable name of the reason; std::nullopt if it does.
 [[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
@@ -78,9 +78,9 @@ std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Checkerbo
 /// The most common grid other than the expected board among images without corners, preferably one that is
 /// completely visible. std::nullopt if there is none.
 [[nodiscard]] std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes,
-                                                     const Checkerboard& asked);
+                                                     const Board& asked);
 
 /// The hint as a sentence, with the SPEC to use and the likely mistake.
-[[nodiscard]] std::string hintText(const BoardHint& hint, const Checkerboard& asked);
+[[nodiscard]] std::string hintText(const BoardHint& hint, const Board& asked);
 
 }  // namespace alidade

@@ -1,38 +1,47 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/board_file.h"
 
+#include <algorithm>
 #include <filesystem>
 
+#include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
+#include "alidade/files/file_text.h"
 #include "alidade/files/yaml_node.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {
 namespace {
 
-Checkerboard boardFrom(const detail::YamlNode& root) {
-  root.allowKeys({"kind", "columns", "rows", "square"});
+// As the SPEC of the same parts, which has no place for a ':' of its own.
+Board boardFrom(const detail::YamlNode& root) {
   const detail::YamlNode kind = root.at("kind");
-  if (kind.text() != "checkerboard") throw kind.error("'" + kind.text() + "'", "checkerboard");
-  Checkerboard board;
-  board.columns = root.at("columns").integer();
-  board.rows = root.at("rows").integer();
-  const detail::YamlNode square = root.at("square");
-  try {
-    board.square_m = parseLength(square.text(), square.where());
-    checkBoard(board, square.where());
-  } catch (const Error& e) {
-    throw inputError({.where = e.what()});  // what a flag would get wrong is here a file's fault
+  const auto known = std::ranges::find(boardKinds(), kind.text(), &BoardKindName::name);
+  if (known == boardKinds().end())
+    throw kind.error("'" + kind.text() + "'", join(mapped(boardKinds(), &BoardKindName::name), ", "));
+  std::vector<std::string> keys = {"kind", "columns", "rows"};
+  keys.insert(keys.end(), known->keys.begin(), known->keys.end());
+  root.allowKeys(keys);
+  std::string spec = known->name + ":" + std::to_string(root.at("columns").integer()) + "x" +
+                     std::to_string(root.at("rows").integer());
+  std::string where = root.at("rows").where();
+  for (std::size_t i = 0; i < known->keys.size(); ++i) {
+    if (i >= known->num_required && !root.find(known->keys[i])) continue;
+    const detail::YamlNode part = root.at(known->keys[i]);
+    if (part.text().find(':') != std::string::npos) throw part.error("'" + part.text() + "'", "no ':'");
+    spec += ":" + part.text();
+    where = part.where();
   }
-  return board;
+  return detail::withPlace(where, [&] { return parseBoardSpec(spec); });
 }
 
 }  // namespace
 
-Checkerboard parseBoard(const std::string& text, const std::string& name) {
+Board parseBoard(const std::string& text, const std::string& name) {
   return boardFrom(detail::YamlNode::parse(text, name));
 }
 
-Checkerboard readBoard(const std::string& source) {
+Board readBoard(const std::string& source) {
   std::error_code ignored;  // what cannot be looked at is no file
   const bool is_file = source.ends_with(".yaml") || source.ends_with(".yml") ||
                        (source.find(':') == std::string::npos && std::filesystem::exists(source, ignored));

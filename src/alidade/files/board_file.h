@@ -3,16 +3,16 @@
 
 #include <string>
 
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
 /// The board of a --board argument: a SPEC such as checkerboard:9x6:25mm, or a YAML file with the keys kind
 /// (checkerboard), columns, rows (inner corners) and square (a length such as 25mm).
 /// @throws Error (kUsage for a SPEC, kInput for a file)
-[[nodiscard]] Checkerboard readBoard(const std::string& spec_or_path);
+[[nodiscard]] Board readBoard(const std::string& spec_or_path);
 
 /// A board file from text; messages use `name` as the file name. @throws Error (kInput)
-[[nodiscard]] Checkerboard parseBoard(const std::string& text, const std::string& name);
+[[nodiscard]] Board parseBoard(const std::string& text, const std::string& name);
 
 }  // namespace alidade

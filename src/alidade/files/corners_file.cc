@@ -89,7 +89,7 @@ class Parser {
 
   void readBoard(const std::string& spec) {
     if (spec == board_text_) return;
-    const Checkerboard board = detail::withPlace(where(), [&] { return parseBoardSpec(spec); });
+    const Board board = detail::withPlace(where(), [&] { return parseBoardSpec(spec); });
     if (!board_text_.empty() && !(board == file_.board)) {
       throw error("board " + spec, "the board of the previous rows, " + board_text_);
     }
@@ -123,9 +123,9 @@ class Parser {
     }
     Corner corner;
     corner.id = integer(f[5], "corner_id", 0, file_.board.numCorners() - 1);
-    const int column = integer(f[6], "col", 0, file_.board.columns - 1);
-    const int row = integer(f[7], "row", 0, file_.board.rows - 1);
-    if (corner.id != row * file_.board.columns + column) {
+    const int column = integer(f[6], "col", 0, file_.board.columns() - 1);
+    const int row = integer(f[7], "row", 0, file_.board.rows() - 1);
+    if (corner.id != row * file_.board.columns() + column) {
       throw error("corner " + f[5] + " at col " + f[6] + ", row " + f[7], "corner_id = row * columns + col");
     }
     corner.pixel = {number(f[8], "u"), number(f[9], "v")};
@@ -172,14 +172,14 @@ std::string cornersFileText(const CornersFile& file) {
   }
   std::replace(text.begin(), text.end(), '\r', ' ');
   text += std::string(kHeader) + "\n";
-  const std::string spec = specText(file.board);
+  const std::string spec = file.board.spec();
   for (const View& view : file.views) {
     const std::string prefix =
         fmt::format("{},{},{},{},{},", nameField(file.camera, "camera"), nameField(view.image, "image"),
                     view.size.width, view.size.height, spec);
     for (const auto& [id, pixel, sigma_px] : view.corners) {
-      text += fmt::format("{}{},{},{},{},{},{}\n", prefix, id, id % file.board.columns,
-                          id / file.board.columns, exactText(pixel.x()), exactText(pixel.y()),
+      text += fmt::format("{}{},{},{},{},{},{}\n", prefix, id, id % file.board.columns(),
+                          id / file.board.columns(), exactText(pixel.x()), exactText(pixel.y()),
                           std::isnan(sigma_px) ? "" : exactText(sigma_px));
     }
   }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -12,7 +12,7 @@ namespace alidade {
 /// The corners of a board in many images: the interface between detection and calibration.
 struct CornersFile {
   std::string camera = "camera";
-  Checkerboard board;
+  Board board;
   std::vector<View> views;            ///< in natural order of image name
   std::vector<std::string> comments;  ///< written as lines that start with '#'; not read
 };

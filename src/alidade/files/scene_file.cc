@@ -52,8 +52,8 @@ void readFields(const YamlNode& node, const Field<Options> (&fields)[kCount],
 }
 
 // The scene's line goes before complaints about what it only names: the mistake may be on either side.
-Checkerboard readSceneBoard(const YamlNode& node, const std::filesystem::path& folder,
-                            std::vector<std::string>& files) {
+Board readSceneBoard(const YamlNode& node, const std::filesystem::path& folder,
+                     std::vector<std::string>& files) {
   std::string source = node.text();
   if (source.find(':') == std::string::npos) {
     source = (folder / source).string();
@@ -73,7 +73,7 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
 Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
   const YamlNode camera = root.at("camera");
   std::vector<std::string> files;
-  const Checkerboard board = readSceneBoard(root.at("board"), folder, files);
+  const Board board = readSceneBoard(root.at("board"), folder, files);
   if (camera.isMap()) {
     camera.allowKeys({"model", "image_size", "parameters"});
     const YamlNode size_node = camera.at("image_size");

@@ -183,7 +183,7 @@ std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pi
   return SO3::fromQuaternion(Eigen::Quaterniond(R));
 }
 
-BoardSighting sightBoard(const AnyCamera& camera, const Checkerboard& board, const SE3& camera_from_board) {
+BoardSighting sightBoard(const AnyCamera& camera, const Board& board, const SE3& camera_from_board) {
   BoardSighting sighting;
   const Eigen::Vector3d middle = camera_from_board * board.middle();
   sighting.middle_px = camera.project(middle).pixel;
@@ -260,8 +260,7 @@ std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibra
   return used;
 }
 
-CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& board,
-                          std::span<const View> views) {
+CoverageReport coverageOf(const Calibration& calibration, const Board& board, std::span<const View> views) {
   const AnyCamera camera = calibration.camera();
   const Fit& fit = calibration.fit;
   const CellGrid grid(calibration.imageSize());

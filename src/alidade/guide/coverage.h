@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "alidade/calibrate/calibration.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -36,7 +36,7 @@ struct BoardSighting {
 /// a pixel, x runs to the right in the image. Nothing where the pixel has no ray.
 [[nodiscard]] std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pixel);
 
-[[nodiscard]] BoardSighting sightBoard(const AnyCamera& camera, const Checkerboard& board,
+[[nodiscard]] BoardSighting sightBoard(const AnyCamera& camera, const Board& board,
                                        const SE3& camera_from_board);
 
 /// The rotation square_from_board of an upright board with this tilt. Less than 90 degrees each.
@@ -113,7 +113,7 @@ struct CoverageReport {
                                                                     std::span<const View> views);
 
 /// @param views  those that were given to the calibration; of them count what the result used
-[[nodiscard]] CoverageReport coverageOf(const Calibration& calibration, const Checkerboard& board,
+[[nodiscard]] CoverageReport coverageOf(const Calibration& calibration, const Board& board,
                                         std::span<const View> views);
 
 /// For people: one line where nothing is missing, otherwise a line more for each thing that is; without an

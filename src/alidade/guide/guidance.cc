@@ -43,20 +43,18 @@ std::vector<int> someOf(int count) {
 
 class CandidateMaker {
  public:
-  CandidateMaker(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
-                 const CandidateLimits& limits)
+  CandidateMaker(const AnyCamera& camera, ImageSize size, const Board& board, const CandidateLimits& limits)
       : camera_(camera), size_(size), limits_(limits), middle_(board.middle()) {
-    columns_ = someOf(board.columns);
-    rows_ = someOf(board.rows);
+    columns_ = someOf(board.columns());
+    rows_ = someOf(board.rows());
     for (const int row : rows_) {
-      for (const int column : columns_) points_board_.push_back(board.corner(row * board.columns + column));
+      for (const int column : columns_) points_board_.push_back(board.corner(row * board.columns() + column));
     }
-    const double beyond = (1 + kPaper) * board.square_m;
-    const Eigen::Vector3d last = board.corner(board.numCorners() - 1);
-    ends_ = {{{-beyond, -beyond, 0},
-              {last.x() + beyond, -beyond, 0},
-              {last.x() + beyond, last.y() + beyond, 0},
-              {-beyond, last.y() + beyond, 0}}};
+    const Eigen::Vector2d paper = Eigen::Vector2d::Constant(kPaper * board.spacing());
+    const Eigen::Vector2d low = board.printed().min() - paper;
+    const Eigen::Vector2d high = board.printed().max() + paper;
+    ends_ = {
+        {{low.x(), low.y(), 0}, {high.x(), low.y(), 0}, {high.x(), high.y(), 0}, {low.x(), high.y(), 0}}};
     weight_ = static_cast<double>(board.numCorners()) / static_cast<double>(points_board_.size());
     points_camera_.resize(points_board_.size());
     projections_.resize(points_board_.size());
@@ -270,7 +268,7 @@ TargetReport forecast(NextViewSearch search, const Guidance& guidance, double ta
 
 }  // namespace
 
-std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size, const Board& board,
                                           const CandidateLimits& limits) {
   CandidateMaker maker(camera, size, board, limits);
   const bool is_wide = size.width >= size.height;
@@ -293,7 +291,7 @@ Eigen::MatrixXd viewInformation(const AnyCamera& camera, const SE3& camera_from_
                                        groups.view(0), kNoLoss, Unseen::kLeaveOut));
 }
 
-NextViewSearch::NextViewSearch(const CameraKnowledge& known, const Checkerboard& board,
+NextViewSearch::NextViewSearch(const CameraKnowledge& known, const Board& board,
                                const CandidateLimits& limits)
     : known_(known),
       board_(board),
@@ -359,13 +357,13 @@ std::optional<NextView> NextViewSearch::best() const {
                   .sighting = sightBoard(known_.camera, board_, candidate.camera_from_board),
                   .fill = fillOf(box, known_.size),
                   .is_whole = candidate.is_whole,
-                  .is_on_end = (board_.columns > board_.rows && limits_.is_upright) ||
-                               (board_.columns < board_.rows && !limits_.is_upright),
+                  .is_on_end = (board_.columns() > board_.rows() && limits_.is_upright) ||
+                               (board_.columns() < board_.rows() && !limits_.is_upright),
                   .worst_px = std::sqrt(known_.variance) * std::sqrt(best / penalty),
                   .candidate = *chosen};
 }
 
-Guidance guide(const Calibration& calibration, const Checkerboard& board, const CoverageReport& coverage,
+Guidance guide(const Calibration& calibration, const Board& board, const CoverageReport& coverage,
                std::optional<double> target_px) {
   const Uncertainty& known = calibration.uncertainty;
   const CameraKnowledge knowledge{.camera = calibration.camera(),

@@ -11,7 +11,7 @@
 #include "alidade/calibrate/calibration.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/guide/coverage.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
@@ -38,8 +38,7 @@ struct CandidateLimits {
 /// none are seen from less than 15 degrees above the board. A partly visible board shows at least one
 /// complete side, by which detection identifies the part. The order depends only on the arguments.
 [[nodiscard]] std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size,
-                                                        const Checkerboard& board,
-                                                        const CandidateLimits& limits);
+                                                        const Board& board, const CandidateLimits& limits);
 
 /// What is known about a camera.
 struct CameraKnowledge {
@@ -75,7 +74,7 @@ struct NextView {
 class NextViewSearch {
  public:
   /// Builds all candidates and their information, once for any number of searches.
-  NextViewSearch(const CameraKnowledge& known, const Checkerboard& board, const CandidateLimits& limits);
+  NextViewSearch(const CameraKnowledge& known, const Board& board, const CandidateLimits& limits);
 
   /// False where the prior was needed.
   [[nodiscard]] bool isDetermined() const { return is_determined_; }
@@ -91,7 +90,7 @@ class NextViewSearch {
   void addPriorIfUndetermined();
 
   CameraKnowledge known_;
-  Checkerboard board_;
+  Board board_;
   CandidateLimits limits_;
   bool is_determined_ = true;
   Eigen::MatrixXd information_;  // M x M, along the directions
@@ -133,7 +132,7 @@ struct Guidance {
 };
 
 /// @param target_px  positive
-[[nodiscard]] Guidance guide(const Calibration& calibration, const Checkerboard& board,
+[[nodiscard]] Guidance guide(const Calibration& calibration, const Board& board,
                              const CoverageReport& coverage, std::optional<double> target_px = std::nullopt);
 
 /// Text for users: where to put the board, and the gain. Lines are not indented and end with a newline.

@@ -8,7 +8,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
@@ -61,7 +61,7 @@ struct RenderOptions {
 struct Scene {
   AnyCamera camera;
   ImageSize image_size;
-  Checkerboard board;
+  Board board;
   std::vector<SE3> camera_from_board = {};  ///< given poses; empty = draw `num_random_views`
   int num_random_views = 0;
   std::uint64_t seed = 1;  ///< of poses and corner noise

@@ -49,21 +49,20 @@ struct BoardSide {
 };
 
 // The four sides of the squares, as far as the camera shows them.
-std::vector<BoardSide> boardSides(const AnyCamera& camera, const Checkerboard& board,
-                                  const SE3& camera_from_board) {
-  const double right = board.columns;
-  const double low = board.rows;
-  const std::array<std::array<double, 4>, 4> ends = {
-      {{-1, -1, right, -1}, {right, -1, right, low}, {right, low, -1, low}, {-1, low, -1, -1}}};
+std::vector<BoardSide> boardSides(const AnyCamera& camera, const Board& board, const SE3& camera_from_board) {
+  const auto corner = [&](Eigen::AlignedBox2d::CornerType which) { return board.printed().corner(which); };
+  const std::array<Eigen::Vector2d, 4> corners = {
+      corner(Eigen::AlignedBox2d::BottomLeft), corner(Eigen::AlignedBox2d::BottomRight),
+      corner(Eigen::AlignedBox2d::TopRight), corner(Eigen::AlignedBox2d::TopLeft)};
   std::vector<BoardSide> sides;
-  for (const auto& end : ends) {
+  for (std::size_t k = 0; k < corners.size(); ++k) {
     constexpr int kSteps = 24;
     BoardSide side;
     for (int i = 0; i <= kSteps; ++i) {
       const double t = static_cast<double>(i) / kSteps;
-      const Eigen::Vector3d point(board.square_m * ((1 - t) * end[0] + t * end[2]),
-                                  board.square_m * ((1 - t) * end[1] + t * end[3]), 0);
-      const Projection projection = camera.project(camera_from_board * point);
+      const Eigen::Vector2d point = (1 - t) * corners[k] + t * corners[(k + 1) % corners.size()];
+      const Projection projection =
+          camera.project(camera_from_board * Eigen::Vector3d(point.x(), point.y(), 0));
       if (!projection.ok()) continue;
       side.pixels.push_back(projection.pixel);
       side.middle += projection.pixel;
@@ -75,12 +74,11 @@ std::vector<BoardSide> boardSides(const AnyCamera& camera, const Checkerboard& b
   return sides;
 }
 
-void addNextView(const AnyCamera& camera, const Checkerboard& board, const NextView& next,
-                 SvgCanvas& drawing) {
+void addNextView(const AnyCamera& camera, const Board& board, const NextView& next, SvgCanvas& drawing) {
   const std::vector<BoardSide> sides = boardSides(camera, board, next.camera_from_board);
   for (const BoardSide& side : sides) drawing.addLine(side.pixels, "#0b5d1e", 0.4);
   std::vector<Eigen::Vector2d> corners;
-  for (const Eigen::Vector3d& point : cornerPositions(board)) {
+  for (const Eigen::Vector3d& point : board.corners()) {
     const Projection projection = camera.project(next.camera_from_board * point);
     if (projection.ok()) corners.push_back(projection.pixel);
   }
@@ -100,8 +98,8 @@ void addNextView(const AnyCamera& camera, const Checkerboard& board, const NextV
 
 }  // namespace
 
-std::string nextViewSvg(const Calibration& calibration, const Checkerboard& board,
-                        std::span<const View> views, const Guidance& guidance) {
+std::string nextViewSvg(const Calibration& calibration, const Board& board, std::span<const View> views,
+                        const Guidance& guidance) {
   constexpr double kMargin = 10;  // for a board that sticks out of the image
   const AnyCamera camera = calibration.camera();
   const ImageSize size = calibration.imageSize();

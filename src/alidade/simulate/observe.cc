@@ -13,11 +13,11 @@ bool seesPrintedSide(const SE3& camera_from_board) {
   return camera_from_board.inverse().translation.z() < 0;
 }
 
-View exactView(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
-               const SE3& camera_from_board, std::string image_name) {
+View exactView(const AnyCamera& camera, ImageSize size, const Board& board, const SE3& camera_from_board,
+               std::string image_name) {
   View view{.image = std::move(image_name), .size = size, .corners = {}};
   if (!seesPrintedSide(camera_from_board)) return view;
-  std::vector<Eigen::Vector3d> points = cornerPositions(board);
+  std::vector<Eigen::Vector3d> points = board.corners();
   for (Eigen::Vector3d& point : points) point = camera_from_board * point;
   std::vector<Projection> projections(points.size());
   camera.project(points, projections);

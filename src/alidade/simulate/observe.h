@@ -7,7 +7,7 @@
 #include "alidade/core/image.h"
 #include "alidade/core/random.h"
 #include "alidade/geometry/se3.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -18,7 +18,7 @@ namespace alidade {
 /// Where the corners of a board appear exactly. Corners that do not project, or project outside
 /// [-0.5, width - 0.5) x [-0.5, height - 0.5), are left out; from behind, a board shows none.
 /// Corner::sigma_px stays unknown.
-[[nodiscard]] View exactView(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+[[nodiscard]] View exactView(const AnyCamera& camera, ImageSize size, const Board& board,
                              const SE3& camera_from_board, std::string image_name);
 
 /// Moves each corner by independent normal noise of standard deviation `sigma_px` along each axis, which may

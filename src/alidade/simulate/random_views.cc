@@ -20,15 +20,17 @@ constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 class ViewSampler {
  public:
-  ViewSampler(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
-              const RandomViewOptions& options)
+  ViewSampler(const AnyCamera& camera, ImageSize size, const Board& board, const RandomViewOptions& options)
       : camera_(camera), size_(size), board_(board), options_(options) {
-    for (int j = -1; j <= board.rows; ++j) {
-      for (int i = -1; i <= board.columns; ++i) points_board_.emplace_back(i, j, 0);
+    for (int j = -1; j <= board.rows(); ++j) {
+      for (int i = -1; i <= board.columns(); ++i) {
+        const Eigen::Vector2d share((i + 1.0) / (board.columns() + 1), (j + 1.0) / (board.rows() + 1));
+        const Eigen::Vector2d point = board.printed().min() + share.cwiseProduct(board.printed().sizes());
+        points_board_.emplace_back(point.x(), point.y(), 0);
+      }
     }
-    const Eigen::Vector3d middle(0.5 * (board.columns - 1), 0.5 * (board.rows - 1), 0);
-    for (Eigen::Vector3d& point : points_board_) point = board.square_m * (point - middle);
-    middle_ = board.square_m * middle;
+    middle_ = board.middle();
+    for (Eigen::Vector3d& point : points_board_) point -= middle_;
     points_camera_.resize(points_board_.size());
     projections_.resize(points_board_.size());
   }
@@ -83,7 +85,7 @@ class ViewSampler {
              extent->sizes().cwiseQuotient(Eigen::Vector2d(size_.width, size_.height)).maxCoeff() <= fill;
     };
     constexpr int kMaxDoublings = 60;
-    double far = board_.square_m;
+    double far = board_.spacing();
     int num_doublings = 0;
     while (!isFarEnough(far)) {
       if (++num_doublings > kMaxDoublings) return std::nullopt;
@@ -100,7 +102,7 @@ class ViewSampler {
 
   const AnyCamera& camera_;
   ImageSize size_;
-  Checkerboard board_;
+  Board board_;
   RandomViewOptions options_;
   Eigen::Vector3d middle_;                      // of the squares, in the board frame
   std::vector<Eigen::Vector3d> points_board_;   // all corners of squares, relative to the middle
@@ -110,12 +112,12 @@ class ViewSampler {
 
 }  // namespace
 
-std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Checkerboard& board, int count,
+std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Board& board, int count,
                              Random& random, const RandomViewOptions& options) {
   options.validate();
   expect(count >= 0, "a number of views that is not negative");
   expect(size.width > 0 && size.height > 0, "an image with pixels");
-  expect(board.columns > 0 && board.rows > 0 && board.square_m > 0, "a board with squares");
+  expect(board.numCorners() > 0 && board.spacing() > 0, "a board with corners");
   ViewSampler sampler(camera, size, board, options);
   std::vector<SE3> poses;
   for (int i = 0; i < count; ++i) {

@@ -8,7 +8,7 @@
 #include "alidade/core/random.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/record/scene.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
@@ -24,7 +24,7 @@ namespace alidade {
 /// below `min_fill`.
 ///
 /// @throws Error (kInput) if an option is out of range, or no view fits even with a fill of a hundredth.
-[[nodiscard]] std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Checkerboard& board,
+[[nodiscard]] std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Board& board,
                                            int count, Random& random, const RandomViewOptions& options = {});
 
 }  // namespace alidade

@@ -6,10 +6,13 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
+#include <variant>
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/random.h"
+#include "alidade/simulate/ink_pattern.h"
 #include "alidade/simulate/observe.h"
 
 namespace alidade {
@@ -17,12 +20,35 @@ namespace {
 
 constexpr double kMaxLevel = 255;
 
-// The light of one board in one pose, in grey levels.
+// What boardTone() and edgeDistance() say of a checkerboard, in squares.
+class SquaresPattern {
+ public:
+  SquaresPattern(const Checkerboard& board, double border_square)
+      : board_in_squares_{board.columns, board.rows, 1.0},
+        unit_m_(board.square_m),
+        border_square_(border_square) {}
+
+  [[nodiscard]] double unit() const { return unit_m_; }
+  [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const {
+    return boardTone(board_in_squares_, p, border_square_);
+  }
+  [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const {
+    return alidade::edgeDistance(board_in_squares_, p, border_square_);
+  }
+
+ private:
+  Checkerboard board_in_squares_;
+  double unit_m_;
+  double border_square_;
+};
+
+// The light of one board in one pose, in grey levels. `Pattern` tells a place's tone and a lower bound of its
+// distance to the next edge, in units of unit() metres.
+template <class Pattern>
 class BoardLight {
  public:
-  BoardLight(const Checkerboard& board, const SE3& camera_from_board, const RenderOptions& options)
-      : board_in_squares_{board.columns, board.rows, 1.0},
-        border_square_(options.border_square),
+  BoardLight(Pattern pattern, const SE3& camera_from_board, const RenderOptions& options)
+      : pattern_(std::move(pattern)),
         is_visible_(seesPrintedSide(camera_from_board)),
         spread_(makePointSpread(options.blur_px, options.samples)) {
     levels_[static_cast<std::size_t>(BoardTone::kDark)] = options.dark_level;
@@ -32,7 +58,7 @@ class BoardLight {
     // The ray from the camera centre c along d meets z = 0 at (c_x d_z - c_z d_x, c_y d_z - c_z d_y) / d_z,
     // and ahead of the camera if d_z > 0, since c_z < 0 on the printed side.
     const SE3 board_from_camera = camera_from_board.inverse();
-    const Eigen::Vector3d c = board_from_camera.translation / board.square_m;
+    const Eigen::Vector3d c = board_from_camera.translation / pattern_.unit();
     Eigen::Matrix3d plane_from_ray;
     plane_from_ray << -c.z(), 0, c.x(),  //
         0, -c.z(), c.y(),                //
@@ -67,9 +93,9 @@ class BoardLight {
 
   [[nodiscard]] double level(BoardTone tone) const { return levels_[static_cast<std::size_t>(tone)]; }
 
-  // Of a place on the board's plane in homogeneous coordinates, in squares.
+  // Of a place on the board's plane in homogeneous coordinates, in units of the pattern.
   [[nodiscard]] BoardTone toneAt(double x, double y, double w) const {
-    return w > 0 ? boardTone(board_in_squares_, {x / w, y / w}, border_square_) : BoardTone::kBackground;
+    return w > 0 ? pattern_.tone({x / w, y / w}) : BoardTone::kBackground;
   }
 
   // True if no edge can come into the point spread. With the centre at p = X / w, a place at offset d is at
@@ -85,11 +111,10 @@ class BoardLight {
     if (w - change_of_w <= 0) return false;
     const Eigen::Vector2d p = terms.col(0).head<2>() / w;
     const Eigen::Matrix2d first = terms.block<2, 2>(0, 1) - p * terms.block<1, 2>(2, 1);
-    return edgeDistance(board_in_squares_, p, border_square_) > radius * first.norm() / (w - change_of_w);
+    return pattern_.edgeDistance(p) > radius * first.norm() / (w - change_of_w);
   }
 
-  Checkerboard board_in_squares_;
-  double border_square_;
+  Pattern pattern_;
   bool is_visible_;
   PointSpread spread_;
   std::array<double, 3> levels_{};
@@ -130,6 +155,39 @@ double leftQuantile(double share, double blur_px) {
     (pointSpreadShare(middle, blur_px) < share ? low : high) = middle;
   }
   return 0.5 * (low + high);
+}
+
+template <class Pattern>
+GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& camera_from_board,
+                        const RenderOptions& options, const CancelFlag* cancel) {
+  options.validate();
+  const ImageSize size = lattice.size();
+  const auto width = static_cast<std::size_t>(size.width);
+  const auto height = static_cast<std::size_t>(size.height);
+  const BoardLight<Pattern> board_light(std::move(pattern), camera_from_board, options);
+  GrayImage image{size, std::vector<std::uint8_t>(width * height)};
+
+  // A thread's piece of work is some rows: enough of them that its buffer is not allocated too often.
+  constexpr std::size_t kRowsAtOnce = 8;
+  parallelFor(
+      (height + kRowsAtOnce - 1) / kRowsAtOnce, options.num_jobs,
+      [&](std::size_t piece) {
+        std::vector<RayExpansion> rays;
+        for (std::size_t y = piece * kRowsAtOnce; y < std::min(height, (piece + 1) * kRowsAtOnce); ++y) {
+          lattice.expandRow(static_cast<int>(y), rays);
+          // Noise belongs to a row, not to a thread.
+          Random random(streamSeed(options.seed, y));
+          for (std::size_t x = 0; x < width; ++x) {
+            double light = 0;
+            if (rays[x].has_ray) {
+              light = board_light.at(rays[x]) * shading(rays[x], static_cast<double>(x), size, options);
+            }
+            image.pixels[y * width + x] = withNoise(light, options, random);
+          }
+        }
+      },
+      cancel);
+  return image;
 }
 
 }  // namespace
@@ -208,37 +266,18 @@ PointSpread makePointSpread(double blur_px, int min_samples) {
   return spread;
 }
 
-GrayImage Renderer::render(const Checkerboard& board, const SE3& camera_from_board,
-                           const RenderOptions& options, const CancelFlag* cancel) const {
-  options.validate();
-  expect(board.columns > 0 && board.rows > 0 && board.square_m > 0, "a board with squares");
-  const ImageSize size = rays_.size();
-  const auto width = static_cast<std::size_t>(size.width);
-  const auto height = static_cast<std::size_t>(size.height);
-  const BoardLight board_light(board, camera_from_board, options);
-  GrayImage image{size, std::vector<std::uint8_t>(width * height)};
+GrayImage Renderer::render(const Board& board, const SE3& camera_from_board, const RenderOptions& options,
+                           const CancelFlag* cancel) const {
+  expect(board.numCorners() > 0 && board.spacing() > 0, "a board with corners");
+  const auto* squares = std::get_if<Checkerboard>(&board.kind());
+  if (squares == nullptr) return render(inkOf(board), camera_from_board, options, cancel);
+  return renderPattern(rays_, SquaresPattern(*squares, options.border_square), camera_from_board, options,
+                       cancel);
+}
 
-  // A thread's piece of work is some rows: enough of them that its buffer is not allocated too often.
-  constexpr std::size_t kRowsAtOnce = 8;
-  parallelFor(
-      (height + kRowsAtOnce - 1) / kRowsAtOnce, options.num_jobs,
-      [&](std::size_t piece) {
-        std::vector<RayExpansion> rays;
-        for (std::size_t y = piece * kRowsAtOnce; y < std::min(height, (piece + 1) * kRowsAtOnce); ++y) {
-          rays_.expandRow(static_cast<int>(y), rays);
-          // Noise belongs to a row, not to a thread.
-          Random random(streamSeed(options.seed, y));
-          for (std::size_t x = 0; x < width; ++x) {
-            double light = 0;
-            if (rays[x].has_ray) {
-              light = board_light.at(rays[x]) * shading(rays[x], static_cast<double>(x), size, options);
-            }
-            image.pixels[y * width + x] = withNoise(light, options, random);
-          }
-        }
-      },
-      cancel);
-  return image;
+GrayImage Renderer::render(const BoardInk& ink, const SE3& camera_from_board, const RenderOptions& options,
+                           const CancelFlag* cancel) const {
+  return renderPattern(rays_, InkPattern(ink), camera_from_board, options, cancel);
 }
 
 }  // namespace alidade

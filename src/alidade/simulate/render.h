@@ -10,9 +10,10 @@
 #include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/print/board_ink.h"
 #include "alidade/record/scene.h"
 #include "alidade/simulate/ray_lattice.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
@@ -58,8 +59,8 @@ struct PointSpread {
 /// `blur_px` >= 0, `min_samples` in [1, 1e6].
 [[nodiscard]] PointSpread makePointSpread(double blur_px, int min_samples);
 
-/// Renders views of checkerboards by one camera: the board and its margin (see boardTone()) before an even
-/// background. Anything seen from behind is background; pixels without a ray get no light.
+/// Renders views of boards by one camera: the board and its margin (see boardTone(), InkPattern) before an
+/// even background. Anything seen from behind is background; pixels without a ray get no light.
 ///
 /// A pixel's light is the mean over its point spread, each place of which is traced to the board's plane by
 /// the expansion of RayLattice; light that would come across the domain's rim is not modelled. Shading is
@@ -71,7 +72,10 @@ class Renderer {
 
   /// The same bytes for the same arguments, whatever the number of threads.
   /// @throws Error (kInput) for options out of range; Cancelled once `cancel` is raised.
-  [[nodiscard]] GrayImage render(const Checkerboard& board, const SE3& camera_from_board,
+  [[nodiscard]] GrayImage render(const Board& board, const SE3& camera_from_board,
+                                 const RenderOptions& options, const CancelFlag* cancel = nullptr) const;
+  /// The same of anything printed; border_square does not apply.
+  [[nodiscard]] GrayImage render(const BoardInk& ink, const SE3& camera_from_board,
                                  const RenderOptions& options, const CancelFlag* cancel = nullptr) const;
 
  private:

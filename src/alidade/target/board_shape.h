@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
@@ -18,16 +18,14 @@ struct BoardShape {
 };
 
 /// The derivatives of z with respect to bend_x and bend_y at a point of the board plane.
-[[nodiscard]] inline Eigen::Vector2d bendProfile(const Checkerboard& board, double x, double y) {
-  const double half_width = 0.5 * board.square_m * (board.columns - 1);
-  const double half_height = 0.5 * board.square_m * (board.rows - 1);
-  const double X = x / half_width - 1;
-  const double Y = y / half_height - 1;
+[[nodiscard]] inline Eigen::Vector2d bendProfile(const Board& board, double x, double y) {
+  const double X = x / (0.5 * board.span().x()) - 1;
+  const double Y = y / (0.5 * board.span().y()) - 1;
   return {1 - X * X, 1 - Y * Y};
 }
 
 /// The position of a point of the board plane on the bent board.
-[[nodiscard]] inline Eigen::Vector3d onBentBoard(const Checkerboard& board, const BoardShape& shape,
+[[nodiscard]] inline Eigen::Vector3d onBentBoard(const Board& board, const BoardShape& shape,
                                                  const Eigen::Vector3d& p_flat) {
   const Eigen::Vector2d profile = bendProfile(board, p_flat.x(), p_flat.y());
   return {p_flat.x(), p_flat.y(), shape.bend_x_m * profile.x() + shape.bend_y_m * profile.y()};

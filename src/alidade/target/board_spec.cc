@@ -1,41 +1,109 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/target/board_spec.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
+#include <variant>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
 
-constexpr int kMinCount = 3;
-constexpr int kMaxCount = 200;
-// A square of a tenth of a millimetre is under a microscope, one of two metres on a hangar's floor.
-constexpr double kMinSquare = 1e-4;
-constexpr double kMaxSquare = 2.0;
-constexpr const char* kExample =
-    "for example checkerboard:9x6:25mm (columns x rows of inner corners, then the side of a square)";
+// A SPEC while it is read, for the messages.
+struct SpecText {
+  std::string_view text;
+  std::string example;
 
-Error wrongSpec(std::string_view spec, const std::string& found, const std::string& expected,
-                const std::string& next_step = kExample) {
-  return usageError({.where = "board '" + std::string(spec) + "'",
-                     .found = found,
-                     .expected = expected,
-                     .next_step = next_step});
-}
-
-int parseCount(std::string_view spec, std::string_view text) {
-  const auto count = parseInt(text);
-  if (!count) {
-    throw wrongSpec(spec, "'" + std::string(text) + "' as a count of inner corners", "a whole number");
+  [[nodiscard]] std::string where() const { return "board '" + std::string(text) + "'"; }
+  [[nodiscard]] Error error(const std::string& found, const std::string& expected,
+                            const std::string& next_step = {}) const {
+    return usageError({.where = where(),
+                       .found = found,
+                       .expected = expected,
+                       .next_step = next_step.empty() ? "for example " + example : next_step});
   }
-  return *count;
+  [[nodiscard]] int count(std::string_view part, const std::string& what) const {
+    const auto count = parseInt(part);
+    if (!count) throw error("'" + std::string(part) + "' as " + what, "a whole number");
+    return *count;
+  }
+};
+
+std::string upperCase(std::string text) {
+  for (char& c : text) {
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  }
+  return text;
 }
+
+template <class Kind>
+BoardKindName kindName() {
+  BoardKindName kind{.name = std::string(Kind::kName), .example = std::string(Kind::kExample), .keys = {}};
+  for (const auto& field : Kind::fields()) {
+    kind.keys.emplace_back(field.key);
+    if (!field.is_optional) ++kind.num_required;
+  }
+  return kind;
+}
+
+// One part of a SPEC into the member that it is about.
+struct PartReader {
+  const SpecText& spec;
+  std::string_view part;
+  std::string_view key;
+  bool is_share;
+
+  void operator()(double& value) const {
+    if (!is_share) {
+      value = parseLength(part, spec.where());
+      return;
+    }
+    const auto share = parseDouble(part);
+    if (!share) throw spec.error("'" + std::string(part) + "' as the " + std::string(key), "a number");
+    value = *share;
+  }
+  void operator()(int& value) const { value = spec.count(part, "the " + std::string(key)); }
+  void operator()(std::string& value) const { value = part; }
+};
+
+template <class Kind>
+Board readKind(const SpecText& spec, std::span<const std::string_view> parts) {
+  Kind board;
+  const std::vector<std::string_view> counts = split(parts[1], 'x');
+  if (counts.size() != 2)
+    throw spec.error("'" + std::string(parts[1]) + "' as the size", "COLUMNSxROWS, for example 9x6");
+  board.columns = spec.count(counts[0], "a count");
+  board.rows = spec.count(counts[1], "a count");
+  const auto fields = Kind::fields();
+  for (std::size_t i = 0; i + 2 < parts.size(); ++i) {
+    const PartReader read{spec, parts[i + 2], fields[i].key, fields[i].is_share};
+    std::visit([&](const auto member) { read(board.*member); }, fields[i].member);
+  }
+  if (const auto fault = board.fault()) throw spec.error(fault->found, fault->expected, fault->next_step);
+  return board;
+}
+
+using KindReader = Board (*)(const SpecText&, std::span<const std::string_view>);
+
+template <class Variant>
+struct KindList;
+
+template <class... Kinds>
+struct KindList<std::variant<Kinds...>> {
+  static std::vector<BoardKindName> names() { return {kindName<Kinds>()...}; }
+  static constexpr std::array<KindReader, sizeof...(Kinds)> kReaders = {readKind<Kinds>...};
+};
 
 }  // namespace
+
+const std::vector<BoardKindName>& boardKinds() {
+  static const std::vector<BoardKindName> kinds = KindList<BoardKind>::names();
+  return kinds;
+}
 
 double parseLength(std::string_view text, const std::string& where) {
   struct Unit {
@@ -67,50 +135,26 @@ double parseLength(std::string_view text, const std::string& where) {
   return *value * metres_per_unit / units_per_metre;
 }
 
-void checkBoard(const Checkerboard& board, const std::string& where) {
-  for (const int count : {board.columns, board.rows}) {
-    if (count >= kMinCount && count <= kMaxCount) continue;
-    throw usageError(
-        {.where = where,
-         .found = std::to_string(board.columns) + "x" + std::to_string(board.rows) + " inner corners",
-         .expected = "between " + std::to_string(kMinCount) + " and " + std::to_string(kMaxCount) +
-                     " in each direction",
-         .next_step = kExample});
+Board parseBoardSpec(std::string_view text) {
+  const std::vector<std::string_view> parts = split(trim(text), ':');
+  const std::string name(parts.front());
+  const auto& kinds = boardKinds();
+  const auto kind = std::ranges::find(kinds, name, &BoardKindName::name);
+  if (kind == kinds.end()) {
+    const std::vector<std::string> names = mapped(kinds, &BoardKindName::name);
+    const SpecText spec{text, kinds.front().example};
+    throw spec.error("board kind '" + name + "'",
+                     join(names, ", ") + ", or a YAML file that describes the board",
+                     didYouMean(name, names, "for example " + spec.example));
   }
-  if (board.square_m >= kMinSquare && board.square_m <= kMaxSquare) return;
-  throw usageError(
-      {.where = where,
-       .found = "squares of " + exactText(board.square_m) + " m",
-       .expected = "between 0.1 mm and 2 m",
-       .next_step = board.square_m > kMaxSquare && board.square_m <= 1000 * kMaxSquare
-                        ? "a bare number is metres: did you mean " + exactText(board.square_m) + "mm?"
-                        : kExample});
-}
-
-Checkerboard parseBoardSpec(std::string_view spec) {
-  const std::vector<std::string_view> parts = split(trim(spec), ':');
-  const std::string kind(parts.front());
-  if (kind != "checkerboard") {
-    const std::vector<std::string> kinds = {"checkerboard"};
-    throw wrongSpec(spec, "board kind '" + kind + "'",
-                    "checkerboard, or a YAML file that describes the board",
-                    didYouMean(kind, kinds, kExample));
+  const SpecText spec{text, kind->example};
+  if (parts.size() < 2 + kind->num_required || parts.size() > 2 + kind->keys.size()) {
+    std::string form = name + ":COLUMNSxROWS";
+    for (std::size_t i = 0; i < kind->keys.size(); ++i)
+      form += i < kind->num_required ? ":" + upperCase(kind->keys[i]) : "[:" + upperCase(kind->keys[i]) + "]";
+    throw spec.error(std::to_string(parts.size()) + " part" + (parts.size() == 1 ? "" : "s"), form);
   }
-  if (parts.size() != 3) {
-    throw wrongSpec(spec, std::to_string(parts.size()) + " part" + (parts.size() == 1 ? "" : "s"),
-                    "three parts: checkerboard:COLUMNSxROWS:SQUARE");
-  }
-  const std::vector<std::string_view> counts = split(parts[1], 'x');
-  if (counts.size() != 2) {
-    throw wrongSpec(spec, "'" + std::string(parts[1]) + "' as the size", "COLUMNSxROWS, for example 9x6");
-  }
-  Checkerboard board;
-  board.columns = parseCount(spec, counts[0]);
-  board.rows = parseCount(spec, counts[1]);
-  const std::string where = "board '" + std::string(spec) + "'";
-  board.square_m = parseLength(parts[2], where);
-  checkBoard(board, where);
-  return board;
+  return KindList<BoardKind>::kReaders[static_cast<std::size_t>(kind - kinds.begin())](spec, parts);
 }
 
 }  // namespace alidade

@@ -3,22 +3,28 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
-/// Reads a board SPEC such as "checkerboard:9x6:25mm": columns x rows of inner corners, then the side of a
-/// square. Lengths carry a unit (mm, cm, m, in); a bare number is metres.
+/// A kind of board as a SPEC names it.
+struct BoardKindName {
+  std::string name;
+  std::string example;            ///< with its parts explained
+  std::vector<std::string> keys;  ///< of the parts behind the counts
+  std::size_t num_required = 0;   ///< of the keys; the others may be left out
+};
+[[nodiscard]] const std::vector<BoardKindName>& boardKinds();
+
+/// Reads a board SPEC such as "checkerboard:9x6:25mm": the kind, columns x rows, and what the kind's fields()
+/// list. Lengths carry a unit (mm, cm, m, in); a bare number is metres.
 /// @throws Error (kUsage) saying which part is wrong, with an example that works.
-[[nodiscard]] Checkerboard parseBoardSpec(std::string_view spec);
+[[nodiscard]] Board parseBoardSpec(std::string_view spec);
 
 /// Reads a length with its unit, in metres. `where` names the place for the message.
 /// @throws Error (kUsage)
 [[nodiscard]] double parseLength(std::string_view text, const std::string& where);
-
-/// Checks counts and square size against what a real board can be. `where` names the place for the message.
-/// @throws Error (kUsage), for example when 25 mm was written as 25 (metres).
-void checkBoard(const Checkerboard& board, const std::string& where);
 
 }  // namespace alidade

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
-#include <vector>
+#include <array>
+#include <optional>
+#include <string_view>
 
 #include <Eigen/Core>
+
+#include "alidade/target/board_field.h"
 
 namespace alidade {
 
@@ -12,9 +15,16 @@ namespace alidade {
 /// id = row * columns + column. Board frame: origin at corner 0, x along the columns, y along the rows, z
 /// into the board; metres.
 struct Checkerboard {
+  static constexpr std::string_view kName = "checkerboard";
+  static constexpr std::string_view kExample =
+      "checkerboard:9x6:25mm (columns x rows of inner corners, then the side of a square)";
+
   int columns = 0;
   int rows = 0;
   double square_m = 0;
+
+  static auto fields() { return std::array{BoardField<Checkerboard>{"square", &Checkerboard::square_m}}; }
+  [[nodiscard]] std::optional<BoardFault> fault() const;
 
   [[nodiscard]] int numCorners() const { return columns * rows; }
 
@@ -48,11 +58,5 @@ struct Checkerboard {
 
   friend bool operator==(const Checkerboard&, const Checkerboard&) = default;
 };
-
-/// All corners by id, metres.
-[[nodiscard]] std::vector<Eigen::Vector3d> cornerPositions(const Checkerboard& board);
-
-/// The SPEC of the board as on the command line: "checkerboard:9x6:25mm".
-[[nodiscard]] std::string specText(const Checkerboard& board);
 
 }  // namespace alidade

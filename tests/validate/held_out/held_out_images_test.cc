@@ -159,10 +159,11 @@ TEST(HeldOutImages, NameLargeChangesOnCornersWithoutNoise) {
     double amount;
     const char* complaint;
   };
-  const std::vector<Case> cases = {{CameraChange::kFocalLength, 0.019, "its focal length is 1.9"},
-                                   {CameraChange::kFocalLength, 9, "its focal length would have to be 0.1"},
-                                   {CameraChange::kCenterX, 7.5, "its cx is 7.5"},
-                                   {CameraChange::kDistortion, -0.5, "its distortion is 50"}};
+  const std::vector<Case> cases = {
+      {CameraChange::kFocalLength, 0.019, "its focal length is 1.9"},
+      {CameraChange::kFocalLength, 11, "its focal length would have to be 0.083"},
+      {CameraChange::kCenterX, 7.5, "its cx is 7.5"},
+      {CameraChange::kDistortion, -0.5, "its distortion is 50"}};
   int num_named = 0;
   for (const Case& c : cases) {
     const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);

@@ -27,7 +27,7 @@ constexpr double kVeryWideFieldRad = 110 * std::numbers::pi / 180;
 constexpr double kNeededDrop = 0.02;
 static_assert(kNeededDrop < 2 * 3 * kShareOfParameter);
 
-void fit(Candidate& candidate, const Checkerboard& board, const PreparedViews& given,
+void fit(Candidate& candidate, const Board& board, const PreparedViews& given,
          const CalibratorOptions& options) {
   CalibratorOptions own = options;
   own.model = candidate.id;
@@ -43,7 +43,7 @@ void fit(Candidate& candidate, const Checkerboard& board, const PreparedViews& g
       Unsoundness{.id = "no_solution", .text = "no camera of this model explains the views"};
 }
 
-void fitAll(std::span<Candidate> candidates, const Checkerboard& board, const PreparedViews& given,
+void fitAll(std::span<Candidate> candidates, const Board& board, const PreparedViews& given,
             const CalibratorOptions& options) {
   parallelFor(
       candidates.size(), options.jobs, [&](std::size_t i) { fit(candidates[i], board, given, options); },
@@ -133,7 +133,7 @@ bool foldsInsideImage(const Candidate& candidate) {
 
 // The models that contain radtan, each after a glance at what it gains over the one before it. One that folds
 // leaves something to gain that the errors do not show.
-void addLargerThanRadtan(Candidates& candidates, const Checkerboard& board, const PreparedViews& given,
+void addLargerThanRadtan(Candidates& candidates, const Board& board, const PreparedViews& given,
                          const CalibratorOptions& options) {
   std::string lean(Radtan::kId);
   for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
@@ -156,8 +156,8 @@ void addLargerThanRadtan(Candidates& candidates, const Checkerboard& board, cons
 
 Candidate::Candidate(std::string_view model_id) : id(model_id), num_params(parameterNames(model_id).size()) {}
 
-Candidates fitCandidates(const Checkerboard& board, const PreparedViews& given,
-                         const CalibratorOptions& options, ModelChoice& choice) {
+Candidates fitCandidates(const Board& board, const PreparedViews& given, const CalibratorOptions& options,
+                         ModelChoice& choice) {
   // Two lenses that stand for all: one of them explains the views of any, at least roughly, and tells how
   // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
   Candidates candidates;

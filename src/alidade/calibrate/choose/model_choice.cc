@@ -167,8 +167,7 @@ ModelCandidate report(const Candidate& c, const Candidates& candidates, const Ca
 
 }  // namespace
 
-ChosenModel chooseModel(const Checkerboard& board, const PreparedViews& given,
-                        const CalibratorOptions& options) {
+ChosenModel chooseModel(const Board& board, const PreparedViews& given, const CalibratorOptions& options) {
   ModelChoice choice;
   Candidates candidates = fitCandidates(board, given, options, choice);
   Candidate& reference = fittest(candidates, given);

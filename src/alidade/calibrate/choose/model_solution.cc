@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-ModelSolution fittedPlainly(const Checkerboard& board, const PreparedViews& given,
+ModelSolution fittedPlainly(const Board& board, const PreparedViews& given,
                             const CalibratorOptions& options) {
   StartedFit started = startedFit(board, given, options);
   SettledFit settled = settledFromStart(std::move(started.fit), options.cancel);

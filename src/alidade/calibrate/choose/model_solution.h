@@ -20,7 +20,7 @@ struct ModelSolution {
 /// From views to a camera that fits them, all corners counting by the robust loss alone.
 /// @param options  with a model that is named
 /// @throws Error (kInput) if no camera of the model explains the views
-[[nodiscard]] ModelSolution fittedPlainly(const Checkerboard& board, const PreparedViews& given,
+[[nodiscard]] ModelSolution fittedPlainly(const Board& board, const PreparedViews& given,
                                           const CalibratorOptions& options);
 
 /// Settles what the corners are: the board's bend, outliers, views that do not fit, weights. Regularises a

@@ -10,9 +10,9 @@
 
 namespace alidade {
 
-std::vector<Renumbering> renumberings(const Checkerboard& board, const View& view) {
-  const int columns = board.columns;
-  const int rows = board.rows;
+std::vector<Renumbering> renumberings(const Board& board, const View& view) {
+  const int columns = board.columns();
+  const int rows = board.rows();
   const int count = board.numCorners();
   const auto around = [](int i, int n) { return (i + n) % n; };
   const auto columnsOn = [&](int step) {

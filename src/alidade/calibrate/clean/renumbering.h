@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "alidade/adjust/fit.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -19,7 +19,7 @@ struct Renumbering {
 
 /// The mistakes in numbering a board that no pose makes up for. Numbering from another end, turned or
 /// mirrored, is not among them: a pose makes up for it.
-[[nodiscard]] std::vector<Renumbering> renumberings(const Checkerboard& board, const View& view);
+[[nodiscard]] std::vector<Renumbering> renumberings(const Board& board, const View& view);
 
 /// How a view's corners must be numbered for all of them to fit the fit's camera; nothing if that does not
 /// help.

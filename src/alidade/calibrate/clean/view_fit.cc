@@ -74,7 +74,7 @@ bool isExplained(const ViewFit& fit, double sigma_px) {
   return countOutliers(fit, sigma_px) == 0 && misfitRatio(fit, sigma_px) < kExplained;
 }
 
-bool isSmooth(const Checkerboard& board, const ViewFit& fit) {
+bool isSmooth(const Board& board, const ViewFit& fit) {
   constexpr double kSmooth = 1.5;  // times what neighbours differ by
   double sum = 0;
   for (std::size_t i = 0; i < fit.errors.size(); ++i)
@@ -94,7 +94,7 @@ double standOutRatio(std::vector<double> ratios) {
   return std::max(kTimes * std::max(1.0, typical), typical + kDeviations * kNormal * medianOf(ratios));
 }
 
-bool isForeign(const Checkerboard& board, const ViewFit& fit, double sigma_px, double stand_out_ratio) {
+bool isForeign(const Board& board, const ViewFit& fit, double sigma_px, double stand_out_ratio) {
   constexpr std::size_t kMaxOutlierShare = 4;  // one in so many
   const std::size_t num_outliers = countOutliers(fit, sigma_px);
   if (fit.errors.size() - num_outliers < kMinCornersPerView) return true;

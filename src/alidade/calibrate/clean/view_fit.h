@@ -41,14 +41,13 @@ inline constexpr double kOutlierSigmas = 8.0;
 [[nodiscard]] bool isExplained(const ViewFit& fit, double sigma_px);
 
 /// Do the errors vary smoothly over the board, other than noise?
-[[nodiscard]] bool isSmooth(const Checkerboard& board, const ViewFit& fit);
+[[nodiscard]] bool isSmooth(const Board& board, const ViewFit& fit);
 
 /// The misfit ratio beyond which a view stands out among views of these. Where no lens of the model follows
 /// the real one, ratios differ from view to view without any view being to blame.
 [[nodiscard]] double standOutRatio(std::vector<double> ratios);
 
 /// Does the view not fit where others do: does its misfit stand out, and is it no mere noise?
-[[nodiscard]] bool isForeign(const Checkerboard& board, const ViewFit& fit, double sigma_px,
-                             double stand_out_ratio);
+[[nodiscard]] bool isForeign(const Board& board, const ViewFit& fit, double sigma_px, double stand_out_ratio);
 
 }  // namespace alidade

@@ -304,9 +304,9 @@ namespace {
 
 // The larger bend as a share of the board's size in its direction.
 double bendShare(const FitBoard& board) {
-  const Checkerboard& target = board.target;
-  return std::max(std::abs(board.shape.bend_x_m) / (target.square_m * (target.columns - 1)),
-                  std::abs(board.shape.bend_y_m) / (target.square_m * (target.rows - 1)));
+  const Board& target = board.target;
+  return std::max(std::abs(board.shape.bend_x_m) / target.span().x(),
+                  std::abs(board.shape.bend_y_m) / target.span().y());
 }
 
 }  // namespace

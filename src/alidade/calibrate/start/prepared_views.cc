@@ -20,7 +20,7 @@
 namespace alidade {
 namespace {
 
-void checkView(const Checkerboard& board, const View& view, ImageSize size) {
+void checkView(const Board& board, const View& view, ImageSize size) {
   if (view.image.empty())
     throw inputError({.where = "views", .found = "a view without a name", .expected = "View::image"});
   if (view.size.width <= 0 || view.size.height <= 0) {
@@ -39,7 +39,7 @@ void checkView(const Checkerboard& board, const View& view, ImageSize size) {
       throw inputError(
           {.where = view.image,
            .found = "corner id " + std::to_string(corner.id),
-           .expected = "0 to " + std::to_string(board.numCorners() - 1) + " on " + specText(board)});
+           .expected = "0 to " + std::to_string(board.numCorners() - 1) + " on " + board.spec()});
     }
     if (corner.sigma_px < 0) {
       throw inputError({.where = view.image,
@@ -88,13 +88,14 @@ std::vector<std::string> reasonsOf(const PreparedViews& given) {
 
 // Checks views and puts them and their corners in order.
 // @returns the index that each has had
-std::vector<std::size_t> sortViews(const Checkerboard& board, std::vector<View>& views) {
-  if (board.columns < 2 || board.rows < 2 || !(board.square_m > 0)) {  // corners need not be a detector's
+std::vector<std::size_t> sortViews(const Board& board, std::vector<View>& views) {
+  if (board.columns() < 2 || board.rows() < 2 ||
+      !(board.spacing() > 0)) {  // corners need not be a detector's
     throw inputError({.where = "calibration",
-                      .found = "a board of " + std::to_string(board.columns) + "x" +
-                               std::to_string(board.rows) + " corners, squares of " +
-                               exactText(board.square_m) + " m",
-                      .expected = "two or more corners in each direction, and squares larger than zero"});
+                      .found = "a board of " + std::to_string(board.columns()) + "x" +
+                               std::to_string(board.rows()) + " corners, " + exactText(board.spacing()) +
+                               " m apart",
+                      .expected = "two or more corners in each direction, some distance apart"});
   }
   if (views.size() < kMinViews) {
     throw inputError(
@@ -221,7 +222,7 @@ std::vector<Corner> mergedCorners(const std::vector<View>& views, const std::vec
 
 }  // namespace
 
-PreparedViews prepareViews(const Checkerboard& board, std::vector<View> views) {
+PreparedViews prepareViews(const Board& board, std::vector<View> views) {
   const std::vector<std::size_t> order = sortViews(board, views);
   PreparedViews given;
   for (std::size_t v = 0; v < views.size(); ++v) {

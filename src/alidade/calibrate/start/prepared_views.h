@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "alidade/adjust/fit.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -42,7 +42,7 @@ struct PreparedViews {
 
 /// Checks what was given, puts it in order, and leaves out views with too few corners and copies of others.
 /// @throws Error (kInput), see calibrate()
-[[nodiscard]] PreparedViews prepareViews(const Checkerboard& board, std::vector<View> views);
+[[nodiscard]] PreparedViews prepareViews(const Board& board, std::vector<View> views);
 
 /// The views that a fit does not use, in their order.
 [[nodiscard]] std::vector<std::size_t> viewsLeftOut(const PreparedViews& given, const Fit& fit);

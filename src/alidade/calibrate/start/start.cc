@@ -37,7 +37,7 @@ constexpr double kFine = 1e-6;  // relative change of the cost: tells optima apa
 class StartSolver {
  public:
   // @param views  the corners of each view
-  StartSolver(const Checkerboard& board, ImageSize size, std::vector<std::vector<Observation>> views,
+  StartSolver(const Board& board, ImageSize size, std::vector<std::vector<Observation>> views,
               const CancelFlag* cancel)
       : board_(board), size_(size), views_(std::move(views)), loss_(startLoss(size)), cancel_(cancel) {}
 
@@ -157,7 +157,7 @@ class StartSolver {
     return 0.5 * static_cast<double>(num_corners) * loss_.rho(error * error);
   }
 
-  Checkerboard board_;
+  Board board_;
   ImageSize size_;
   std::vector<std::vector<Observation>> views_;
   HuberLoss loss_;
@@ -244,7 +244,7 @@ void eraseFailed(std::vector<Reshaped>& shapes, const std::vector<char>& is_good
 // The search on some of the views.
 class Search {
  public:
-  Search(const Checkerboard& board, ImageSize size, std::vector<std::vector<Observation>> views,
+  Search(const Board& board, ImageSize size, std::vector<std::vector<Observation>> views,
          const StartOptions& options)
       : solver_(board, size, std::move(views), options.cancel), jobs_(resolveJobs(options.jobs)) {}
 
@@ -378,14 +378,14 @@ class Search {
   int jobs_;
 };
 
-std::vector<std::vector<Observation>> cornersOf(const Checkerboard& board, std::span<const View> views) {
+std::vector<std::vector<Observation>> cornersOf(const Board& board, std::span<const View> views) {
   return mapped(views, [&](const View& view) { return observationsOf(board, view); });
 }
 
 }  // namespace
 
-std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
-                               const Checkerboard& board, std::span<const View> views) {
+std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params, const Board& board,
+                               std::span<const View> views) {
   Start start{.camera = {.params = std::move(params), .poses = {}}, .rivals = {}, .report = {}};
   start.camera.poses.resize(views.size());
   improvePoses(model_id, cornersOf(board, views), startLoss(views.front().size), start.camera);
@@ -395,8 +395,8 @@ std::optional<Start> startFrom(std::string_view model_id, std::vector<double> pa
   return start;
 }
 
-std::optional<Start> findStart(std::string_view model_id, const Checkerboard& board,
-                               std::span<const View> views, const StartOptions& options) {
+std::optional<Start> findStart(std::string_view model_id, const Board& board, std::span<const View> views,
+                               const StartOptions& options) {
   const auto corners = cornersOf(board, views);
   const ImageSize size = views.front().size;
   std::vector<std::size_t> chosen = spreadOf(views.size());

@@ -11,7 +11,7 @@
 namespace alidade {
 namespace {
 
-std::optional<Start> searchedOrGivenStart(const Checkerboard& board, const PreparedViews& given,
+std::optional<Start> searchedOrGivenStart(const Board& board, const PreparedViews& given,
                                           const CalibratorOptions& options) {
   if (!options.initial) {
     return findStart(options.model, board, given.views, {.jobs = options.jobs, .cancel = options.cancel});
@@ -40,8 +40,7 @@ bool isClose(const Fit& fit, double cost) {
 
 }  // namespace
 
-StartedFit startedFit(const Checkerboard& board, const PreparedViews& given,
-                      const CalibratorOptions& options) {
+StartedFit startedFit(const Board& board, const PreparedViews& given, const CalibratorOptions& options) {
   auto start = searchedOrGivenStart(board, given, options);
   if (!start) {
     throw inputError({.where = "calibration",

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/reduced.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 
 namespace alidade {
 
@@ -31,7 +31,7 @@ inline constexpr std::array<std::string_view, 7> kCommonCauses = {
 /// One further column for each of them.
 class CommonColumns {
  public:
-  CommonColumns(const Checkerboard& board, std::span<const double> params)
+  CommonColumns(const Board& board, std::span<const double> params)
       : middle_(board.middle()), focal_{params[0], params[1]} {}
 
   static int size() { return static_cast<int>(kCommonCauses.size()); }

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 
 // Weaker patterns than this many grey levels are noise or shadows of something.
-constexpr double kMinContrast = 10;
+constexpr double kMinSquareContrast = 10;
 constexpr double kRingPx = 4;
 constexpr double kSmallRingPx = 2.8;
 constexpr int kBorder = 3;
@@ -23,7 +23,7 @@ constexpr double kDerivativeScale = 256.0 * 4.0;
 
 // The response of an X-corner of contrast c and total blur s is (c / (pi s^2))^2; with the binomial's own
 // blur and that of the differences, s is rarely below 1.5 and for blurred pictures 3.
-constexpr double kMinResponse = (kMinContrast * 0.04) * (kMinContrast * 0.04);
+constexpr double kMinResponse = (kMinSquareContrast * 0.04) * (kMinSquareContrast * 0.04);
 
 struct Hessian {
   double xx;
@@ -101,7 +101,7 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
     high = std::max(high, level[k]);
   }
   const double range = high - low;
-  if (range < kMinContrast) return false;
+  if (range < kMinSquareContrast) return false;
   const double middle = 0.5 * (low + high);
   // At the corner itself the level is half-way.
   constexpr double kMaxOffCenter = 0.3;  // of the range

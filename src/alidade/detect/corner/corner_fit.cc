@@ -154,7 +154,8 @@ class Refinement {
     prior.precision[EdgeModel::kTone] = EdgePrior::kHeld;
     prior.common_blur = true;
     const double area = std::abs(crossProduct(task_.guess.step_u, task_.guess.step_v));
-    double share = kSearchShare;
+    constexpr double kLeastSearchPx = 3;
+    double share = std::min(kSearchShare, std::max(task_.guess.clear_share, kLeastSearchPx / task_.spacing));
     bool is_first = true;
     while (true) {
       const double samples = 4 * share * share * area;
@@ -187,6 +188,12 @@ class Refinement {
                         task_.marginShare(task_.guess.step_u.norm(), model[EdgeModel::kBlur2]),
                         task_.marginShare(task_.guess.step_v.norm(), model[EdgeModel::kBlur1]));
   }
+  // How far off a line no marker's blur reaches.
+  [[nodiscard]] double clearPx(const EdgeModel& model, std::size_t line) const {
+    constexpr double kMarginBlurs = 1.5;
+    constexpr double kLeastPx = 1.2;
+    return std::max(kLeastPx, task_.clearPx(line) - kMarginBlurs * model[EdgeModel::kBlur1 + line]);
+  }
   // Whether the window reaches as far along both lines, in pixels and in blurs.
   [[nodiscard]] bool hasRoom(const EdgeModel& model, double share, double least_px,
                              double least_blurs) const {
@@ -202,7 +209,8 @@ class Refinement {
   [[nodiscard]] std::optional<WindowFit> fit(const EdgeModel& start, double share) {
     if (!hasRoom(start, share, kMinReachPx, 1)) return std::nullopt;
     const EdgeWindow window = windowFor(start, share);
-    gatherBands(task_.image, window, task_.origin, start, kBandBlurs, pixels_);
+    gatherBands(task_.image, window, task_.origin, start, kBandBlurs, {clearPx(start, 0), clearPx(start, 1)},
+                pixels_);
     if (pixels_.size() < kFewestPixels) return std::nullopt;
     EdgeSolverOptions options;
     options.max_blur_px = std::max(1.0, 0.5 * task_.spacing);

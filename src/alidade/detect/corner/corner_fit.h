@@ -24,6 +24,9 @@ struct CornerGuess {
   Eigen::Vector2d step_v;  ///< the same along its rows
   /// True where no corner follows, along +u, +v, -u, -v: the board's border may cut off the squares there.
   std::array<bool, 4> is_outermost{};
+  /// How far off both lines the squares show nothing but their colour, as a share of the steps: markers lie
+  /// beyond.
+  double clear_share = 1;
 };
 
 /// A refined corner: of two crossing edges, see EdgeModel, or, where there are too few pixels for that, the

@@ -31,6 +31,8 @@ constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1
 // Of the four squares, at `share` of the way along both steps.
 std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const Eigen::Vector2d& corner,
                                                    double share) {
+  constexpr double kClearOfMarkers = 0.6;
+  share = std::min(share, kClearOfMarkers * task.guess.clear_share);
   std::array<std::optional<double>, 4> grey;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto [u, v] = kSquares[i];
@@ -109,12 +111,12 @@ PixelBox boxOf(const GrayImage& image, const EdgeWindow& window, const Eigen::Ve
 }
 
 struct Line {
-  Line(const EdgeModel& model, std::size_t line, double blur_reach)
+  Line(const EdgeModel& model, std::size_t line, double blur_reach, double most_px)
       : corner(model.corner()),
         direction(model.direction(line)),
         normal(model.normal(line)),
         curvature(model[EdgeModel::kCurvature1 + line]),
-        half_width(blur_reach * model[EdgeModel::kBlur1 + line] + 0.5) {}
+        half_width(std::min(blur_reach * model[EdgeModel::kBlur1 + line] + 0.5, most_px)) {}
 
   [[nodiscard]] bool isNear(double x, double y) const {
     const double dx = x - corner.x();
@@ -153,11 +155,13 @@ void gatherLattice(const GrayImage& image, const EdgeWindow& window, const Eigen
 }
 
 void gatherBands(const GrayImage& image, const EdgeWindow& window, const Eigen::Vector2i& origin,
-                 const EdgeModel& model, double blur_reach, EdgePixels& pixels) {
+                 const EdgeModel& model, double blur_reach, const std::array<double, 2>& most_px,
+                 EdgePixels& pixels) {
   pixels.clear();
   const WindowTest test(window, origin);
   const PixelBox box = boxOf(image, window, origin);
-  const std::array<Line, 2> lines = {Line(model, 0, blur_reach), Line(model, 1, blur_reach)};
+  const std::array<Line, 2> lines = {Line(model, 0, blur_reach, most_px[0]),
+                                     Line(model, 1, blur_reach, most_px[1])};
   for (std::size_t i = 0; i < 2; ++i) {
     const Line& line = lines[i];
     // Steps along the image axis the line runs along more, and takes the pixels about it on the other one.

@@ -42,7 +42,8 @@ void gatherLattice(const GrayImage& image, const EdgeWindow& window, const Eigen
 /// Takes the pixels of the window that lie within `blur_reach` blurs + 0.5 px of one of the model's lines.
 /// Line 0 runs along step_u, line 1 along step_v.
 void gatherBands(const GrayImage& image, const EdgeWindow& window, const Eigen::Vector2i& origin,
-                 const EdgeModel& model, double blur_reach, EdgePixels& pixels);
+                 const EdgeModel& model, double blur_reach, const std::array<double, 2>& most_px,
+                 EdgePixels& pixels);
 
 /// What stays the same while one corner is refined.
 struct CornerTask {
@@ -70,6 +71,10 @@ struct CornerTask {
             .step_v = guess.step_v,
             .reach_u = half_u - margin_u,
             .reach_v = half_v - margin_v};
+  }
+  // What lies beyond this distance from a line may be a marker's.
+  [[nodiscard]] double clearPx(std::size_t line) const {
+    return guess.clear_share * (line == 0 ? guess.step_v : guess.step_u).norm() * crossing_sine;
   }
   [[nodiscard]] double distanceFromGuess(const EdgeModel& model) const {
     return (model.corner() + origin.cast<double>() - guess.pixel).norm();

@@ -124,7 +124,7 @@ std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Ve
   constexpr double kMaxBend = 1.5;
   const CornerGuess& guess = task.guess;
   const double reach = kMaxMoveShare * task.spacing;
-  double radius_share = kRadiusShare;
+  double radius_share = std::min(kRadiusShare, guess.clear_share);
   for (const std::size_t side : {0U, 1U, 2U, 3U}) radius_share = task.shareOnSide(side, radius_share);
   const auto saddle = findSaddle(task.image, start,
                                  std::clamp(radius_share * task.spacing, kMinRadiusPx, kMaxRadiusPx), reach);

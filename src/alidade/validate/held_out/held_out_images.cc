@@ -51,15 +51,15 @@ double heldOutNoise(double sigma_px, const Fit& fit) {
 
 // Whether either colour of the board's corners in this view tells a pose, from which the other colour can be
 // predicted: four corners or more, not all in one row or column.
-bool isTestable(const Checkerboard& board, const View& view) {
+bool isTestable(const Board& board, const View& view) {
   constexpr std::size_t kFewestCorners = 4;
   for (const int colour : {0, 1}) {
     std::set<int> columns;
     std::set<int> rows;
     std::size_t count = 0;
     for (const Corner& corner : view.corners) {
-      const int column = corner.id % board.columns;
-      const int row = corner.id / board.columns;
+      const int column = corner.id % board.columns();
+      const int row = corner.id / board.columns();
       if ((column + row) % 2 != colour) continue;
       columns.insert(column);
       rows.insert(row);
@@ -71,8 +71,8 @@ bool isTestable(const Checkerboard& board, const View& view) {
 }
 
 // The best pose of a view for the camera as it is; nothing where it does not see the corners from any.
-std::optional<SE3> poseOf(const AnyCamera& camera, const Checkerboard& board,
-                          std::span<const Observation> corners, HuberLoss loss) {
+std::optional<SE3> poseOf(const AnyCamera& camera, const Board& board, std::span<const Observation> corners,
+                          HuberLoss loss) {
   const auto start = poseFromCorners(camera, corners);
   if (!start) return std::nullopt;
   // From afar two tilts look alike, and only the lesser cost tells them apart.
@@ -104,7 +104,7 @@ PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
 }
 
 // Poses the views for the camera as it is.
-PosedViews poseViews(const ComparedCamera& camera, const Checkerboard& board, const std::vector<View>& views,
+PosedViews poseViews(const ComparedCamera& camera, const Board& board, const std::vector<View>& views,
                      HuberLoss loss, HeldOutJudgement& judgement) {
   const auto given = camera.camera->parameters();
   PosedViews posed;
@@ -223,8 +223,8 @@ void testAsItIs(const ComparedCamera& tested, const PosedViews& held, const Pose
 
 }  // namespace
 
-HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard& board,
-                               std::vector<View> views, const HeldOutOptions& options) {
+HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board, std::vector<View> views,
+                               const HeldOutOptions& options) {
   if (views.empty()) {
     throw inputError({.where = "held-out images",
                       .found = "no view of the board",

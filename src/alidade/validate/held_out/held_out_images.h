@@ -10,7 +10,7 @@
 #include "alidade/compare/projection_difference.h"
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/held_out/held_scores.h"
 #include "alidade/validate/held_out/slips.h"
@@ -99,7 +99,7 @@ struct HeldOutJudgement {
 /// for both: none of that depends on the camera that is tested.
 ///
 /// @throws Error (kInput) for no views, or views of another image size than the camera's; Cancelled
-[[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Checkerboard& board,
+[[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board,
                                              std::vector<View> views, const HeldOutOptions& options = {});
 
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/checkerboard_detector.h"
+#include "alidade/detect/board/checkerboard_detector.h"
 
 #include <algorithm>
 #include <array>
@@ -71,8 +71,8 @@ bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
   if (share == 1.0)
     return num_closing >= 2 || (is_large && num(MeshSide::kOutside) + (num_closing > 0 ? 0 : 1) < 4);
   constexpr double kNearlyAll = 0.75;
-  return num_closing >= 2 ||
-         (seenGrid(candidate).hasCountsOf(board) && share >= kNearlyAll && is_large && num_closing >= 1);
+  return num_closing >= 2 || (seenGrid(candidate).hasCountsOf(board.columns, board.rows) &&
+                              share >= kNearlyAll && is_large && num_closing >= 1);
 }
 
 bool overlap(const BoardCandidate& a, const BoardCandidate& b) {
@@ -197,7 +197,7 @@ Detection describeUnplaced(Detection detection, const BoardCandidate& candidate,
                   "shows " + counts + ", more in one direction than the expected " + asked);
   if (seen.is_closed)
     return refuse(DetectionReason::kOtherBoard, "shows a whole board of " + counts + ", not " + asked);
-  if (candidate.placements.empty() && seen.hasCountsOf(board))
+  if (candidate.placements.empty() && seen.hasCountsOf(board.columns, board.rows))
     return refuse(DetectionReason::kLargerBoard, "the squares continue beyond " + asked + " inner corners");
   if (candidate.placements.empty())
     return refuse(DetectionReason::kOtherBoard,
@@ -361,17 +361,6 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
 }
 
 }  // namespace
-
-std::string_view reasonCode(DetectionReason reason) {
-  constexpr std::array<std::string_view, 14> kCodes = {
-      "found",          "partial",   "cut",     "no_board",  "unplaced",  "larger_board", "other_board",
-      "several_boards", "irregular", "blurred", "too_small", "duplicate", "unreadable",   "other_size"};
-  return kCodes[static_cast<std::size_t>(reason)];
-}
-
-bool SeenGrid::hasCountsOf(const Checkerboard& board) const {
-  return columns == std::max(board.columns, board.rows) && rows == std::min(board.columns, board.rows);
-}
 
 Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "alidade/core/image.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -42,7 +42,7 @@ struct SeenGrid {
   bool is_closed = false;  ///< the border of the board is visible on all sides, so the counts are exact
 
   /// Compares the counts in both orders of columns and rows.
-  [[nodiscard]] bool hasCountsOf(const Checkerboard& board) const;
+  [[nodiscard]] bool hasCountsOf(int board_columns, int board_rows) const;
 };
 
 /// How well a board is visible. NaN if not measured.
@@ -67,11 +67,7 @@ struct Detection {
   [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
 };
 
-/// Finds a whole or partly visible checkerboard in a grey image and refines its corners (CornerFitter). The
-/// search uses reduced resolutions, the refinement the full one. For an unambiguous board,
-/// the ids refer to the same physical corners in every view: seen in the image, the rows (y) run a quarter
-/// turn clockwise from the columns (x), and the inner square at corner 0 is dark. For an ambiguous board, the
-/// columns run to the right in the image, or downwards if they are steeper than 45 degrees.
-[[nodiscard]] Detection findBoard(const GrayImage& image, const Checkerboard& board);
+/// Finds a board in a grey image, whole or partly visible, and refines its corners (CornerFitter).
+[[nodiscard]] Detection findBoard(const GrayImage& image, const Board& board);
 
 }  // namespace alidade

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "alidade/core/image.h"
+#include "alidade/detect/detection.h"
+#include "alidade/target/april_grid.h"
+
+namespace alidade {
+
+/// Finds an AprilGrid whose tags have a border of two cells, as Kalibr prints them, or of one. Tags of other
+/// ids belong to other boards.
+[[nodiscard]] Detection findBoard(const GrayImage& image, const AprilGrid& board);
+
+}  // namespace alidade

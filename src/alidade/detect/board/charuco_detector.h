@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "alidade/core/image.h"
+#include "alidade/detect/detection.h"
+#include "alidade/target/charuco_board.h"
+
+namespace alidade {
+
+/// Finds a ChArUco board of either layout, dark on white or white on dark. Ids of corners are those of the
+/// markers around them.
+[[nodiscard]] Detection findBoard(const GrayImage& image, const CharucoBoard& board);
+
+}  // namespace alidade

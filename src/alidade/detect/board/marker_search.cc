@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/board/marker_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <opencv2/aruco.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/median.h"
+#include "alidade/detect/corner/corner_fit.h"
+#include "alidade/target/charuco_board.h"
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+using SeenMarker = Marker<Vector2d>;  // pixels
+using BoardMarker = Marker<Vector2d>;
+
+constexpr int kNumNeighbours = 8;
+constexpr std::size_t kMinCorners = 6;
+
+Vector2d middleOf(const std::array<Vector2d, 4>& corners) {
+  return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+}
+
+// One way to look for markers.
+struct MarkerLook {
+  bool is_enlarged = false;  ///< for cells of a few pixels
+  bool is_inverted = false;  ///< white on dark
+};
+
+// OpenCV only reads.
+cv::Mat matOf(const GrayImage& image) {
+  return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
+}
+
+// Markers of a dictionary; an id may occur more than once. Large images are searched at a whole fraction of
+// their size.
+std::vector<SeenMarker> seeMarkers(const GrayImage& image, const MarkerPattern& pattern, MarkerLook look) {
+  constexpr int kLargeSide = 2400;
+  const int fraction = (std::max(image.size.width, image.size.height) + kLargeSide - 1) / kLargeSide;
+  const double scale = look.is_enlarged ? 2 : 1.0 / fraction;
+  cv::Mat searched = matOf(image);
+  if (scale != 1) {
+    const cv::Rect whole(0, 0, image.size.width / fraction * fraction,
+                         image.size.height / fraction * fraction);
+    cv::resize(searched(whole), searched, {}, scale, scale, scale > 1 ? cv::INTER_CUBIC : cv::INTER_AREA);
+  }
+  const auto dictionary =
+      cv::aruco::getPredefinedDictionary(findMarkerDictionary(pattern.dictionary).value().opencv_id);
+  const auto parameters = cv::aruco::DetectorParameters::create();
+  parameters->markerBorderBits = pattern.border;
+  parameters->detectInvertedMarker = look.is_inverted;
+  parameters->minMarkerPerimeterRate = 0.02;
+  parameters->adaptiveThreshWinSizeMax = 43;
+  parameters->perspectiveRemovePixelPerCell = 8;
+  parameters->perspectiveRemoveIgnoredMarginPerCell = 0.2;
+  parameters->errorCorrectionRate = 1.0;  // neighbours must confirm what it takes
+  std::vector<std::vector<cv::Point2f>> corners;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(searched, dictionary, corners, ids, parameters);
+  std::vector<SeenMarker> markers;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    SeenMarker marker{.id = ids[i], .corners = {}};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vector2d at(corners[i][k].x, corners[i][k].y);
+      marker.corners[k] = (at + Vector2d(0.5, 0.5)) / scale - Vector2d(0.5, 0.5);
+    }
+    markers.push_back(marker);
+  }
+  return markers;
+}
+
+// A point of the board and where it is seen.
+struct Sighting {
+  Vector2d board;
+  Vector2d pixel;
+  double weight = 1;
+};
+
+// The image of the board about one of its points.
+struct LocalView {
+  Vector2d pixel;
+  Vector2d step_u;
+  Vector2d step_v;
+};
+
+// The homography that takes the sightings next to `at` to their pixels, expanded there; steps are of
+// `step_m`. Nothing where too few are near.
+std::optional<LocalView> viewAbout(std::vector<Sighting> sightings, const Vector2d& at, double step_m,
+                                   double reach_m) {
+  constexpr std::size_t kMost = 12;
+  constexpr std::size_t kLeast = 6;
+  const auto distance = [&](const Sighting& s) { return (s.board - at).squaredNorm(); };
+  const std::size_t count = std::min(kMost, sightings.size());
+  std::partial_sort(sightings.begin(), sightings.begin() + static_cast<std::ptrdiff_t>(count),
+                    sightings.end(), [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  sightings.resize(count);
+  if (count < kLeast || distance(sightings.front()) > reach_m * reach_m) return std::nullopt;
+  const Vector2d origin = sightings.front().pixel;
+  double scale = 0;
+  for (const Sighting& s : sightings) scale = std::max(scale, (s.pixel - origin).norm());
+  if (!(scale > 0)) return std::nullopt;
+  Eigen::MatrixXd rows(2 * count, 8);
+  Eigen::VectorXd right(2 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector2d p = (sightings[i].board - at) / step_m;
+    const Vector2d q = (sightings[i].pixel - origin) / scale;
+    const double weight = sightings[i].weight / (0.5 + p.squaredNorm());
+    const auto r = static_cast<Eigen::Index>(2 * i);
+    rows.row(r) << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y();
+    rows.row(r + 1) << 0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
+    rows.middleRows<2>(r) *= weight;
+    right.segment<2>(r) = weight * q;
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows);
+  if (qr.rank() < 8) return std::nullopt;
+  const Eigen::VectorXd h = qr.solve(right);
+  const Vector2d q(h(2), h(5));
+  LocalView view{.pixel = origin + scale * q,
+                 .step_u = scale * (Vector2d(h(0), h(3)) - h(6) * q),
+                 .step_v = scale * (Vector2d(h(1), h(4)) - h(7) * q)};
+  if (!view.pixel.allFinite() || !view.step_u.allFinite() || !view.step_v.allFinite()) return std::nullopt;
+  return view;
+}
+
+// Where a marker puts a place of the board in the image, by its corners alone.
+Vector2d placeBy(const BoardMarker& of, const SeenMarker& seen, const Vector2d& at) {
+  const Vector2d u = of.corners[1] - of.corners[0];
+  const Vector2d v = of.corners[3] - of.corners[0];
+  const Vector2d offset = at - middleOf(of.corners);
+  const Vector2d pixel_u = 0.5 * (seen.corners[1] - seen.corners[0] + seen.corners[2] - seen.corners[3]);
+  const Vector2d pixel_v = 0.5 * (seen.corners[3] - seen.corners[0] + seen.corners[2] - seen.corners[1]);
+  return middleOf(seen.corners) + offset.dot(u) / u.squaredNorm() * pixel_u +
+         offset.dot(v) / v.squaredNorm() * pixel_v;
+}
+
+// A marker of the pattern and of the image that have the same id.
+struct MarkerPair {
+  const BoardMarker* of = nullptr;
+  const SeenMarker* seen = nullptr;
+};
+
+// Markers of the same id; those agree that most of their nearest others confirm.
+struct MarkerPairs {
+  std::vector<MarkerPair> agreeing = {};
+  std::size_t num_others = 0;
+};
+
+MarkerPairs pairsOf(const MarkerPattern& pattern, const std::vector<SeenMarker>& seen) {
+  std::map<int, const BoardMarker*> by_id;
+  for (const BoardMarker& marker : pattern.markers) by_id[marker.id] = &marker;
+  std::vector<MarkerPair> pairs;
+  for (const SeenMarker& marker : seen) {
+    const auto found = by_id.find(marker.id);
+    if (found != by_id.end()) pairs.push_back({found->second, &marker});
+  }
+  constexpr double kMostOff = 0.3;  // of the distance on the board, which perspective changes
+  const auto confirms = [&](const MarkerPair& a, const MarkerPair& b) {
+    const Vector2d from = middleOf(a.of->corners);
+    const Vector2d to = middleOf(b.of->corners);
+    const double off = (placeBy(*a.of, *a.seen, to) - middleOf(b.seen->corners)).norm();
+    return off <= kMostOff * (middleOf(b.seen->corners) - middleOf(a.seen->corners)).norm() && from != to;
+  };
+  MarkerPairs result;
+  for (const MarkerPair& pair : pairs) {
+    std::vector<std::pair<double, const MarkerPair*>> others;
+    for (const MarkerPair& other : pairs) {
+      if (&other == &pair) continue;
+      others.emplace_back((middleOf(other.of->corners) - middleOf(pair.of->corners)).squaredNorm(), &other);
+    }
+    const std::size_t count = std::min<std::size_t>(kNumNeighbours, others.size());
+    std::partial_sort(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(count), others.end());
+    others.resize(count);
+    const auto num = std::ranges::count_if(others, [&](const auto& other) {
+      return confirms(pair, *other.second) && confirms(*other.second, pair);
+    });
+    if (2 * num >= static_cast<std::ptrdiff_t>(count) && num > 0) result.agreeing.push_back(pair);
+  }
+  result.num_others = pairs.size() - result.agreeing.size();
+  return result;
+}
+
+struct ChosenPattern {
+  const MarkerPattern* pattern = nullptr;
+  std::vector<SeenMarker> seen = {};
+  MarkerPairs pairs = {};
+};
+
+// Looks closer until a quarter of a pattern's markers agree: the corners tell the rest.
+ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPattern>& patterns) {
+  constexpr int kSmallSide = 1600;
+  const bool is_small = std::max(image.size.width, image.size.height) <= kSmallSide;
+  ChosenPattern chosen;
+  for (const MarkerLook look : {MarkerLook{}, MarkerLook{.is_enlarged = is_small, .is_inverted = !is_small},
+                                MarkerLook{.is_inverted = true}}) {
+    std::vector<SeenMarker> seen;
+    const MarkerPattern* searched = nullptr;
+    for (const MarkerPattern& pattern : patterns) {
+      if (searched == nullptr || searched->border != pattern.border) seen = seeMarkers(image, pattern, look);
+      searched = &pattern;
+      ChosenPattern candidate{.pattern = &pattern, .seen = seen, .pairs = {}};
+      candidate.pairs = pairsOf(pattern, candidate.seen);
+      const bool is_better = candidate.pairs.agreeing.size() > chosen.pairs.agreeing.size();
+      if (is_better || chosen.pattern == nullptr) chosen = std::move(candidate);
+    }
+    if (4 * chosen.pairs.agreeing.size() >= chosen.pattern->markers.size()) break;
+    if (!is_small && look.is_inverted) break;
+  }
+  return chosen;
+}
+
+struct FoundCorner {
+  CornerFit fit;
+  LocalView view;
+};
+
+// The corners of a board while they are looked for.
+class CornerSearch {
+ public:
+  CornerSearch(const GrayImage& image, const Board& board, const ChosenPattern& chosen)
+      : image_(image), board_(board), pattern_(*chosen.pattern) {
+    constexpr double kMarkerWeight = 0.2;  // OpenCV's corners are whole pixels
+    for (const MarkerPair& pair : chosen.pairs.agreeing) {
+      for (std::size_t k = 0; k < 4; ++k)
+        markers_.push_back({pair.of->corners[k], pair.seen->corners[k], kMarkerWeight});
+    }
+    found_.resize(static_cast<std::size_t>(board.numCorners()));
+  }
+
+  // Goes on from what is found until nothing is added.
+  void run() {
+    constexpr int kMaxRounds = 40;
+    for (int round = 0; round < kMaxRounds && extend(); ++round) {
+    }
+    keepOneColour();
+    dropMisplaced();
+  }
+
+  [[nodiscard]] const std::vector<std::optional<FoundCorner>>& found() const { return found_; }
+  [[nodiscard]] std::optional<LocalView> predict(int id, bool without_itself = false) const {
+    std::vector<Sighting> sightings = markers_;
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (found_[i] && !(without_itself && static_cast<int>(i) == id))
+        sightings.push_back({board_.corner(static_cast<int>(i)).head<2>(), found_[i]->fit.pixel, 1});
+    }
+    const double reach =
+        1.6 * std::max(pattern_.step_m, board_.span().x() / std::max(1, board_.columns() - 1));
+    return viewAbout(std::move(sightings), board_.corner(id).head<2>(), pattern_.step_m, reach);
+  }
+
+ private:
+  [[nodiscard]] bool shouldBeDark(int id) const {
+    return ((id % board_.columns() + id / board_.columns()) % 2 == 0) == pattern_.is_first_dark;
+  }
+
+  bool extend() {
+    std::vector<std::pair<std::size_t, FoundCorner>> added;
+    CornerFitter fitter;
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (found_[i]) continue;
+      const auto view = predict(static_cast<int>(i));
+      if (!view) continue;
+      if (tried_.contains(i) && (tried_[i] - view->pixel).norm() < 0.1 * shortStep(*view)) continue;
+      tried_[i] = view->pixel;
+      const CornerGuess guess{.pixel = view->pixel,
+                              .step_u = view->step_u,
+                              .step_v = view->step_v,
+                              .is_outermost = {},
+                              .clear_share = pattern_.clear_share};
+      const auto fit = fitter.fit(image_, guess);
+      if (fit && (fit->pixel - view->pixel).norm() < kMostOffShare * shortStep(*view))
+        added.push_back({i, {*fit, *view}});
+    }
+    for (auto& [i, corner] : added) found_[i] = corner;
+    return !added.empty();
+  }
+
+  static double shortStep(const LocalView& view) { return std::min(view.step_u.norm(), view.step_v.norm()); }
+
+  // A board is dark on white or white on dark, but not both.
+  void keepOneColour() {
+    int balance = 0;
+    const auto sign = [&](std::size_t i) {
+      return (found_[i]->fit.contrast > 0) == shouldBeDark(static_cast<int>(i)) ? 1 : -1;
+    };
+    for (std::size_t i = 0; i < found_.size(); ++i) balance += found_[i] ? sign(i) : 0;
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (found_[i] && sign(i) * balance < 0) found_[i].reset();
+    }
+  }
+
+  void dropMisplaced() {
+    std::vector<std::size_t> misplaced;
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (!found_[i]) continue;
+      const auto view = predict(static_cast<int>(i), true);
+      if (!view || (view->pixel - found_[i]->fit.pixel).norm() > kMostOffShare * shortStep(*view))
+        misplaced.push_back(i);
+    }
+    for (const std::size_t i : misplaced) found_[i].reset();
+  }
+
+  static constexpr double kMostOffShare = 0.25;
+
+  const GrayImage& image_;
+  const Board& board_;
+  const MarkerPattern& pattern_;
+  std::vector<Sighting> markers_;
+  std::vector<std::optional<FoundCorner>> found_;
+  std::map<std::size_t, Vector2d> tried_;
+};
+
+ViewMeasures measure(const CornerSearch& search, const Board& board, double step_m, ImageSize size) {
+  std::vector<double> blurs;
+  std::vector<double> spacings;
+  std::vector<double> tilts;
+  double area = 0;
+  const double area_in_steps = board.span().prod() / board.numCorners() / (step_m * step_m);
+  for (const auto& corner : search.found()) {
+    if (!corner) continue;
+    blurs.push_back(corner->fit.blur_px);
+    Eigen::Matrix2d steps;
+    steps << corner->view.step_u, corner->view.step_v;
+    const Vector2d stretch = Eigen::JacobiSVD<Eigen::Matrix2d>(steps).singularValues();
+    spacings.push_back(board.spacing() / step_m *
+                       std::min(corner->view.step_u.norm(), corner->view.step_v.norm()));
+    tilts.push_back(std::acos(std::min(1.0, stretch(1) / stretch(0))));
+    area += stretch.prod() * area_in_steps;
+  }
+  return {.blur_px = medianOf(std::move(blurs)),
+          .spacing_px = medianOf(std::move(spacings)),
+          .area_share = std::min(1.0, area / (static_cast<double>(size.width) * size.height)),
+          .tilt_deg = medianOf(std::move(tilts)) * 180 / std::numbers::pi};
+}
+
+void describeMissing(const CornerSearch& search, ImageSize size, Detection& detection) {
+  const std::size_t total = search.found().size();
+  if (detection.corners.size() == total) {
+    detection.reason = DetectionReason::kFound;
+    return;
+  }
+  int num_outside = 0;
+  int num_inside = 0;
+  for (std::size_t i = 0; i < total; ++i) {
+    if (search.found()[i]) continue;
+    const auto view = search.predict(static_cast<int>(i));
+    if (!view) continue;
+    constexpr double kMarginPx = 3;
+    const bool is_inside = (view->pixel.array() >= kMarginPx).all() &&
+                           view->pixel.x() <= size.width - 1 - kMarginPx &&
+                           view->pixel.y() <= size.height - 1 - kMarginPx;
+    ++(is_inside ? num_inside : num_outside);
+  }
+  detection.reason = num_outside > num_inside ? DetectionReason::kCut : DetectionReason::kPartial;
+  detection.detail = fmt::format("{} of {} corners; ", detection.corners.size(), total) +
+                     (num_outside == 0  ? "the others are covered or not clear enough"
+                      : num_inside == 0 ? "the others are outside the image"
+                                        : "the others are outside the image, covered or not clear enough");
+}
+
+Detection refuseAsOther(const ChosenPattern& chosen, const Board& board) {
+  Detection detection;
+  detection.reason = DetectionReason::kOtherBoard;
+  detection.detail = fmt::format("{} of {} markers do not lie as on {}", chosen.pairs.num_others,
+                                 chosen.pairs.num_others + chosen.pairs.agreeing.size(), board.spec());
+  return detection;
+}
+
+// Corners along one line tell no pose.
+bool spansArea(const std::vector<Corner>& corners, int columns) {
+  const auto differ = [&](auto part) {
+    return std::ranges::any_of(corners, [&](const Corner& c) { return part(c.id) != part(corners[0].id); });
+  };
+  return differ([&](int id) { return id % columns; }) && differ([&](int id) { return id / columns; });
+}
+
+}  // namespace
+
+Marker<Vector2d> squareMarker(int id, const Vector2d& low, double side) {
+  return {.id = id,
+          .corners = {low, low + Vector2d(side, 0), low + Vector2d(side, side), low + Vector2d(0, side)}};
+}
+
+Detection findMarkerBoard(const GrayImage& image, const Board& board,
+                          const std::vector<MarkerPattern>& patterns) {
+  expect(!image.empty() && !patterns.empty(), "an image with pixels, and a pattern");
+  Detection detection;
+  const ChosenPattern chosen = choosePattern(image, patterns);
+  const std::size_t num_agreeing = chosen.pairs.agreeing.size();
+  if (chosen.pairs.num_others > std::max<std::size_t>(1, num_agreeing / 2))
+    return refuseAsOther(chosen, board);  // a single marker may be a mistake
+  if (num_agreeing == 0) {
+    detection.detail =
+        chosen.seen.empty()
+            ? "no marker of " + patterns.front().dictionary + " was found"
+            : fmt::format("{} of {} {} found, but no two as on {}", chosen.seen.size(),
+                          patterns.front().dictionary,
+                          chosen.seen.size() == 1 ? "marker was" : "markers were", board.spec());
+    detection.reason = chosen.seen.empty() ? DetectionReason::kNoBoard : DetectionReason::kUnplaced;
+    return detection;
+  }
+  CornerSearch search(image, board, chosen);
+  search.run();
+  for (std::size_t i = 0; i < search.found().size(); ++i) {
+    const auto& found = search.found()[i];
+    if (!found) continue;
+    Corner corner;
+    corner.id = static_cast<int>(i);
+    corner.pixel = found->fit.pixel;
+    corner.sigma_px = found->fit.sigma_px;
+    detection.corners.push_back(corner);
+  }
+  if (detection.corners.size() < kMinCorners || !spansArea(detection.corners, board.columns())) {
+    detection.reason = DetectionReason::kBlurred;
+    detection.detail =
+        fmt::format("{} markers of the board are visible, but only {} corners are clear enough to be located",
+                    num_agreeing, detection.corners.size());
+    detection.corners.clear();
+    return detection;
+  }
+  detection.measures = measure(search, board, chosen.pattern->step_m, image.size);
+  describeMissing(search, image.size, detection);
+  return detection;
+}
+
+}  // namespace alidade

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/simulate/ink_pattern.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace alidade {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+
+InkPattern::InkPattern(const BoardInk& ink) : extent_(ink.extent), paper_(ink.extent) {
+  constexpr double kMarginShare = 0.1;
+  const Vector2d margin = Vector2d::Constant(kMarginShare * extent_.sizes().maxCoeff());
+  paper_.min() -= margin;
+  paper_.max() += margin;
+  // About a box in each cell, so that few are looked at and edges are seen from afar.
+  const double num_boxes = static_cast<double>(std::max<std::size_t>(1, ink.boxes.size()));
+  cell_m_ = std::sqrt(extent_.volume() / num_boxes);
+  num_cells_ = (extent_.sizes() / cell_m_).array().ceil().cast<int>().max(1);
+  cells_.resize(static_cast<std::size_t>(num_cells_.x()) * static_cast<std::size_t>(num_cells_.y()));
+  for (const Eigen::AlignedBox2d& box : ink.boxes) {
+    const Vector2i first = cellAt(box.min());
+    const Vector2i last = cellAt(box.max());
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x)
+        cells_[static_cast<std::size_t>(y * num_cells_.x() + x)].push_back(box);
+    }
+  }
+}
+
+// The nearest one to a place outside.
+Vector2i InkPattern::cellAt(const Vector2d& p) const {
+  const Vector2d at = ((p - extent_.min()) / cell_m_).array().floor();
+  const Vector2d last = (num_cells_.array() - 1).cast<double>();
+  return at.cwiseMax(0.0).cwiseMin(last).cast<int>();
+}
+
+BoardTone InkPattern::tone(const Vector2d& p) const {
+  if (!paper_.contains(p)) return BoardTone::kBackground;  // also for NaN
+  if (!extent_.contains(p)) return BoardTone::kBright;
+  const auto& boxes = boxesIn(cellAt(p));
+  const bool is_dark = std::ranges::any_of(boxes, [&](const auto& box) { return box.contains(p); });
+  return is_dark ? BoardTone::kDark : BoardTone::kBright;
+}
+
+double InkPattern::edgeDistance(const Vector2d& p) const {
+  const auto toSide = [&](const Eigen::AlignedBox2d& box) {
+    return box.contains(p) ? std::min((p - box.min()).minCoeff(), (box.max() - p).minCoeff())
+                           : box.exteriorDistance(p);
+  };
+  if (!paper_.contains(p)) return toSide(paper_);
+  if (!extent_.contains(p)) return std::min(toSide(paper_), toSide(extent_));
+  const Vector2i cell = cellAt(p);
+  const Vector2d low = extent_.min() + cell_m_ * cell.cast<double>();
+  double distance = toSide({low, low + Vector2d(cell_m_, cell_m_)});  // beyond the cell anything may be
+  for (const auto& box : boxesIn(cell)) distance = std::min(distance, toSide(box));
+  return distance;
+}
+
+}  // namespace alidade

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "alidade/print/board_ink.h"
+#include "alidade/simulate/render.h"
+
+namespace alidade {
+
+/// The tones of anything printed, with a white margin around it as wide as a tenth of its longer side. Boxes
+/// are found by the cell of a grid that a place is in.
+class InkPattern {
+ public:
+  explicit InkPattern(const BoardInk& ink);
+
+  [[nodiscard]] double unit() const { return 1; }  ///< metres
+  [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const;
+  /// A lower bound of the distance to the next place of another tone, metres.
+  [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
+
+ private:
+  [[nodiscard]] Eigen::Vector2i cellAt(const Eigen::Vector2d& p) const;
+  [[nodiscard]] const std::vector<Eigen::AlignedBox2d>& boxesIn(const Eigen::Vector2i& cell) const {
+    return cells_[static_cast<std::size_t>(cell.y() * num_cells_.x() + cell.x())];
+  }
+
+  Eigen::AlignedBox2d extent_;
+  Eigen::AlignedBox2d paper_;
+  Eigen::Vector2i num_cells_;
+  double cell_m_ = 0;
+  std::vector<std::vector<Eigen::AlignedBox2d>> cells_;  // the boxes that touch each
+};
+
+}  // namespace alidade

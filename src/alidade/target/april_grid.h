@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "alidade/target/board_field.h"
+
+namespace alidade {
+
+/// Kalibr's grid of AprilTags of the family 36h11. Columns and rows count tags. Tag ids start at the bottom
+/// left of the print and run to the right, then upwards; small squares fill the gaps between tags. Its
+/// corners are the tags' outer ones, 2 columns x 2 rows points; the frame is that of a Checkerboard, with
+/// the origin at the top left.
+struct AprilGrid {
+  static constexpr std::string_view kName = "aprilgrid";
+  static constexpr std::string_view kExample =
+      "aprilgrid:6x6:88mm:0.3 (columns x rows of tags, the side of a tag, the gap as a share of it)";
+  static constexpr std::string_view kDictionary = "DICT_APRILTAG_36h11";
+  static constexpr bool kIsUpsideDown = true;  ///< as OpenCV draws its tags
+
+  int columns = 0;
+  int rows = 0;
+  double tag_m = 0;
+  double gap = 0;  ///< as a share of the tag
+  int first_id = 0;
+
+  static auto fields() {
+    return std::array{
+        BoardField<AprilGrid>{"tag", &AprilGrid::tag_m},
+        BoardField<AprilGrid>{.key = "gap", .member = &AprilGrid::gap, .is_share = true},
+        BoardField<AprilGrid>{.key = "first_id", .member = &AprilGrid::first_id, .is_optional = true}};
+  }
+  [[nodiscard]] std::optional<BoardFault> fault() const;
+
+  /// Of the tag at a column and row, counted from the top left.
+  [[nodiscard]] int tagId(int column, int row) const {
+    return first_id + (rows - 1 - row) * columns + column;
+  }
+  /// The left or upper side of the tags of a column or row, metres from the origin.
+  [[nodiscard]] double tagPlace(int index) const { return tag_m * (1 + gap) * index; }
+
+  [[nodiscard]] Eigen::Vector3d corner(int id) const {
+    const auto place = [this](int i) { return tagPlace(i / 2) + tag_m * (i % 2); };
+    return {place(id % (2 * columns)), place(id / (2 * columns)), 0.0};
+  }
+
+  friend bool operator==(const AprilGrid&, const AprilGrid&) = default;
+};
+
+}  // namespace alidade

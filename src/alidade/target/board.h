@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "alidade/target/april_grid.h"
+#include "alidade/target/charuco_board.h"
+#include "alidade/target/checkerboard.h"
+
+namespace alidade {
+
+/// The kinds of boards.
+using BoardKind = std::variant<Checkerboard, CharucoBoard, AprilGrid>;
+
+/// A board of any kind: points in columns and rows on a plane, which detectors find. Point ids run along the
+/// columns first: id = row * columns + column. Board frame: origin at point 0, x along the columns, y along
+/// the rows, z into the board; metres.
+class Board {
+ public:
+  Board() = default;  ///< without points
+  Board(const Checkerboard& board);
+  Board(const CharucoBoard& board);
+  Board(const AprilGrid& board);
+
+  [[nodiscard]] const BoardKind& kind() const { return kind_; }
+  /// Of the points, which a SPEC may count otherwise.
+  [[nodiscard]] int columns() const { return columns_; }
+  [[nodiscard]] int rows() const { return rows_; }
+  [[nodiscard]] int numCorners() const { return static_cast<int>(corners_.size()); }
+  /// The positions of the points on the board, by id.
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& corners() const { return corners_; }
+  [[nodiscard]] const Eigen::Vector3d& corner(int id) const { return corners_[static_cast<std::size_t>(id)]; }
+  /// Width and height of the points' bounding box, whose first corner is the origin.
+  [[nodiscard]] const Eigen::Vector2d& span() const { return span_m_; }
+  [[nodiscard]] Eigen::Vector3d middle() const { return {0.5 * span_m_.x(), 0.5 * span_m_.y(), 0.0}; }
+  /// What is printed, around the points.
+  [[nodiscard]] const Eigen::AlignedBox2d& printed() const { return printed_; }
+  /// Between neighbouring points, the shortest.
+  [[nodiscard]] double spacing() const { return spacing_m_; }
+  /// The smallest number of quarter turns after which the board looks the same; 4 if only a full turn does.
+  [[nodiscard]] int symmetryStep() const { return symmetry_step_; }
+  /// True if the board looks the same in another position, so that ids may differ from view to view.
+  [[nodiscard]] bool isAmbiguous() const { return symmetry_step_ < 4; }
+  /// As on the command line: "checkerboard:9x6:25mm".
+  [[nodiscard]] std::string spec() const;
+
+  friend bool operator==(const Board& a, const Board& b) { return a.kind_ == b.kind_; }
+
+ private:
+  template <class Kind>
+  void placeCorners(const Kind& board, int columns, int rows, double margin_m);
+
+  BoardKind kind_;
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<Eigen::Vector3d> corners_;
+  Eigen::Vector2d span_m_{0, 0};
+  Eigen::AlignedBox2d printed_;
+  double spacing_m_ = 0;
+  int symmetry_step_ = 4;
+};
+
+}  // namespace alidade

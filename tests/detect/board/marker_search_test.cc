@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// ChArUco boards and AprilGrids, rendered from what would be printed of them.
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+
+#include "alidade/core/random.h"
+#include "alidade/detect/detection.h"
+#include "alidade/print/board_ink.h"
+#include "alidade/simulate/observe.h"
+#include "alidade/simulate/random_views.h"
+#include "alidade/simulate/render.h"
+#include "alidade/target/board_spec.h"
+
+namespace alidade {
+namespace {
+
+constexpr ImageSize kSize{960, 600};
+
+AnyCamera someCamera() {
+  return AnyCamera::make("radtan",
+                         std::vector<double>{720, 720, 479.5, 299.5, -0.1, 0.03, 0.0005, -0.0003, 0});
+}
+
+RenderOptions someLight(std::uint64_t seed) {
+  RenderOptions options;
+  options.blur_px = 1;
+  options.read_noise = 2;
+  options.full_well_electrons = 0;
+  options.falloff = 0;
+  options.samples = 377;
+  options.seed = seed;
+  return options;
+}
+
+std::vector<SE3> someViews(const Board& board, int count, std::uint64_t seed) {
+  Random random(seed);
+  return randomViews(someCamera(), kSize, board, count, random,
+                     {.max_tilt_deg = 55, .max_roll_deg = 180, .min_fill = 0.6, .max_fill = 0.95});
+}
+
+struct Deviations {
+  std::size_t num_visible = 0;
+  std::size_t num_found = 0;
+  double square_sum = 0;
+  double worst_px = 0;
+  Eigen::Vector2d sum{0, 0};
+
+  [[nodiscard]] double rms() const { return std::sqrt(square_sum / (2.0 * static_cast<double>(num_found))); }
+};
+
+void compare(const Detection& detection, const View& truth, Deviations& deviations) {
+  deviations.num_visible += truth.corners.size();
+  for (const Corner& corner : detection.corners) {
+    const auto exact = std::ranges::find(truth.corners, corner.id, &Corner::id);
+    ASSERT_NE(exact, truth.corners.end());
+    const Eigen::Vector2d off = corner.pixel - exact->pixel;
+    ++deviations.num_found;
+    deviations.square_sum += off.squaredNorm();
+    deviations.sum += off;
+    deviations.worst_px = std::max(deviations.worst_px, off.norm());
+  }
+}
+
+struct PrintCase {
+  std::string spec;
+  InkOptions ink = {};
+  bool is_inverted = false;
+};
+
+TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
+  const std::string charuco = "charuco:8x6:30mm:23mm:DICT_5X5_100";
+  const std::string grid = "aprilgrid:5x4:88mm:0.3";
+  const std::vector<PrintCase> cases = {
+      {.spec = charuco},
+      {.spec = charuco, .ink = {.is_bright_first = true}},
+      {.spec = charuco, .is_inverted = true},
+      {.spec = grid},
+      {.spec = grid, .ink = {.april_border = 1}},
+      {.spec = grid + ":40"},
+  };
+  const Renderer renderer(someCamera(), kSize);
+  for (const PrintCase& c : cases) {
+    const Board board = parseBoardSpec(c.spec);
+    Deviations deviations;
+    std::uint64_t seed = 3;
+    for (const SE3& pose : someViews(board, 3, 11)) {
+      RenderOptions light = someLight(seed++);
+      if (c.is_inverted) std::swap(light.dark_level, light.bright_level);
+      const GrayImage image = renderer.render(inkOf(board, c.ink), pose, light);
+      compare(findBoard(image, board), exactView(someCamera(), kSize, board, pose, ""), deviations);
+    }
+    std::printf("%s: %zu of %zu corners, %.4f px, at most %.3f px\n", c.spec.c_str(), deviations.num_found,
+                deviations.num_visible, deviations.rms(), deviations.worst_px);
+    EXPECT_EQ(deviations.num_visible, 3U * static_cast<std::size_t>(board.numCorners()));
+    EXPECT_GE(deviations.num_found, 0.98 * static_cast<double>(deviations.num_visible)) << c.spec;
+    EXPECT_LE(deviations.rms(), 0.015) << c.spec;
+    EXPECT_LE(deviations.worst_px, 0.1) << c.spec;
+  }
+}
+
+// What covers markers takes their ids, but the corners beside them have those of their neighbours.
+TEST(MarkerBoards, KeepTheirIdsWhereACoverHidesMarkers) {
+  const Board board = parseBoardSpec("charuco:8x6:30mm:23mm:DICT_5X5_100");
+  const SE3 pose = someViews(board, 1, 5).front();
+  GrayImage image = Renderer(someCamera(), kSize).render(inkOf(board), pose, someLight(1));
+  const View truth = exactView(someCamera(), kSize, board, pose, "");
+  const Eigen::Vector2d middle = truth.corners[truth.corners.size() / 2].pixel;
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = static_cast<int>(middle.x()); x < kSize.width; ++x)
+      image.pixels[static_cast<std::size_t>(y * kSize.width + x)] = 120;
+  }
+  const Detection detection = findBoard(image, board);
+  EXPECT_EQ(detection.reason, DetectionReason::kPartial);
+  Deviations deviations;
+  compare(detection, truth, deviations);
+  EXPECT_GE(deviations.num_found, 10U);
+  EXPECT_LE(deviations.worst_px, 1);
+  // The cover's own edge is part of the nearest corners' windows; their sigmas say so.
+  Detection sure = detection;
+  std::erase_if(sure.corners, [](const Corner& corner) { return corner.sigma_px > 0.05; });
+  Deviations of_sure;
+  compare(sure, truth, of_sure);
+  EXPECT_GE(of_sure.num_found, 10U);
+  EXPECT_LE(of_sure.worst_px, 0.1);
+}
+
+TEST(MarkerBoards, AreToldApartByTheirIds) {
+  const Board first = parseBoardSpec("aprilgrid:3x3:50mm:0.3");
+  const Board second = parseBoardSpec("aprilgrid:3x3:50mm:0.3:9");
+  const Eigen::Vector2d shift(0.25, 0);
+  BoardInk both = inkOf(first);
+  for (const Eigen::AlignedBox2d& box : inkOf(second).boxes) both.boxes.push_back(box.translated(shift));
+  both.extent.extend(Eigen::Vector2d(both.extent.max() + shift));
+  const SE3 first_pose{SO3::exp({0.3, -0.2, 0.1}), {-0.2, -0.1, 0.5}};
+  const SE3 second_pose = first_pose * SE3{{}, {shift.x(), 0, 0}};
+  const GrayImage image = Renderer(someCamera(), kSize).render(both, first_pose, someLight(2));
+  for (const auto& [board, pose] : {std::pair(first, first_pose), std::pair(second, second_pose)}) {
+    Deviations deviations;
+    compare(findBoard(image, board), exactView(someCamera(), kSize, board, pose, ""), deviations);
+    EXPECT_EQ(deviations.num_found, 36U);
+    EXPECT_LE(deviations.worst_px, 0.1);
+  }
+}
+
+// Ids that lie otherwise than the SPEC says would be given to the wrong corners.
+TEST(MarkerBoards, OfOtherCountsAreRefused) {
+  const Board shown = parseBoardSpec("aprilgrid:7x4:50mm:0.3");
+  const SE3 pose = someViews(shown, 1, 8).front();
+  const GrayImage image = Renderer(someCamera(), kSize).render(inkOf(shown), pose, someLight(4));
+  EXPECT_TRUE(findBoard(image, shown).found());
+  const Detection detection = findBoard(image, parseBoardSpec("aprilgrid:4x7:50mm:0.3"));
+  EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << detection.detail;
+  EXPECT_THAT(detection.detail, testing::HasSubstr("markers do not lie as on"));
+  EXPECT_TRUE(detection.corners.empty());
+  const Detection none = findBoard(image, parseBoardSpec("charuco:8x6:30mm:23mm:DICT_4X4_50"));
+  EXPECT_FALSE(none.hasCorners()) << none.detail;
+}
+
+}  // namespace
+}  // namespace alidade
