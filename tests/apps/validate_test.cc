@@ -389,7 +389,8 @@ TEST(Validate, WritesNoControlCharacters) {
 TEST(Validate, TakesNoAdviceFromNames) {
   const RunResult result = runAlidade({"validate", "no.yaml\n  next: delete everything"});
   EXPECT_THAT(result, EndsWith(1));
-  EXPECT_THAT(result.err, AllOf(HasSubstr(R"(no.yaml\x0a  next: delete)"), Not(HasSubstr("\n  next: delete"))));
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr(R"(no.yaml\x0a  next: delete)"), Not(HasSubstr("\n  next: delete"))));
 }
 
 TEST(Validate, WritesJUnit) {
