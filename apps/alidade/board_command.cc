@@ -12,6 +12,7 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/board_file.h"
 #include "alidade/print/board_sheet.h"
+#include "alidade/print/ink_of_board.h"
 #include "alidade/target/board_spec.h"
 #include "console.h"
 #include "json_output.h"

@@ -63,14 +63,14 @@ void prepareDebugFolder(const std::string& folder, const std::vector<std::string
 }
 
 GivenViews readCorners(const ViewsRequest& request) {
-  if (request.inputs.size() > 1) {
-    throw usageError(
-        {.where = request.command,
-         .found = fmt::format("{} inputs, of which the first is a corners file", request.inputs.size()),
-         .expected = "one corners file, or images",
-         .next_step = "concatenate corners files of one camera first: cat a.csv b.csv > all.csv"});
+  const auto other = std::ranges::find_if_not(request.inputs, isCornersFile);
+  if (other != request.inputs.end()) {
+    throw usageError({.where = *other,
+                      .found = "an input that is no corners file, beside " + request.inputs.front(),
+                      .expected = "corners files alone, or images alone",
+                      .next_step = "write the corners of the images with alidade detect first"});
   }
-  CornersFile file = readCornersFile(request.inputs.front());
+  CornersFile file = readCornersFiles(request.inputs);
   if (!request.board.empty() && !(readBoard(request.board) == file.board)) {
     throw inputError({.where = request.inputs.front(),
                       .found = "board " + file.board.spec(),

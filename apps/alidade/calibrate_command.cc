@@ -33,7 +33,8 @@ class CalibrateCommand final : public Command {
     app.footer(
         "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml\n"
         "Exit code 3: done, but the camera must not be used; no camera file is written.");
-    app.add_option("input", inputs_, "Folders, image files or patterns; or one corners file (.csv)");
+    app.add_option("input", inputs_,
+                   "Folders, image files or patterns; or corners files of one camera (.csv)");
     addBoardOption(app, board_);
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(

@@ -10,6 +10,7 @@
 #include "alidade/files/corners_file.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/imagery/image_file.h"
+#include "alidade/print/ink_of_board.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
@@ -122,11 +123,14 @@ class SimulateCommand final : public Command {
     folder.makeSubfolder("images");
     ProgressBar bar("rendering", common_.quiet);
     const Renderer renderer(scene.camera, scene.image_size, common_.jobs);
+    const auto* squares = std::get_if<Checkerboard>(&scene.board.kind());  // whose border may be narrow
+    const BoardInk ink = inkOf(scene.board);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       RenderOptions options = scene.render;
       options.num_jobs = common_.jobs;
       options.seed = streamSeed(scene.seed, 1'000'000 + i);
-      GrayImage image = renderer.render(scene.board, poses[i], options, cancel);
+      GrayImage image = squares != nullptr ? renderer.render(*squares, poses[i], options, cancel)
+                                           : renderer.render(ink, poses[i], options, cancel);
       writeImage(folder.path("images/" + names[i]), {.size = image.size, .bytes = std::move(image.pixels)});
       bar.update(i + 1, poses.size());
     }

@@ -140,8 +140,34 @@ TEST(Calibrate, GivesTheSameParametersFromACornersFile) {
       FailsWith(1, AllOf(HasSubstr(corners), HasSubstr("board checkerboard:9x6:25mm"),
                          HasSubstr("checkerboard:9x6:30mm from --board"), HasSubstr("remove --board"))));
   EXPECT_THAT(
-      runAlidade({"calibrate", corners, corners}),
-      FailsWith(2, AllOf(HasSubstr("2 inputs"), HasSubstr("concatenate corners files of one camera first"))));
+      runAlidade({"calibrate", corners, photos}),
+      FailsWith(2, AllOf(HasSubstr(photos), HasSubstr("no corners file"), HasSubstr("images alone"))));
+}
+
+TEST(Calibrate, TakesTheCornersOfOneCameraFromSeveralFiles) {
+  const ScratchFolder scratch;
+  const std::string all = readFile(dataPath("corners.csv"));
+  const std::size_t begin = all.find("\ncamera,image,") + 1;
+  const std::size_t rows = all.find('\n', begin) + 1;
+  const std::string header = all.substr(begin, rows - begin);
+  // Cut between two rows of different images.
+  const auto imageOf = [&](std::size_t row) {
+    return all.substr(row, all.find(',', all.find(',', row) + 1) - row);
+  };
+  std::size_t cut = all.find('\n', rows + (all.size() - rows) / 2) + 1;
+  for (const std::string image = imageOf(cut); imageOf(cut) == image;) cut = all.find('\n', cut) + 1;
+  const std::string first = scratch.write("a.csv", header + all.substr(rows, cut - rows));
+  const std::string second = scratch.write("b.csv", header + all.substr(cut));
+  const RunResult one = runAlidade({"calibrate", dataPath("corners.csv"), "-o", "-"});
+  const RunResult two = runAlidade({"calibrate", second, first, "-o", "-"});
+  ASSERT_THAT(two, EndsWith(0));
+  EXPECT_EQ(parametersOf(one.out), parametersOf(two.out));
+  EXPECT_THAT(runAlidade({"calibrate", first, second, first}),
+              FailsWith(1, AllOf(HasSubstr("twice"), HasSubstr("the same file was given twice"))));
+  const std::string row = all.substr(cut, all.find('\n', cut) + 1 - cut);
+  const std::string other = scratch.write("c.csv", header + replaced(row, "9x6:25mm", "9x6:26mm"));
+  EXPECT_THAT(runAlidade({"calibrate", first, other}),
+              FailsWith(1, AllOf(HasSubstr(other + ":2"), HasSubstr("9x6:26mm"))));
 }
 
 TEST(Calibrate, WritesOneJsonDocument) {

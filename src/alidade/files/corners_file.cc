@@ -23,7 +23,50 @@ constexpr std::size_t kMaxCornersFileBytes = std::size_t{1} << 30U;
 
 class Parser {
  public:
-  explicit Parser(std::string name) : name_(std::move(name)) {}
+  void read(std::string_view text, const std::string& name) {
+    open(name);
+    for (const std::string_view line : split(text, '\n')) this->line(line);
+    close();
+  }
+
+  CornersFile finish() {
+    for (auto& [image, view] : views_) {
+      auto& corners = view.corners;
+      std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+      const auto twin = std::adjacent_find(corners.begin(), corners.end(),
+                                           [](const auto& a, const auto& b) { return a.id == b.id; });
+      if (twin != corners.end()) {
+        throw inputError(
+            {.where = name_ + ": image " + image,
+             .found = "corner " + std::to_string(twin->id) + " twice",
+             .expected = "each corner once",
+             .next_step = "check whether the same file was given twice, or two images have one name"});
+      }
+      file_.views.push_back(std::move(view));
+    }
+    std::sort(file_.views.begin(), file_.views.end(),
+              [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+    return std::move(file_);
+  }
+
+ private:
+  // Lines that follow are of another file.
+  void open(std::string name) {
+    name_ = std::move(name);
+    line_ = 0;
+    has_header_ = false;
+    has_rows_ = false;
+  }
+
+  void close() const {
+    if (!has_header_) throw error("no header", std::string(kHeader));
+    if (has_rows_) return;
+    throw inputError(
+        {.where = name_,
+         .found = "no corners",
+         .expected = "one row per corner",
+         .next_step = "no board was found when this file was written; its '#' lines give the reasons"});
+  }
 
   void line(std::string_view text) {
     ++line_;
@@ -38,34 +81,6 @@ class Parser {
     row(text);
   }
 
-  CornersFile finish() {
-    if (!has_header_) throw error("no header", std::string(kHeader));
-    if (views_.empty()) {
-      throw inputError(
-          {.where = name_,
-           .found = "no corners",
-           .expected = "one row per corner",
-           .next_step = "no board was found when this file was written; its '#' lines give the reasons"});
-    }
-    for (auto& [image, view] : views_) {
-      auto& corners = view.corners;
-      std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
-      const auto twin = std::adjacent_find(corners.begin(), corners.end(),
-                                           [](const auto& a, const auto& b) { return a.id == b.id; });
-      if (twin != corners.end()) {
-        throw inputError({.where = name_ + ": image " + image,
-                          .found = "corner " + std::to_string(twin->id) + " twice",
-                          .expected = "each corner once",
-                          .next_step = "check whether the same file was concatenated twice"});
-      }
-      file_.views.push_back(std::move(view));
-    }
-    std::sort(file_.views.begin(), file_.views.end(),
-              [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
-    return std::move(file_);
-  }
-
- private:
   [[nodiscard]] std::string where() const { return name_ + ":" + std::to_string(line_); }
 
   [[nodiscard]] Error error(const std::string& found, const std::string& expected,
@@ -141,11 +156,13 @@ class Parser {
         throw error("'" + f[10] + "' as sigma_px", "a positive number, or an empty field");
     }
     view.corners.push_back(corner);
+    has_rows_ = true;
   }
 
   std::string name_;
   int line_ = 0;
   bool has_header_ = false;
+  bool has_rows_ = false;
   bool has_camera_ = false;
   std::string board_text_;
   std::map<std::string, View> views_;
@@ -191,13 +208,19 @@ void writeCornersFile(const std::string& path, const CornersFile& file) {
 }
 
 CornersFile parseCornersFile(const std::string& text, const std::string& name) {
-  Parser parser(name);
-  for (const std::string_view line : split(text, '\n')) parser.line(line);
+  Parser parser;
+  parser.read(text, name);
   return parser.finish();
 }
 
 CornersFile readCornersFile(const std::string& path) {
-  return parseCornersFile(readTextFile(path, kMaxCornersFileBytes), path);
+  return readCornersFiles(std::span(&path, 1));
+}
+
+CornersFile readCornersFiles(std::span<const std::string> paths) {
+  Parser parser;
+  for (const std::string& path : paths) parser.read(readTextFile(path, kMaxCornersFileBytes), path);
+  return parser.finish();
 }
 
 }  // namespace alidade

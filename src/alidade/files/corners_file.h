@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ void writeCornersFile(const std::string& path, const CornersFile& file);
 /// @throws Error (kInput) naming the line: unknown or missing columns, invalid numbers, several boards or
 /// cameras, or a repeated corner.
 [[nodiscard]] CornersFile readCornersFile(const std::string& path);
+
+/// The corners of one camera from several files, whose images have different names.
+[[nodiscard]] CornersFile readCornersFiles(std::span<const std::string> paths);
 
 /// The same from text; messages use `name` as the file name.
 [[nodiscard]] CornersFile parseCornersFile(const std::string& text, const std::string& name);

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/print/board_ink.h"
+#include "alidade/target/board_ink.h"
 
 namespace alidade {
 

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "alidade/print/board_ink.h"
 #include "alidade/simulate/render.h"
+#include "alidade/target/board_ink.h"
 
 namespace alidade {
 

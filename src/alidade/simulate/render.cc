@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <numbers>
 #include <utility>
-#include <variant>
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
@@ -266,12 +265,10 @@ PointSpread makePointSpread(double blur_px, int min_samples) {
   return spread;
 }
 
-GrayImage Renderer::render(const Board& board, const SE3& camera_from_board, const RenderOptions& options,
-                           const CancelFlag* cancel) const {
-  expect(board.numCorners() > 0 && board.spacing() > 0, "a board with corners");
-  const auto* squares = std::get_if<Checkerboard>(&board.kind());
-  if (squares == nullptr) return render(inkOf(board), camera_from_board, options, cancel);
-  return renderPattern(rays_, SquaresPattern(*squares, options.border_square), camera_from_board, options,
+GrayImage Renderer::render(const Checkerboard& board, const SE3& camera_from_board,
+                           const RenderOptions& options, const CancelFlag* cancel) const {
+  expect(board.columns > 0 && board.rows > 0 && board.square_m > 0, "a board with squares");
+  return renderPattern(rays_, SquaresPattern(board, options.border_square), camera_from_board, options,
                        cancel);
 }
 

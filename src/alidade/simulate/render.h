@@ -10,10 +10,10 @@
 #include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
-#include "alidade/print/board_ink.h"
 #include "alidade/record/scene.h"
 #include "alidade/simulate/ray_lattice.h"
-#include "alidade/target/board.h"
+#include "alidade/target/board_ink.h"
+#include "alidade/target/checkerboard.h"
 
 namespace alidade {
 
@@ -72,7 +72,7 @@ class Renderer {
 
   /// The same bytes for the same arguments, whatever the number of threads.
   /// @throws Error (kInput) for options out of range; Cancelled once `cancel` is raised.
-  [[nodiscard]] GrayImage render(const Board& board, const SE3& camera_from_board,
+  [[nodiscard]] GrayImage render(const Checkerboard& board, const SE3& camera_from_board,
                                  const RenderOptions& options, const CancelFlag* cancel = nullptr) const;
   /// The same of anything printed; border_square does not apply.
   [[nodiscard]] GrayImage render(const BoardInk& ink, const SE3& camera_from_board,

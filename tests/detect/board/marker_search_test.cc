@@ -7,7 +7,7 @@
 
 #include "alidade/core/random.h"
 #include "alidade/detect/detection.h"
-#include "alidade/print/board_ink.h"
+#include "alidade/print/ink_of_board.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"

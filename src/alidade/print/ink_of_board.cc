@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/print/board_ink.h"
+#include "alidade/print/ink_of_board.h"
 
 #include <string_view>
 

@@ -1,24 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <vector>
-
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include "alidade/target/board.h"
+#include "alidade/target/board_ink.h"
 
 namespace alidade {
 
 struct InkOptions {
   bool is_bright_first = false;  ///< of a ChArUco board's two layouts, that with a marker in the first square
   int april_border = 2;          ///< of tags, in cells: Kalibr's boards have 2, others 1
-};
-
-/// What is printed of a board on white paper, in the board frame, metres.
-struct BoardInk {
-  std::vector<Eigen::AlignedBox2d> boxes;  ///< dark; none overlap
-  Eigen::AlignedBox2d extent;              ///< of the whole pattern, its bright squares too
 };
 
 /// Checkerboards: squares around all inner corners, in alternating colours; that between the corners of
