@@ -14,6 +14,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/detect/board_guess.h"
 #include "alidade/detect/draw_detection.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
@@ -103,12 +104,24 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
           .views = survey.views()};
 }
 
+// For a guess: what is wrong with the inputs is said once there is a board.
+std::vector<std::string> imagesIn(const std::vector<std::string>& inputs) {
+  try {
+    return listImages(inputs);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& options,
                             const CancelFlag* cancel) {
   if (request.board.empty()) {
-    throw missingError(request.command, "no --board", "for example --board checkerboard:9x6:25mm");
+    throw usageError({.where = request.command,
+                      .found = "no --board",
+                      .expected = "for example --board checkerboard:9x6:25mm",
+                      .next_step = guessedBoard(imagesIn(request.inputs))});
   }
   const Board board = readBoard(request.board);
   const std::string debug_folder = request.debug_folder.value_or("");

@@ -78,14 +78,14 @@ TEST(PoseFromRays, RefusesWhatDeterminesNoPose) {
 
 TEST(PoseFromRays, PutsPointsOnTheirRaysAndNotBehind) {
   // The same lines with their rays turned round see the board on the other side of the camera.
-  const Checkerboard board{.columns = 5, .rows = 4, .square_m = 0.05};
+  const Board board = Checkerboard{.columns = 5, .rows = 4, .square_m = 0.05};
   SE3 truth;
   truth.rotation = SO3::exp({0.3, -0.4, 0.2});
   truth.translation = {-0.1, 0.05, 0.6};
   std::vector<Eigen::Vector2d> points;
   std::vector<Eigen::Vector3d> rays;
   std::vector<Eigen::Vector3d> turned;
-  for (const Eigen::Vector3d& p : Board(board).corners()) {
+  for (const Eigen::Vector3d& p : board.corners()) {
     points.emplace_back(p.head<2>());
     rays.push_back((truth * p).normalized());
     turned.push_back(-rays.back());

@@ -25,6 +25,23 @@ TEST(Board, OfTheWrongSizeIsNeverFoundAsAPart) {
   EXPECT_THAT(scratch.list(), ElementsAre());
 }
 
+TEST(Board, IsGuessedWhereNoneIsGiven) {
+  const ScratchFolder scratch;
+  const std::string out = scratch.path("corners.csv");
+  EXPECT_THAT(runAlidade({"detect", imagePath(1), imagePath(2), "-o", out}),
+              FailsWith(2, AllOf(HasSubstr("no --board"), HasSubstr("a checkerboard of 9x6 inner corners"),
+                                 HasSubstr("--board checkerboard:9x6:SQUARE"))));
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"charuco:6x8:30mm:22mm:DICT_5X5_250", "--board charuco:COLUMNSxROWS:SQUARE:MARKER:DICT_5X5_50"},
+      {"aprilgrid:4x3:40mm:0.3:5", "AprilTags with ids from 5 to 16: --board aprilgrid:"}};
+  for (const auto& [spec, guess] : cases) {
+    const std::string image = scratch.path("board.png");
+    ASSERT_THAT(runAlidade({"board", spec, "-o", image, "--dpi", "150"}), EndsWith(0));
+    EXPECT_THAT(runAlidade({"calibrate", image}),
+                FailsWith(2, AllOf(HasSubstr("no --board"), HasSubstr(guess))));
+  }
+}
+
 TEST(Board, MayBeTakenSideways) {
   const ScratchFolder scratch;
   const RunResult result = detectAs("checkerboard:6x9:25mm", scratch.path("corners.csv"));

@@ -144,7 +144,26 @@ TEST(MarkerBoards, AreToldApartByTheirIds) {
   }
 }
 
-// Ids that lie otherwise than the SPEC says would be given to the wrong corners.
+TEST(MarkerBoards, AreNotFoundInImagesOfAnyOddShape) {
+  const std::vector<Board> boards = {parseBoardSpec("charuco:8x6:30mm:23mm:DICT_4X4_50"),
+                                     parseBoardSpec("aprilgrid:5x4:88mm:0.3")};
+  Random random(6);
+  int num_checked = 0;
+  for (const ImageSize size :
+       {ImageSize{1, 1}, ImageSize{2, 3}, ImageSize{1, 5000}, ImageSize{5000, 1}, ImageSize{11, 12},
+        ImageSize{13, 12}, ImageSize{40, 3000}, ImageSize{2401, 13}}) {
+    GrayImage image{size, std::vector<std::uint8_t>(static_cast<std::size_t>(size.width) *
+                                                    static_cast<std::size_t>(size.height))};
+    for (std::uint8_t& pixel : image.pixels) pixel = static_cast<std::uint8_t>(random.index(256));
+    for (const Board& board : boards) {
+      EXPECT_FALSE(findBoard(image, board).hasCorners()) << size.width << "x" << size.height;
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 16);
+}
+
+// Ids that lie in another arrangement than the SPEC says would be given to the wrong corners.
 TEST(MarkerBoards, OfOtherCountsAreRefused) {
   const Board shown = parseBoardSpec("aprilgrid:7x4:50mm:0.3");
   const SE3 pose = someViews(shown, 1, 8).front();

@@ -50,6 +50,8 @@ cv::Mat matOf(const GrayImage& image) {
 std::vector<SeenMarker> seeMarkers(const GrayImage& image, const MarkerPattern& pattern, MarkerLook look) {
   constexpr int kLargeSide = 2400;
   const int fraction = (std::max(image.size.width, image.size.height) + kLargeSide - 1) / kLargeSide;
+  constexpr int kLeastSide = 12;  // no marker is seen in less
+  if (std::min(image.size.width, image.size.height) / fraction < kLeastSide) return {};
   const double scale = look.is_enlarged ? 2 : 1.0 / fraction;
   cv::Mat searched = matOf(image);
   if (scale != 1) {
@@ -391,6 +393,13 @@ bool spansArea(const std::vector<Corner>& corners, int columns) {
 Marker<Vector2d> squareMarker(int id, const Vector2d& low, double side) {
   return {.id = id,
           .corners = {low, low + Vector2d(side, 0), low + Vector2d(side, side), low + Vector2d(0, side)}};
+}
+
+std::set<int> markerIds(const GrayImage& image, const std::string& dictionary, int border) {
+  std::set<int> ids;
+  for (const SeenMarker& marker : seeMarkers(image, {.dictionary = dictionary, .border = border}, {}))
+    ids.insert(marker.id);
+  return ids;
 }
 
 Detection findMarkerBoard(const GrayImage& image, const Board& board,

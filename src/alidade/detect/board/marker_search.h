@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ struct MarkerPattern {
 
 /// An upright marker whose top left corner is at `low`.
 [[nodiscard]] Marker<Eigen::Vector2d> squareMarker(int id, const Eigen::Vector2d& low, double side);
+
+/// The ids of a dictionary's markers in an image, dark on white.
+[[nodiscard]] std::set<int> markerIds(const GrayImage& image, const std::string& dictionary, int border);
 
 /// Finds a board by its markers. OpenCV's markers tell ids and first guesses; a pattern is chosen by how well
 /// neighbouring markers agree on it; corners are predicted from what is known around them, beside markers
