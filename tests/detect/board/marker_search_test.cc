@@ -144,6 +144,17 @@ TEST(MarkerBoards, AreToldApartByTheirIds) {
   }
 }
 
+TEST(MarkerBoards, AreRefusedWhereTwoHaveTheSameIds) {
+  const Board board = parseBoardSpec("aprilgrid:3x3:50mm:0.3");
+  BoardInk both = inkOf(board);
+  const Eigen::Vector2d shift(0.25, 0);
+  for (const Eigen::AlignedBox2d& box : inkOf(board).boxes) both.boxes.push_back(box.translated(shift));
+  both.extent.extend(Eigen::Vector2d(both.extent.max() + shift));
+  const SE3 pose{SO3::exp({0.3, -0.2, 0.1}), {-0.2, -0.1, 0.5}};
+  const GrayImage image = Renderer(someCamera(), kSize).render(both, pose, someLight(2));
+  EXPECT_EQ(findBoard(image, board).reason, DetectionReason::kSeveralBoards);
+}
+
 TEST(MarkerBoards, AreNotFoundInImagesOfAnyOddShape) {
   const std::vector<Board> boards = {parseBoardSpec("charuco:8x6:30mm:23mm:DICT_4X4_50"),
                                      parseBoardSpec("aprilgrid:5x4:88mm:0.3")};

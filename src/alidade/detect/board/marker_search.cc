@@ -372,6 +372,20 @@ void describeMissing(const CornerSearch& search, ImageSize size, Detection& dete
                                         : "the others are outside the image, covered or not clear enough");
 }
 
+// How many of a board's markers are seen at two places.
+int numSeenTwice(const ChosenPattern& chosen) {
+  std::set<int> twice;
+  for (const SeenMarker& a : chosen.seen) {
+    const bool is_of_board = std::ranges::count(chosen.pattern->markers, a.id, &BoardMarker::id) > 0;
+    const double side = (a.corners[1] - a.corners[0]).norm();
+    const bool is_elsewhere = std::ranges::any_of(chosen.seen, [&](const SeenMarker& b) {
+      return b.id == a.id && (middleOf(a.corners) - middleOf(b.corners)).norm() > side;
+    });
+    if (is_of_board && is_elsewhere) twice.insert(a.id);
+  }
+  return static_cast<int>(twice.size());
+}
+
 Detection refuseAsOther(const ChosenPattern& chosen, const Board& board) {
   Detection detection;
   detection.reason = DetectionReason::kOtherBoard;
@@ -408,6 +422,12 @@ Detection findMarkerBoard(const GrayImage& image, const Board& board,
   Detection detection;
   const ChosenPattern chosen = choosePattern(image, patterns);
   const std::size_t num_agreeing = chosen.pairs.agreeing.size();
+  constexpr int kAccidents = 2;
+  if (const int num_twice = numSeenTwice(chosen); num_twice > kAccidents) {
+    detection.reason = DetectionReason::kSeveralBoards;
+    detection.detail = fmt::format("shows {} of the board's markers at two places", num_twice);
+    return detection;
+  }
   if (chosen.pairs.num_others > std::max<std::size_t>(1, num_agreeing / 2))
     return refuseAsOther(chosen, board);  // a single marker may be a mistake
   if (num_agreeing == 0) {
