@@ -36,7 +36,8 @@ Paper parsePaper(const std::string& text) {
   const std::size_t unit = text.find_last_of("0123456789") + 1;
   if (sides.size() == 2 && unit > 0 && unit < text.size()) {
     const auto sideMm = [&](std::string side) { return 1000 * parseLength(side, "--paper"); };
-    const Eigen::Vector2d size(sideMm(std::string(sides[0]) + text.substr(unit)),
+    const bool has_unit = sides[0].find_last_of("0123456789") + 1 < sides[0].size();
+    const Eigen::Vector2d size(sideMm(std::string(sides[0]) + (has_unit ? "" : text.substr(unit))),
                                sideMm(std::string(sides[1])));
     if (size.minCoeff() >= kLeastMm && size.maxCoeff() <= kMostMm)
       return {.name = text, .size_mm = {size.minCoeff(), size.maxCoeff()}};

@@ -83,7 +83,11 @@ TEST(BoardCommand, SaysWhatIsWrong) {
       {{"board", "checkerboard:9x6:25mm", "-o", out, "--paper", "1x1mm"}, "50 mm to 5 m"},
       {{"board", "charuco:5x4:30mm:40mm:DICT_4X4_50", "-o", out}, "markers of 40 mm"},
       {{"board", "aprilgrid:24x24:10mm:0.3:99", "-o", out}, "576 tags from id 99"},
-      {{"board", "checkerboard:9x6:1m", "-o", scratch.path("b.png"), "--paper", "5x5m", "--dpi", "3000"}, ""},
+      {{"board", "checkerboard:9x6:1m", "-o", scratch.path("b.png"), "--paper", "5x5m"},
+       "takes 6 pages of 5x5m; expected one page"},
+      {{"board", "checkerboard:200x200:2m", "-o", out}, "expected at most 100 pages"},
+      {{"board", "checkerboard:9x6:25mm", "-o", scratch.path("b.png"), "--dpi", "1e12"}, "200 million"},
+      {{"board", "checkerboard:9x6:25mm", "-o", scratch.path("b.png"), "--dpi", "0.001"}, "50 pixels along"},
   };
   for (const auto& [arguments, part] : cases) {
     const RunResult result = runAlidade(arguments);
@@ -91,7 +95,10 @@ TEST(BoardCommand, SaysWhatIsWrong) {
     EXPECT_THAT(result.err, HasSubstr(part));
     EXPECT_THAT(result.out, "");
   }
-  EXPECT_EQ(cases.size(), 8U);
+  EXPECT_EQ(cases.size(), 11U);
+  EXPECT_THAT(scratch.list(), testing::ElementsAre());
+  EXPECT_THAT(runAlidade({"board", "checkerboard:9x6:25mm", "-o", out, "--paper", "300mmx400mm"}),
+              EndsWith(0));
 }
 
 }  // namespace

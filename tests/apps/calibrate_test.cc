@@ -163,7 +163,7 @@ TEST(Calibrate, TakesTheCornersOfOneCameraFromSeveralFiles) {
   ASSERT_THAT(two, EndsWith(0));
   EXPECT_EQ(parametersOf(one.out), parametersOf(two.out));
   EXPECT_THAT(runAlidade({"calibrate", first, second, first}),
-              FailsWith(1, AllOf(HasSubstr("twice"), HasSubstr("the same file was given twice"))));
+              FailsWith(1, AllOf(HasSubstr(first + ": image"), HasSubstr("the same file was given twice"))));
   const std::string row = all.substr(cut, all.find('\n', cut) + 1 - cut);
   const std::string other = scratch.write("c.csv", header + replaced(row, "9x6:25mm", "9x6:26mm"));
   EXPECT_THAT(runAlidade({"calibrate", first, other}),

@@ -127,7 +127,8 @@ TEST(Photographs, OfCharucoBoardsCalibrateWell) {
     EXPECT_LE(rms(result.fit), c.max_rms_px) << c.folder;
     ++num_checked;
   }
-  if (num_checked == 0) GTEST_SKIP() << "no photographs of ChArUco boards";
+  if (num_checked == 0 && std::getenv("ALIDADE_REAL_DATA") == nullptr)
+    GTEST_SKIP() << "no photographs of ChArUco boards";
   EXPECT_EQ(num_checked, cases.size());
 }
 
@@ -158,7 +159,8 @@ TEST(Photographs, OfAprilGridsGiveTheirTags) {
     EXPECT_GE(num_tags, c.min_tags) << c.image;
     ++num_checked;
   }
-  if (num_checked == 0) GTEST_SKIP() << "no photographs of AprilGrids";
+  if (num_checked == 0 && std::getenv("ALIDADE_REAL_DATA") == nullptr)
+    GTEST_SKIP() << "no photographs of AprilGrids";
   EXPECT_EQ(num_checked, cases.size());
 }
 

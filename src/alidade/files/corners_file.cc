@@ -30,14 +30,15 @@ class Parser {
   }
 
   CornersFile finish() {
-    for (auto& [image, view] : views_) {
+    for (auto& [image, of] : views_) {
+      auto& [view, file] = of;
       auto& corners = view.corners;
       std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
       const auto twin = std::adjacent_find(corners.begin(), corners.end(),
                                            [](const auto& a, const auto& b) { return a.id == b.id; });
       if (twin != corners.end()) {
         throw inputError(
-            {.where = name_ + ": image " + image,
+            {.where = file + ": image " + image,
              .found = "corner " + std::to_string(twin->id) + " twice",
              .expected = "each corner once",
              .next_step = "check whether the same file was given twice, or two images have one name"});
@@ -129,7 +130,8 @@ class Parser {
     const ImageSize size{.width = integer(f[2], "width", 1, kMaxSide),
                          .height = integer(f[3], "height", 1, kMaxSide)};
     const auto [entry, is_new] = views_.try_emplace(f[1]);
-    View& view = entry->second;
+    View& view = entry->second.view;
+    if (entry->second.file != name_) entry->second.file = name_;
     if (is_new) {
       view.image = f[1];
       view.size = size;
@@ -165,7 +167,11 @@ class Parser {
   bool has_rows_ = false;
   bool has_camera_ = false;
   std::string board_text_;
-  std::map<std::string, View> views_;
+  struct ReadView {
+    View view;
+    std::string file;  // the last one with corners of it
+  };
+  std::map<std::string, ReadView> views_;
   CornersFile file_;
 };
 

@@ -219,11 +219,12 @@ void stateResolution(std::string& png, double dpi) {
 std::string pngFile(const BoardSheet& sheet, double dpi) {
   const Vector2d pixels = (dpi / kMmPerInch * sheet.paper.size_mm).array().round();
   constexpr double kMaxPixels = 2e8;
-  if (pixels.prod() > kMaxPixels) {
+  constexpr double kMinSidePixels = 50;
+  if (pixels.prod() > kMaxPixels || pixels.minCoeff() < kMinSidePixels) {
     throw usageError({.where = "--dpi",
                       .found = fmt::format("an image of {:.0f}x{:.0f} pixels", pixels.x(), pixels.y()),
-                      .expected = "at most 200 million pixels",
-                      .next_step = "use a PDF file, or a smaller --dpi"});
+                      .expected = "50 pixels along each side to 200 million in total",
+                      .next_step = "use a PDF file, or another --dpi, such as 300"});
   }
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(pixels.x()),
                                                    static_cast<int>(pixels.y())));
@@ -274,9 +275,19 @@ BoardSheet layOutBoard(const BoardInk& ink, const std::string& spec, const std::
     }
   }
   // Of the largest paper.
-  return *std::min_element(sheets.end() - 2, sheets.end(), [](const BoardSheet& a, const BoardSheet& b) {
-    return a.numPages() < b.numPages();
-  });
+  const BoardSheet& best =
+      *std::min_element(sheets.end() - 2, sheets.end(),
+                        [](const BoardSheet& a, const BoardSheet& b) { return a.numPages() < b.numPages(); });
+  constexpr int kMaxPages = 100;
+  if (best.numPages() > kMaxPages) {
+    throw usageError(
+        {.where = "board " + spec,
+         .found = fmt::format("{:.0f}x{:.0f} mm, which takes {} pages of {}", best.drawing_mm.x(),
+                              best.drawing_mm.y(), best.numPages(), best.paper.name),
+         .expected = fmt::format("at most {} pages", kMaxPages),
+         .next_step = "use a larger --paper, or make the squares smaller"});
+  }
+  return best;
 }
 
 std::string sheetFile(const BoardSheet& sheet, SheetFormat format, double dpi) {

@@ -36,6 +36,7 @@ struct BoardSheet {
 
 /// Lays a board out on `paper`, turned as takes fewer pages; without, on the smallest known paper that holds
 /// it in one page, or on A0.
+/// @throws Error (kUsage) for more than 100 pages
 [[nodiscard]] BoardSheet layOutBoard(const BoardInk& ink, const std::string& spec,
                                      const std::optional<Paper>& paper);
 
@@ -45,6 +46,7 @@ enum class SheetFormat { kPdf, kSvg, kPng };
 /// resolution.
 /// @param dpi  pixels per inch of a PNG file
 /// @throws Error (kUsage) for several pages in SVG or PNG, and for an image of more than 200 million pixels
+/// or less than 50 along a side
 [[nodiscard]] std::string sheetFile(const BoardSheet& sheet, SheetFormat format, double dpi);
 
 }  // namespace alidade

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -59,8 +58,8 @@ std::vector<SeenMarker> seeMarkers(const GrayImage& image, const MarkerPattern& 
                          image.size.height / fraction * fraction);
     cv::resize(searched(whole), searched, {}, scale, scale, scale > 1 ? cv::INTER_CUBIC : cv::INTER_AREA);
   }
-  const auto dictionary =
-      cv::aruco::getPredefinedDictionary(findMarkerDictionary(pattern.dictionary).value().opencv_id);
+  const MarkerDictionary known = findMarkerDictionary(pattern.dictionary).value();
+  const auto dictionary = cv::aruco::getPredefinedDictionary(known.opencv_id);
   const auto parameters = cv::aruco::DetectorParameters::create();
   parameters->markerBorderBits = pattern.border;
   parameters->detectInvertedMarker = look.is_inverted;
@@ -68,7 +67,9 @@ std::vector<SeenMarker> seeMarkers(const GrayImage& image, const MarkerPattern& 
   parameters->adaptiveThreshWinSizeMax = 43;
   parameters->perspectiveRemovePixelPerCell = 8;
   parameters->perspectiveRemoveIgnoredMarginPerCell = 0.2;
-  parameters->errorCorrectionRate = 1.0;  // neighbours must confirm what it takes
+  // Among fewer bits, correcting as many errors as a dictionary can finds its markers in any clutter.
+  constexpr int kManyBits = 6;
+  if (known.num_bits >= kManyBits) parameters->errorCorrectionRate = 1.0;
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
   cv::aruco::detectMarkers(searched, dictionary, corners, ids, parameters);
@@ -204,9 +205,11 @@ struct ChosenPattern {
 ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPattern>& patterns) {
   constexpr int kSmallSide = 1600;
   const bool is_small = std::max(image.size.width, image.size.height) <= kSmallSide;
+  std::vector<MarkerLook> looks = {{}};
+  if (is_small) looks.push_back({.is_enlarged = true});
+  looks.push_back({.is_inverted = true});
   ChosenPattern chosen;
-  for (const MarkerLook look : {MarkerLook{}, MarkerLook{.is_enlarged = is_small, .is_inverted = !is_small},
-                                MarkerLook{.is_inverted = true}}) {
+  for (const MarkerLook look : looks) {
     std::vector<SeenMarker> seen;
     const MarkerPattern* searched = nullptr;
     for (const MarkerPattern& pattern : patterns) {
@@ -218,7 +221,6 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
       if (is_better || chosen.pattern == nullptr) chosen = std::move(candidate);
     }
     if (4 * chosen.pairs.agreeing.size() >= chosen.pattern->markers.size()) break;
-    if (!is_small && look.is_inverted) break;
   }
   return chosen;
 }
@@ -247,7 +249,7 @@ class CornerSearch {
     for (int round = 0; round < kMaxRounds && extend(); ++round) {
     }
     keepOneColour();
-    dropMisplaced();
+    refit();
   }
 
   [[nodiscard]] const std::vector<std::optional<FoundCorner>>& found() const { return found_; }
@@ -267,29 +269,31 @@ class CornerSearch {
     return ((id % board_.columns() + id / board_.columns()) % 2 == 0) == pattern_.is_first_dark;
   }
 
+  // Nothing where the corner does not lie where its neighbours put it.
+  [[nodiscard]] std::optional<CornerFit> fitAt(const LocalView& view) {
+    const auto fit = fitter_.fit(image_, {.pixel = view.pixel,
+                                          .step_u = view.step_u,
+                                          .step_v = view.step_v,
+                                          .is_outermost = {},
+                                          .clear_share = pattern_.clear_share});
+    const double short_step = std::min(view.step_u.norm(), view.step_v.norm());
+    return fit && (fit->pixel - view.pixel).norm() < kMostOffShare * short_step ? fit : std::nullopt;
+  }
+
   bool extend() {
     std::vector<std::pair<std::size_t, FoundCorner>> added;
-    CornerFitter fitter;
     for (std::size_t i = 0; i < found_.size(); ++i) {
       if (found_[i]) continue;
       const auto view = predict(static_cast<int>(i));
       if (!view) continue;
-      if (tried_.contains(i) && (tried_[i] - view->pixel).norm() < 0.1 * shortStep(*view)) continue;
+      constexpr double kSamePx = 0.5;
+      if (tried_.contains(i) && (tried_[i] - view->pixel).norm() < kSamePx) continue;
       tried_[i] = view->pixel;
-      const CornerGuess guess{.pixel = view->pixel,
-                              .step_u = view->step_u,
-                              .step_v = view->step_v,
-                              .is_outermost = {},
-                              .clear_share = pattern_.clear_share};
-      const auto fit = fitter.fit(image_, guess);
-      if (fit && (fit->pixel - view->pixel).norm() < kMostOffShare * shortStep(*view))
-        added.push_back({i, {*fit, *view}});
+      if (const auto fit = fitAt(*view)) added.push_back({i, {*fit, *view}});
     }
     for (auto& [i, corner] : added) found_[i] = corner;
     return !added.empty();
   }
-
-  static double shortStep(const LocalView& view) { return std::min(view.step_u.norm(), view.step_v.norm()); }
 
   // A board is dark on white or white on dark, but not both.
   void keepOneColour() {
@@ -303,19 +307,20 @@ class CornerSearch {
     }
   }
 
-  void dropMisplaced() {
-    std::vector<std::size_t> misplaced;
+  // Once more from what all the others say, whatever was found first: the guesses by markers were coarse.
+  void refit() {
+    std::vector<std::optional<FoundCorner>> refitted(found_.size());
     for (std::size_t i = 0; i < found_.size(); ++i) {
-      if (!found_[i]) continue;
-      const auto view = predict(static_cast<int>(i), true);
-      if (!view || (view->pixel - found_[i]->fit.pixel).norm() > kMostOffShare * shortStep(*view))
-        misplaced.push_back(i);
+      const auto view = found_[i] ? predict(static_cast<int>(i), true) : std::nullopt;
+      const auto fit = view ? fitAt(*view) : std::nullopt;
+      if (fit && (fit->contrast > 0) == (found_[i]->fit.contrast > 0)) refitted[i] = {*fit, *view};
     }
-    for (const std::size_t i : misplaced) found_[i].reset();
+    found_ = std::move(refitted);
   }
 
   static constexpr double kMostOffShare = 0.25;
 
+  CornerFitter fitter_;
   const GrayImage& image_;
   const Board& board_;
   const MarkerPattern& pattern_;
