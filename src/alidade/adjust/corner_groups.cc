@@ -28,6 +28,7 @@ CornerGroups::CornerGroups(std::span<const Observation> view) {
 void CornerGroups::add(std::span<const Observation> view) {
   for (std::size_t i = 0; i < view.size(); i += kNumLanes) {
     CornerGroup& group = groups_.emplace_back();
+    group.radius_m = view[i].radius_m;
     for (std::size_t l = 0; l < kNumLanes; ++l) {
       const bool is_corner = i + l < view.size();
       const Observation& corner = view[is_corner ? i + l : 0];

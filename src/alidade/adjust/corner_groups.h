@@ -17,6 +17,7 @@ struct CornerGroup {
   Column x, y, z;      ///< of the board point
   Column u, v;         ///< of the pixel
   Column root_weight;  ///< 0 in what fills up the last group of a view
+  double radius_m;     ///< of the discs, the same for all; 0 for points
 };
 
 /// The corners of views in groups. What fills up a view's last group repeats its first corner, which is seen

@@ -19,6 +19,9 @@ struct Observation {
   double sigma_px = std::numeric_limits<double>::quiet_NaN();  ///< as Corner::sigma_px
   double weight = 1.0;  ///< relative inverse variance, see CornerNoise; weighted error = error * sqrt(weight)
   int id = 0;           ///< of the board point
+  /// If above 0, the pixel is the centroid of the image of a disc about p_board, parallel to the board's
+  /// plane; metres.
+  double radius_m = 0;
 };
 
 /// All corners of a view on the flat board, with weight 1.
@@ -29,7 +32,8 @@ struct Observation {
     corners.push_back({.p_board = board.corner(corner.id),
                        .pixel = corner.pixel,
                        .sigma_px = corner.sigma_px,
-                       .id = corner.id});
+                       .id = corner.id,
+                       .radius_m = board.discRadius()});
   }
   return corners;
 }

@@ -8,6 +8,7 @@
 #include "alidade/detect/board/april_grid_detector.h"
 #include "alidade/detect/board/charuco_detector.h"
 #include "alidade/detect/board/checkerboard_detector.h"
+#include "alidade/detect/board/circle_grid_detector.h"
 
 namespace alidade {
 

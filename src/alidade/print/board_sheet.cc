@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <numbers>
 
 #include <cairo/cairo-pdf.h>
 #include <cairo/cairo-svg.h>
@@ -86,6 +87,11 @@ class SheetPen {
       const Vector2d at = 1000 * box.min() + shift;
       const Vector2d size = 1000 * box.sizes();
       cairo_rectangle(context_, at.x(), at.y(), size.x(), size.y());
+    }
+    for (const auto& disc : sheet_.ink.discs) {
+      const Vector2d middle = 1000 * disc.center() + shift;
+      cairo_new_sub_path(context_);
+      cairo_arc(context_, middle.x(), middle.y(), 500 * disc.sizes().x(), 0, 2 * std::numbers::pi);
     }
     cairo_fill(context_);
   }

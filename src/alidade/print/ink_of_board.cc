@@ -36,34 +36,35 @@ void addMarker(std::vector<Eigen::AlignedBox2d>& boxes, std::string_view diction
   }
 }
 
-void addInk(const Checkerboard& board, const InkOptions&, std::vector<Eigen::AlignedBox2d>& boxes) {
+void addInk(const Checkerboard& board, const InkOptions&, BoardInk& ink) {
   for (int row = -1; row < board.rows; ++row) {
     for (int column = -1; column < board.columns; ++column) {
       if ((column + row) % 2 == 0)
-        addSquare(boxes, column * board.square_m, row * board.square_m, board.square_m);
+        addSquare(ink.boxes, column * board.square_m, row * board.square_m, board.square_m);
     }
   }
 }
 
-void addInk(const CharucoBoard& board, const InkOptions& options, std::vector<Eigen::AlignedBox2d>& boxes) {
+void addInk(const CharucoBoard& board, const InkOptions& options, BoardInk& ink) {
   const double margin = 0.5 * (board.square_m - board.marker_m);
   int id = 0;
   for (int row = 0; row < board.rows; ++row) {
     for (int column = 0; column < board.columns; ++column) {
       const Vector2d low = board.square_m * Vector2d(column - 1, row - 1);
       if (((column + row) % 2 == 0) != options.is_bright_first) {
-        addSquare(boxes, low.x(), low.y(), board.square_m);
+        addSquare(ink.boxes, low.x(), low.y(), board.square_m);
       } else {
-        addMarker(boxes, board.dictionary, id++, low + Vector2d(margin, margin), board.marker_m, 1, false);
+        addMarker(ink.boxes, board.dictionary, id++, low + Vector2d(margin, margin), board.marker_m, 1,
+                  false);
       }
     }
   }
 }
 
-void addInk(const AprilGrid& board, const InkOptions& options, std::vector<Eigen::AlignedBox2d>& boxes) {
+void addInk(const AprilGrid& board, const InkOptions& options, BoardInk& ink) {
   for (int row = 0; row < board.rows; ++row) {
     for (int column = 0; column < board.columns; ++column) {
-      addMarker(boxes, AprilGrid::kDictionary, board.tagId(column, row),
+      addMarker(ink.boxes, AprilGrid::kDictionary, board.tagId(column, row),
                 {board.tagPlace(column), board.tagPlace(row)}, board.tag_m, options.april_border,
                 AprilGrid::kIsUpsideDown);
     }
@@ -71,15 +72,32 @@ void addInk(const AprilGrid& board, const InkOptions& options, std::vector<Eigen
   const double gap = board.gap * board.tag_m;
   for (int row = 0; row <= board.rows; ++row) {
     for (int column = 0; column <= board.columns; ++column)
-      addSquare(boxes, board.tagPlace(column) - gap, board.tagPlace(row) - gap, gap);
+      addSquare(ink.boxes, board.tagPlace(column) - gap, board.tagPlace(row) - gap, gap);
   }
+}
+
+template <class Grid>
+void addDiscs(const Grid& board, BoardInk& ink) {
+  const Vector2d radius = Vector2d::Constant(0.5 * board.diameter_m);
+  for (int id = 0; id < board.columns * board.rows; ++id) {
+    const Vector2d middle = board.corner(id).template head<2>();
+    ink.discs.emplace_back(middle - radius, middle + radius);
+  }
+}
+
+void addInk(const CircleGrid& board, const InkOptions&, BoardInk& ink) {
+  addDiscs(board, ink);
+}
+
+void addInk(const AsymmetricCircleGrid& board, const InkOptions&, BoardInk& ink) {
+  addDiscs(board, ink);
 }
 
 }  // namespace
 
 BoardInk inkOf(const Board& board, const InkOptions& options) {
   BoardInk ink{.boxes = {}, .extent = board.printed()};
-  std::visit([&](const auto& kind) { addInk(kind, options, ink.boxes); }, board.kind());
+  std::visit([&](const auto& kind) { addInk(kind, options, ink); }, board.kind());
   return ink;
 }
 

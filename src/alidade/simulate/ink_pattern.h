@@ -11,8 +11,8 @@
 
 namespace alidade {
 
-/// The tones of anything printed, with a white margin around it as wide as a tenth of its longer side. Boxes
-/// are found by the cell of a grid that a place is in.
+/// The tones of anything printed, with a white margin around it as wide as a tenth of its longer side. What
+/// is printed is found by the cell of a grid that a place is in.
 class InkPattern {
  public:
   explicit InkPattern(const BoardInk& ink);
@@ -24,7 +24,15 @@ class InkPattern {
 
  private:
   [[nodiscard]] Eigen::Vector2i cellAt(const Eigen::Vector2d& p) const;
-  [[nodiscard]] const std::vector<Eigen::AlignedBox2d>& boxesIn(const Eigen::Vector2i& cell) const {
+  struct Mark {
+    Eigen::AlignedBox2d box;
+    bool is_disc = false;  // that fills the box
+
+    [[nodiscard]] bool contains(const Eigen::Vector2d& p) const;
+    [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
+  };
+  void add(const Mark& mark);
+  [[nodiscard]] const std::vector<Mark>& marksIn(const Eigen::Vector2i& cell) const {
     return cells_[static_cast<std::size_t>(cell.y() * num_cells_.x() + cell.x())];
   }
 
@@ -32,7 +40,7 @@ class InkPattern {
   Eigen::AlignedBox2d paper_;
   Eigen::Vector2i num_cells_;
   double cell_m_ = 0;
-  std::vector<std::vector<Eigen::AlignedBox2d>> cells_;  // the boxes that touch each
+  std::vector<std::vector<Mark>> cells_;  // what touches each
 };
 
 }  // namespace alidade

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numbers>
 
 #include "alidade/core/text.h"
 
@@ -65,6 +66,22 @@ Board::Board(const CharucoBoard& board) : kind_(board), spacing_m_(board.square_
 
 Board::Board(const AprilGrid& board) : kind_(board), spacing_m_(board.tag_m * std::min(1.0, board.gap)) {
   placeCorners(board, 2 * board.columns, 2 * board.rows, board.gap * board.tag_m);
+}
+
+Board::Board(const CircleGrid& board)
+    : kind_(board),
+      spacing_m_(board.spacing_m),
+      disc_radius_m_(0.5 * board.diameter_m),
+      symmetry_step_(board.symmetryStep()) {
+  placeCorners(board, board.columns, board.rows, disc_radius_m_);
+}
+
+Board::Board(const AsymmetricCircleGrid& board)
+    : kind_(board),
+      spacing_m_(std::numbers::sqrt2 * board.spacing_m),
+      disc_radius_m_(0.5 * board.diameter_m),
+      symmetry_step_(board.symmetryStep()) {
+  placeCorners(board, board.columns, board.rows, disc_radius_m_);
 }
 
 std::string Board::spec() const {

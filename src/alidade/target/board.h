@@ -11,11 +11,12 @@
 #include "alidade/target/april_grid.h"
 #include "alidade/target/charuco_board.h"
 #include "alidade/target/checkerboard.h"
+#include "alidade/target/circle_grid.h"
 
 namespace alidade {
 
 /// The kinds of boards.
-using BoardKind = std::variant<Checkerboard, CharucoBoard, AprilGrid>;
+using BoardKind = std::variant<Checkerboard, CharucoBoard, AprilGrid, CircleGrid, AsymmetricCircleGrid>;
 
 /// A board of any kind: points in columns and rows on a plane, which detectors find. Point ids run along the
 /// columns first: id = row * columns + column. Board frame: origin at point 0, x along the columns, y along
@@ -26,6 +27,8 @@ class Board {
   Board(const Checkerboard& board);
   Board(const CharucoBoard& board);
   Board(const AprilGrid& board);
+  Board(const CircleGrid& board);
+  Board(const AsymmetricCircleGrid& board);
 
   [[nodiscard]] const BoardKind& kind() const { return kind_; }
   /// Of the points, which a SPEC may count otherwise.
@@ -42,6 +45,8 @@ class Board {
   [[nodiscard]] const Eigen::AlignedBox2d& printed() const { return printed_; }
   /// Between neighbouring points, the shortest.
   [[nodiscard]] double spacing() const { return spacing_m_; }
+  /// Of the discs whose centroids are seen in place of the points, metres; 0: the points themselves are seen.
+  [[nodiscard]] double discRadius() const { return disc_radius_m_; }
   /// The smallest number of quarter turns after which the board looks the same; 4 if only a full turn does.
   [[nodiscard]] int symmetryStep() const { return symmetry_step_; }
   /// True if the board looks the same in another position, so that ids may differ from view to view.
@@ -62,6 +67,7 @@ class Board {
   Eigen::Vector2d span_m_{0, 0};
   Eigen::AlignedBox2d printed_;
   double spacing_m_ = 0;
+  double disc_radius_m_ = 0;
   int symmetry_step_ = 4;
 };
 

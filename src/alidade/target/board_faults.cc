@@ -2,12 +2,14 @@
 // What boards of each kind can be.
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <string>
 
 #include "alidade/core/text.h"
 #include "alidade/target/april_grid.h"
 #include "alidade/target/charuco_board.h"
 #include "alidade/target/checkerboard.h"
+#include "alidade/target/circle_grid.h"
 
 namespace alidade {
 namespace {
@@ -29,6 +31,18 @@ std::optional<BoardFault> sideFault(double side_m, const std::string& what) {
   if (side_m > kMaxSide && side_m <= 1000 * kMaxSide)
     fault.next_step = "a bare number is metres: did you mean " + exactText(side_m) + "mm?";
   return fault;
+}
+
+// Discs must leave room between them, and be large enough beside it to be seen where their grid is.
+std::optional<BoardFault> circlesFault(int columns, int rows, int least_columns, double spacing_m,
+                                       double diameter_m, double neighbour_m) {
+  if (auto fault = countsFault(columns, rows, least_columns, 100, "circles")) return fault;
+  if (auto fault = countsFault(rows, rows, 3, 100, "rows of circles")) return fault;
+  if (auto fault = sideFault(spacing_m, "a spacing")) return fault;
+  if (diameter_m >= 0.15 * neighbour_m && diameter_m <= 0.9 * neighbour_m) return std::nullopt;
+  return BoardFault{.found = "circles of " + exactText(1000 * diameter_m) + " mm, whose neighbours are " +
+                             exactText(1000 * neighbour_m) + " mm away",
+                    .expected = "diameters of 0.15 to 0.9 of that distance"};
 }
 
 // In the order of OpenCV's numbers.
@@ -92,6 +106,14 @@ std::optional<BoardFault> AprilGrid::fault() const {
                       .expected = "2 or more of the " + std::to_string(most) + " tags of the family 36h11"};
   }
   return std::nullopt;
+}
+
+std::optional<BoardFault> CircleGrid::fault() const {
+  return circlesFault(columns, rows, 3, spacing_m, diameter_m, spacing_m);
+}
+
+std::optional<BoardFault> AsymmetricCircleGrid::fault() const {
+  return circlesFault(columns, rows, 2, spacing_m, diameter_m, std::numbers::sqrt2 * spacing_m);
 }
 
 }  // namespace alidade

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <vector>
@@ -11,7 +12,8 @@
 
 namespace alidade {
 
-/// One observed board point. Pixel (0, 0) is the centre of the top-left pixel.
+/// One observed board point: of a circle grid, the centroid of a disc's image. Pixel (0, 0) is the centre of
+/// the top-left pixel.
 struct Corner {
   int id = 0;                   ///< row * columns + column, see Checkerboard
   Eigen::Vector2d pixel{0, 0};  ///< its observed position
@@ -28,12 +30,13 @@ struct Corner {
   return (from_centre - 0.5 * sides).maxCoeff() <= kNear * sides.maxCoeff();
 }
 
-/// One image of a board by one camera. Functions that return views order the corners by id, each at most
+/// One board in one image of a camera. Functions that return views order the corners by id, each at most
 /// once; calibrate() sorts what it is given.
 struct View {
-  std::string image = {};  ///< name or path, for messages and files; unique
+  std::string image = {};  ///< name or path, for messages and files; unique for each board
   ImageSize size = {};     ///< of the image, in pixels; as in camera files
   std::vector<Corner> corners = {};
+  std::size_t board = 0;  ///< index of the board among those that are given
 };
 
 }  // namespace alidade
