@@ -43,7 +43,9 @@ TEST(BoardCommand, DrawsToScale) {
   };
   const std::vector<Case> cases = {{"checkerboard:9x6:25mm", 25, 54},
                                    {"charuco:6x8:30mm:22mm:DICT_5X5_250", 30, 35},
-                                   {"aprilgrid:4x3:40mm:0.3", 12, 48}};
+                                   {"aprilgrid:4x3:40mm:0.3", 12, 48},
+                                   {"circles:7x6:25mm:15mm", 25, 42},
+                                   {"acircles:4x7:20mm:14mm", 40, 28}};  // neighbours in a row
   for (const Case& c : cases) {
     scratch.write("images/readme.txt", "");
     ASSERT_THAT(runAlidade({"board", c.spec, "-o", scratch.path("images/board.png")}), EndsWith(0));

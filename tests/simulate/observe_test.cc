@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -32,6 +33,57 @@ TEST(ExactView, PlacesCornersByTheirIds) {
     EXPECT_NEAR(corner.pixel.y(), 190 + 50 * (id / 5), 1e-9);
     EXPECT_TRUE(std::isnan(corner.sigma_px));
   }
+}
+
+// By the midpoint rule on rings of equal area, each place weighted with what it takes of the image.
+Eigen::Vector2d integratedCentroid(const AnyCamera& camera, const SE3& pose, const Eigen::Vector3d& middle,
+                                   double radius) {
+  constexpr int kRings = 100;
+  constexpr int kSteps = 60;
+  constexpr double kStep = 1e-6;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double area = 0;
+  const auto seen = [&](double x, double y) {
+    return camera.project(pose * (middle + Eigen::Vector3d(x, y, 0))).pixel;
+  };
+  for (int ring = 0; ring < kRings; ++ring) {
+    for (int step = 0; step < kSteps; ++step) {
+      const double r = radius * std::sqrt((ring + 0.5) / kRings);
+      const double angle = 2 * std::numbers::pi * step / kSteps;
+      const double x = r * std::cos(angle);
+      const double y = r * std::sin(angle);
+      const Eigen::Vector2d dx = (seen(x + kStep, y) - seen(x - kStep, y)) / (2 * kStep);
+      const Eigen::Vector2d dy = (seen(x, y + kStep) - seen(x, y - kStep)) / (2 * kStep);
+      const double weight = std::abs(dx.x() * dy.y() - dx.y() * dy.x());
+      sum += weight * seen(x, y);
+      area += weight;
+    }
+  }
+  return sum / area;
+}
+
+TEST(ExactView, PlacesCirclesAtTheCentroidsOfTheirImages) {
+  const Board board = CircleGrid{.columns = 4, .rows = 3, .spacing_m = 0.1, .diameter_m = 0.08};
+  const AnyCamera camera =
+      AnyCamera::make("kannala_brandt", std::vector<double>{300, 300, 320, 240, 0.02, -0.01, 0, 0});
+  const SE3 pose{SO3::exp({0.5, 0.6, 0.1}), {-0.05, -0.1, 0.25}};
+  const View view = exactView(camera, kSize, board, pose, "");
+  ASSERT_GE(view.corners.size(), 8U);
+  double most_off_middle = 0;
+  for (const Corner& corner : view.corners) {
+    const Eigen::Vector3d& middle = board.corner(corner.id);
+    const Eigen::Vector2d truth = integratedCentroid(camera, pose, middle, board.discRadius());
+    EXPECT_LT((corner.pixel - truth).norm(), 1e-3);
+    most_off_middle = std::max(most_off_middle, (camera.project(pose * middle).pixel - truth).norm());
+  }
+  EXPECT_GT(most_off_middle, 1);
+}
+
+TEST(ExactView, LeavesOutCirclesThatAreCut) {
+  const Board board = CircleGrid{.columns = 3, .rows = 3, .spacing_m = 0.1, .diameter_m = 0.08};
+  // The middles of the first column are at pixel 10 and their radius is 20.
+  const View view = exactView(pinhole(), kSize, board, {{}, {-0.62, -0.1, 1}}, "");
+  EXPECT_EQ(view.corners.size(), 6U);
 }
 
 TEST(ExactView, LeavesOutCornersOutsideTheImage) {

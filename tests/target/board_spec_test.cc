@@ -46,6 +46,12 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"aprilgrid:6x6:88mm:3", "gaps of 3 tags"},
       {"aprilgrid:6x6:88mm:3mm", "'3mm' as the gap"},
       {"aprilgrid:6x6:88mm:0.3:first", "'first' as the first_id"},
+      {"circles:10x8:25mm", "3 parts; expected circles:COLUMNSxROWS:SPACING:DIAMETER"},
+      {"circles:1x1:25mm:15mm", "1x1 circles"},
+      {"circles:10x8:25mm:25mm", "circles of 25 mm, whose neighbours are 25 mm away"},
+      {"acircles:4x11:20mm:30mm", "whose neighbours are 28.284"},
+      {"acircles:1x11:20mm:14mm", "1x11 circles; expected between 2 and 100"},
+      {"acircles:4x2:20mm:14mm", "rows of circles"},
       {"checkerboard", "1 part"},
       {"checkerboard:9x6", "2 parts"},
       {"checkerboard:9x6:25mm:3", "4 parts"},
@@ -66,7 +72,7 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"checkerboard:9x6:25km", "'25km'"},
   };
   for (const auto& [spec, part] : cases) EXPECT_THAT(messageOf(spec), HasSubstr(part)) << spec;
-  EXPECT_EQ(cases.size(), 30U);
+  EXPECT_EQ(cases.size(), 36U);
 }
 
 TEST(BoardSpec, TextReadsBack) {
@@ -75,10 +81,11 @@ TEST(BoardSpec, TextReadsBack) {
     EXPECT_EQ(parseBoardSpec(board.spec()), board) << board.spec();
   }
   int num_same = 0;
-  for (const std::string spec : {"checkerboard:9x6:25mm", "charuco:8x11:24mm:18.75mm:DICT_4X4_1000",
-                                 "aprilgrid:6x6:88mm:0.3", "aprilgrid:6x6:88mm:0.3:36"})
+  for (const std::string spec :
+       {"checkerboard:9x6:25mm", "charuco:8x11:24mm:18.75mm:DICT_4X4_1000", "aprilgrid:6x6:88mm:0.3",
+        "aprilgrid:6x6:88mm:0.3:36", "circles:10x8:25mm:15mm", "acircles:4x11:20mm:14mm"})
     num_same += parseBoardSpec(spec).spec() == spec ? 1 : 0;
-  EXPECT_EQ(num_same, 4);
+  EXPECT_EQ(num_same, 6);
 }
 
 TEST(Checkerboard, NumbersCornersAlongTheColumnsFirst) {
@@ -105,6 +112,22 @@ TEST(Board, CountsPointsWhereASpecCountsSquaresOrTags) {
   EXPECT_TRUE(grid.corner(2 * 12 + 3).isApprox(Eigen::Vector3d(0.23, 0.13, 0)));
   EXPECT_TRUE(grid.span().isApprox(Eigen::Vector2d(0.75, 0.49)));
   EXPECT_EQ((AprilGrid{.columns = 6, .rows = 4, .tag_m = 0.1, .gap = 0.3}.tagId(0, 3)), 0);
+}
+
+// As in OpenCV's documentation of findCirclesGrid: every other row is shifted by the spacing.
+TEST(Board, PlacesTheCirclesOfAsymmetricGridsAsOpenCvDoes) {
+  const Board board = parseBoardSpec("acircles:4x11:20mm:14mm");
+  EXPECT_EQ(board.numCorners(), 44);
+  EXPECT_EQ(board.discRadius(), 0.007);
+  EXPECT_TRUE(board.corner(3).isApprox(Eigen::Vector3d(0.12, 0, 0)));
+  EXPECT_TRUE(board.corner(4).isApprox(Eigen::Vector3d(0.02, 0.02, 0)));
+  EXPECT_TRUE(board.corner(8).isApprox(Eigen::Vector3d(0, 0.04, 0)));
+  EXPECT_TRUE(board.printed().sizes().isApprox(Eigen::Vector2d(0.154, 0.214)));
+  EXPECT_NEAR(board.spacing(), std::sqrt(2) * 0.02, 1e-15);
+  EXPECT_FALSE(board.isAmbiguous());
+  EXPECT_TRUE(parseBoardSpec("acircles:4x10:20mm:14mm").isAmbiguous());
+  EXPECT_EQ(parseBoardSpec("circles:10x8:25mm:15mm").symmetryStep(), 2);
+  EXPECT_EQ(parseBoardSpec("circles:8x8:25mm:15mm").symmetryStep(), 1);
 }
 
 }  // namespace

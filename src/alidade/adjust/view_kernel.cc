@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "alidade/adjust/disc_rows.h"
 #include "alidade/adjust/elimination.h"
 #include "alidade/adjust/view_equations.h"
 #include "alidade/camera/model_list.h"
@@ -29,7 +30,9 @@ class ModelKernel final : public ViewKernel {
     bool is_seen = true;
     callVectorised([&]() ALIDADE_INLINE_LAMBDA {
       detail::ViewEquations<M> equations;
-      is_seen = detail::sumView<M>(camera, corners, loss, unseen, equations);
+      is_seen = detail::areDiscs(corners)
+                    ? sumDiscs(params, camera_from_board, corners, loss, unseen, equations)
+                    : detail::sumView<M>(camera, corners, loss, unseen, equations);
       if (!is_seen) return;
       constexpr std::size_t kLast = kSize - 1;
       std::array<double, kSize> diagonal;
@@ -49,6 +52,7 @@ class ModelKernel final : public ViewKernel {
 
   [[nodiscard]] double sumOfRho(const double* params, const SE3& camera_from_board,
                                 std::span<const CornerGroup> corners, HuberLoss loss) const override {
+    if (detail::areDiscs(corners)) return sumOfDiscs(params, camera_from_board, corners, loss);
     const ViewCamera<M> camera(params, camera_from_board);
     double sum = 0;
     callVectorised([&]() ALIDADE_INLINE_LAMBDA {
@@ -66,6 +70,12 @@ class ModelKernel final : public ViewKernel {
 
   void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
               std::span<Eigen::Vector2d> errors) const override {
+    if (detail::areDiscs(corners)) {
+      const detail::DiscRows discs(*this, params, camera_from_board);
+      for (std::size_t i = 0; i < errors.size(); ++i)
+        errors[i] = discs.error(corners[i / kNumLanes], i % kNumLanes);
+      return;
+    }
     const ViewCamera<M> camera(params, camera_from_board);
     callVectorised([&]() ALIDADE_INLINE_LAMBDA {
       const ViewCamera<M> local = camera;
@@ -84,6 +94,16 @@ class ModelKernel final : public ViewKernel {
 
   void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
             std::span<double> rows) const override {
+    if (detail::areDiscs(corners)) {
+      const detail::DiscRows discs(*this, params, camera_from_board);
+      for (std::size_t i = 0; i < rows.size() / (2 * kSize); ++i) {
+        double* const to = rows.data() + 2 * i * kSize;
+        const CornerGroup& group = corners[i / kNumLanes];
+        discs.write(group, i % kNumLanes, to);
+        for (std::size_t c = 0; c < 2 * kSize; ++c) to[c] *= group.root_weight[i % kNumLanes];
+      }
+      return;
+    }
     const ViewCamera<M> camera(params, camera_from_board);
     std::fill(rows.begin(), rows.end(), 0.0);
     callVectorised([&]() ALIDADE_INLINE_LAMBDA {
@@ -110,6 +130,53 @@ class ModelKernel final : public ViewKernel {
 
  private:
   using Rows = detail::ViewRows<M>;
+
+  // As sumView() does it.
+  bool sumDiscs(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+                HuberLoss loss, Unseen unseen, detail::ViewEquations<M>& to) const {
+    const detail::DiscRows discs(*this, params, camera_from_board);
+    double sum_of_rho = 0;
+    std::array<double, 2 * kSize> rows;
+    for (const CornerGroup& group : corners) {
+      for (std::size_t l = 0; l < kNumLanes; ++l) {
+        if (group.root_weight[l] == 0) continue;  // fills up the group
+        if (!discs.write(group, l, rows.data())) {
+          if (unseen == Unseen::kRefuse) return false;
+          continue;
+        }
+        const double weight = group.root_weight[l] * group.root_weight[l];
+        const double u = rows[kSize - 1];
+        const double v = rows[2 * kSize - 1];
+        const double s = weight * (u * u + v * v);
+        sum_of_rho += loss.rho(s);
+        const double factor = weight * loss.weight(s);
+        for (std::size_t i = 0; i < kSize; ++i) {
+          for (std::size_t j = i; j < kSize; ++j)
+            to.at(i, j) += factor * (rows[i] * rows[j] + rows[kSize + i] * rows[kSize + j]);
+        }
+      }
+    }
+    to.at(kSize - 1, kSize - 1) = sum_of_rho;
+    for (std::size_t i = 0; i < kPose; ++i) {
+      for (std::size_t j = 0; j < i; ++j) to.at(i, j) = to.at(j, i);
+    }
+    return true;
+  }
+
+  double sumOfDiscs(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+                    HuberLoss loss) const {
+    const detail::DiscRows discs(*this, params, camera_from_board);
+    double sum = 0;
+    for (const CornerGroup& group : corners) {
+      for (std::size_t l = 0; l < kNumLanes; ++l) {
+        if (group.root_weight[l] == 0) continue;
+        const double weight = group.root_weight[l] * group.root_weight[l];
+        sum += loss.rho(weight * discs.error(group, l).squaredNorm());
+      }
+    }
+    return sum;
+  }
+
   static constexpr int kParams = kNumParams<M>;
   static constexpr std::size_t kPose = Rows::kPose;
   static constexpr std::size_t kSize = Rows::kSize;

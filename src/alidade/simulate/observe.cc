@@ -2,12 +2,38 @@
 #include "alidade/simulate/observe.h"
 
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "alidade/geometry/curve_centroid.h"
 #include "alidade/record/scene.h"
 
 namespace alidade {
+
+namespace {
+
+bool isInside(const Projection& p, ImageSize size) {
+  return p.ok() && p.pixel.x() >= -0.5 && p.pixel.x() < size.width - 0.5 && p.pixel.y() >= -0.5 &&
+         p.pixel.y() < size.height - 0.5;
+}
+
+// Of the image of a disc; nothing if a part of it is not seen.
+std::optional<Eigen::Vector2d> discCentroid(const AnyCamera& camera, ImageSize size, const Board& board,
+                                            const SE3& camera_from_board, int id) {
+  constexpr int kPoints = 32;
+  static const auto circle = unitCircle<kPoints>();
+  Eigen::Matrix<double, 2, kPoints> rim;
+  for (int i = 0; i < kPoints; ++i) {
+    const Eigen::Vector3d offset(board.discRadius() * circle(0, i), board.discRadius() * circle(1, i), 0);
+    const Projection p = camera.project(camera_from_board * (board.corner(id) + offset));
+    if (!isInside(p, size)) return std::nullopt;
+    rim.col(i) = p.pixel;
+  }
+  return centroidWithin(rim).at;
+}
+
+}  // namespace
 
 bool seesPrintedSide(const SE3& camera_from_board) {
   return camera_from_board.inverse().translation.z() < 0;
@@ -23,9 +49,12 @@ View exactView(const AnyCamera& camera, ImageSize size, const Board& board, cons
   camera.project(points, projections);
   for (int id = 0; id < board.numCorners(); ++id) {
     const Projection& p = projections[static_cast<std::size_t>(id)];
-    const bool is_inside = p.ok() && p.pixel.x() >= -0.5 && p.pixel.x() < size.width - 0.5 &&
-                           p.pixel.y() >= -0.5 && p.pixel.y() < size.height - 0.5;
-    if (is_inside) view.corners.push_back({.id = id, .pixel = p.pixel});
+    if (!isInside(p, size)) continue;
+    if (board.discRadius() == 0) {
+      view.corners.push_back({.id = id, .pixel = p.pixel});
+    } else if (const auto centroid = discCentroid(camera, size, board, camera_from_board, id)) {
+      view.corners.push_back({.id = id, .pixel = *centroid});
+    }
   }
   return view;
 }

@@ -1,14 +1,397 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/detect/board/circle_grid_detector.h"
 
-namespace alidade {
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+#include <vector>
 
-Detection findBoard(const GrayImage&, const CircleGrid&) {
-  return {};
+#include <fmt/format.h>
+#include <Eigen/Eigenvalues>
+
+#include "alidade/core/error.h"
+#include "alidade/core/median.h"
+#include "alidade/detect/board/disc_lattice.h"
+#include "alidade/detect/corner/corner_fit.h"
+#include "alidade/detect/corner/disc_fit.h"
+#include "alidade/target/board.h"
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+
+std::string countsText(const CircleCounts& counts) {
+  return fmt::format("{}x{} circles{}", counts.columns, counts.rows,
+                     counts.is_asymmetric ? " in an asymmetric grid" : "");
 }
 
-Detection findBoard(const GrayImage&, const AsymmetricCircleGrid&) {
-  return {};
+// A lattice laid on a grid.
+struct GridPlacement {
+  CircleCounts counts;
+  std::map<int, Blob> blobs;  // by id
+
+  [[nodiscard]] double filled() const {
+    return static_cast<double>(blobs.size()) / (counts.columns * counts.rows);
+  }
+};
+
+struct PlacedNode {
+  int x = 0;
+  int y = 0;
+  const Blob* blob = nullptr;
+};
+
+// Lines at the ends with next to nothing on them are something else than the grid.
+void trimEnds(std::vector<PlacedNode>& nodes, int PlacedNode::*line_of) {
+  constexpr double kMinShare = 0.25;  // of the typical line
+  for (bool is_trimmed = true; is_trimmed && !nodes.empty();) {
+    is_trimmed = false;
+    std::map<int, int> counts;
+    for (const PlacedNode& node : nodes) ++counts[node.*line_of];
+    std::vector<double> sizes;
+    for (const auto& [line, count] : counts) sizes.push_back(count);
+    const double typical = medianOf(sizes);
+    for (const int end : {counts.begin()->first, counts.rbegin()->first}) {
+      if (counts.at(end) >= kMinShare * typical && counts.at(end) > 1) continue;
+      std::erase_if(nodes, [&](const PlacedNode& node) { return node.*line_of == end; });
+      is_trimmed = true;
+      break;
+    }
+  }
+}
+
+std::optional<GridPlacement> placedOn(std::vector<PlacedNode> nodes, bool is_asymmetric) {
+  trimEnds(nodes, &PlacedNode::y);
+  trimEnds(nodes, &PlacedNode::x);
+  if (nodes.empty()) return std::nullopt;
+  const auto [left, right] = std::ranges::minmax(nodes, {}, &PlacedNode::x);
+  const auto [top, bottom] = std::ranges::minmax(nodes, {}, &PlacedNode::y);
+  const int x0 = left.x;
+  const int y0 = top.y;
+  const int width = right.x - x0 + 1;
+  GridPlacement placement;
+  placement.counts = {.is_asymmetric = is_asymmetric,
+                      .columns = is_asymmetric ? width / 2 : width,
+                      .rows = bottom.y - y0 + 1};
+  if (is_asymmetric && width % 2 != 0) return std::nullopt;
+  for (const PlacedNode& node : nodes) {
+    const int x = node.x - x0;
+    const int y = node.y - y0;
+    if (is_asymmetric && (x + y) % 2 != 0) return std::nullopt;
+    const int column = is_asymmetric ? x / 2 : x;
+    placement.blobs[y * placement.counts.columns + column] = *node.blob;
+  }
+  return placement;
+}
+
+// All ways in which a lattice fills most of a grid, the fullest first. The lattice's basis may be any of the
+// grid's, which are related by whole numbers.
+std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice) {
+  constexpr int kMost = 2;
+  constexpr double kMinFilled = 0.6;
+  std::vector<GridPlacement> placements;
+  for (int a = -kMost; a <= kMost; ++a) {
+    for (int b = -kMost; b <= kMost; ++b) {
+      for (int c = -kMost; c <= kMost; ++c) {
+        for (int d = -kMost; d <= kMost; ++d) {
+          if (a * d - b * c != 1) continue;
+          for (const bool is_asymmetric : {false, true}) {
+            std::vector<PlacedNode> nodes;
+            for (const LatticeNode& node : lattice) {
+              const int i = a * node.i + b * node.j;
+              const int j = c * node.i + d * node.j;
+              // The steps of an asymmetric grid's lattice are its diagonals.
+              nodes.push_back(is_asymmetric ? PlacedNode{i - j, i + j, &node.blob}
+                                            : PlacedNode{i, j, &node.blob});
+            }
+            auto placement = placedOn(std::move(nodes), is_asymmetric);
+            if (placement && placement->filled() >= kMinFilled) placements.push_back(std::move(*placement));
+          }
+        }
+      }
+    }
+  }
+  std::stable_sort(placements.begin(), placements.end(),
+                   [](const GridPlacement& x, const GridPlacement& y) { return x.filled() > y.filled(); });
+  return placements;
+}
+
+// The mean step along the columns.
+Vector2d columnStep(const GridPlacement& placement) {
+  Vector2d sum = Vector2d::Zero();
+  for (const auto& [id, blob] : placement.blobs) {
+    const auto next = placement.blobs.find(id + 1);
+    if ((id + 1) % placement.counts.columns != 0 && next != placement.blobs.end())
+      sum += next->second.pixel - blob.pixel;
+  }
+  return sum;
+}
+
+// Where several placements fit, that whose columns run most to the right, or downwards if steeper.
+const GridPlacement* chosen(const std::vector<GridPlacement>& placements, const CircleCounts& asked) {
+  const GridPlacement* best = nullptr;
+  Vector2d best_step;
+  const auto rank = [](const Vector2d& step) {
+    if (std::abs(step.x()) >= std::abs(step.y())) return step.x() > 0 ? 3 : 0;
+    return step.y() > 0 ? 2 : 1;
+  };
+  for (const GridPlacement& placement : placements) {
+    if (placement.counts != asked) continue;
+    const Vector2d step = columnStep(placement);
+    const bool is_better = best == nullptr || placement.filled() > best->filled() ||
+                           (placement.filled() == best->filled() && rank(step) > rank(best_step));
+    if (!is_better) continue;
+    best = &placement;
+    best_step = step;
+  }
+  return best;
+}
+
+// The circles of a placed grid while they are fitted.
+class CircleSearch {
+ public:
+  CircleSearch(const GrayImage& image, const Board& board, const GridPlacement& placement)
+      : image_(image), board_(board), found_(static_cast<std::size_t>(board.numCorners())) {
+    constexpr double kSafe = 0.8;  // of the way to the middle between neighbours
+    reach_ = 1 + kSafe * (0.5 * board.spacing() / board.discRadius() - 1);
+    for (const auto& [id, blob] : placement.blobs) fitAt(id, blob.pixel, blob.shape);
+    keepOneColour();
+    dropMisplaced();
+    // What was no blob of its own, as in a shadow's edge, is looked for between those that were.
+    for (int id = 0; id < board.numCorners(); ++id) {
+      if (at(id)) continue;
+      if (const auto guess = between(id)) fitAt(id, guess->pixel, guess->shape);
+    }
+    keepOneColour();
+    dropMisplaced();
+  }
+
+  [[nodiscard]] const std::vector<std::optional<DiscFit>>& found() const { return found_; }
+
+  // Of a pair of opposite neighbours, in each of the two directions that have one.
+  [[nodiscard]] std::optional<DiscFit> between(int id) const {
+    DiscFit mean{.pixel = Vector2d::Zero(), .shape = Eigen::Matrix2d::Zero(), .covariance = {}};
+    int count = 0;
+    for (const auto& [before, after] : oppositePairs(id)) {
+      if (!at(before) || !at(after)) continue;
+      mean.pixel += 0.5 * (at(before)->pixel + at(after)->pixel);
+      mean.shape += 0.5 * (at(before)->shape + at(after)->shape);
+      ++count;
+    }
+    if (count == 0) return std::nullopt;
+    mean.pixel /= count;
+    mean.shape /= count;
+    return mean;
+  }
+
+  // The distance to the nearest neighbour; NaN without one.
+  [[nodiscard]] double stepAt(int id) const {
+    double least = std::numeric_limits<double>::quiet_NaN();
+    for (const auto& pair : oppositePairs(id)) {
+      for (const int other : {pair.first, pair.second}) {
+        if (at(other)) least = std::fmin(least, (at(other)->pixel - at(id)->pixel).norm());
+      }
+    }
+    return least;
+  }
+
+ private:
+  [[nodiscard]] const std::optional<DiscFit>& at(int id) const {
+    static const std::optional<DiscFit> none;
+    return id < 0 ? none : found_[static_cast<std::size_t>(id)];
+  }
+
+  // Ids of neighbours on opposite sides; -1 beyond the border.
+  [[nodiscard]] std::array<std::pair<int, int>, 2> oppositePairs(int id) const {
+    const int columns = board_.columns();
+    const int column = id % columns;
+    const int row = id / columns;
+    const auto idAt = [&](int c, int r) {
+      return c >= 0 && c < columns && r >= 0 && r < board_.rows() ? r * columns + c : -1;
+    };
+    // Two rows apart, those of an asymmetric grid lie below each other again.
+    const int rows_apart = std::holds_alternative<AsymmetricCircleGrid>(board_.kind()) ? 2 : 1;
+    return {{{idAt(column - 1, row), idAt(column + 1, row)},
+             {idAt(column, row - rows_apart), idAt(column, row + rows_apart)}}};
+  }
+
+  void fitAt(int id, const Vector2d& pixel, const Eigen::Matrix2d& shape) {
+    found_[static_cast<std::size_t>(id)] = fitDisc(image_, {.pixel = pixel, .shape = shape, .reach = reach_});
+  }
+
+  void keepOneColour() {
+    int balance = 0;
+    for (const auto& disc : found_) balance += disc ? (disc->contrast > 0 ? 1 : -1) : 0;
+    for (auto& disc : found_) {
+      if (disc && (disc->contrast > 0 ? 1 : -1) * balance < 0) disc.reset();
+    }
+  }
+
+  void dropMisplaced() {
+    // Of the step, and of the shape: perspective and the lens leave less between neighbours.
+    constexpr double kMostOff = 0.25;
+    constexpr double kMostReshaped = 0.4;
+    std::vector<int> misplaced;
+    for (int id = 0; id < board_.numCorners(); ++id) {
+      const auto expected = at(id) ? between(id) : std::nullopt;
+      if (!expected) continue;
+      const bool is_off = (expected->pixel - at(id)->pixel).norm() > kMostOff * stepAt(id);
+      const bool is_other = (expected->shape - at(id)->shape).norm() > kMostReshaped * expected->shape.norm();
+      if (is_off || is_other) misplaced.push_back(id);
+    }
+    for (const int id : misplaced) found_[static_cast<std::size_t>(id)].reset();
+  }
+
+  const GrayImage& image_;
+  const Board& board_;
+  double reach_ = 0;
+  std::vector<std::optional<DiscFit>> found_;
+};
+
+ViewMeasures measureCircles(const CircleSearch& search, const Board& board, ImageSize size) {
+  std::vector<double> blurs;
+  std::vector<double> spacings;
+  std::vector<double> tilts;
+  double area = 0;
+  const double cell_in_discs =
+      board.span().prod() / board.numCorners() / (std::numbers::pi * board.discRadius() * board.discRadius());
+  for (std::size_t i = 0; i < search.found().size(); ++i) {
+    const auto& disc = search.found()[i];
+    if (!disc) continue;
+    blurs.push_back(disc->blur_px);
+    const double step = search.stepAt(static_cast<int>(i));
+    if (std::isfinite(step)) spacings.push_back(step);
+    const Vector2d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(disc->shape).eigenvalues();
+    tilts.push_back(std::acos(std::sqrt(values(0) / values(1))));
+    area += std::numbers::pi / std::sqrt(values(0) * values(1)) * cell_in_discs;
+  }
+  return {.blur_px = medianOf(std::move(blurs)),
+          .spacing_px = spacings.empty() ? std::numeric_limits<double>::quiet_NaN() : medianOf(spacings),
+          .area_share = std::min(1.0, area / (static_cast<double>(size.width) * size.height)),
+          .tilt_deg = medianOf(std::move(tilts)) * 180 / std::numbers::pi};
+}
+
+struct SeenGrids {
+  std::vector<std::vector<GridPlacement>> of_lattices;  // of the largest first
+  int num_lattices = 0;
+};
+
+// Dark circles and bright ones, beside their wider and their closer neighbourhood, until a grid is seen for
+// which `is_wanted` is true.
+template <class F>
+SeenGrids lookForGrids(const GrayImage& image, const F& is_wanted) {
+  SeenGrids best;
+  for (const bool is_bright : {false, true}) {
+    for (const double window_share : {0.25, 0.08}) {
+      SeenGrids seen;
+      for (const DiscLattice& lattice : findLattices(image, is_bright, window_share)) {
+        ++seen.num_lattices;
+        auto placements = gridPlacementsOf(lattice);
+        if (!placements.empty()) seen.of_lattices.push_back(std::move(placements));
+      }
+      if (is_wanted(seen)) return seen;
+      if (best.of_lattices.empty()) best = std::move(seen);
+    }
+  }
+  return best;
+}
+
+Detection refuse(DetectionReason reason, std::string detail) {
+  Detection detection;
+  detection.reason = reason;
+  detection.detail = std::move(detail);
+  return detection;
+}
+
+Detection refuseOther(const SeenGrids& seen, const CircleCounts& asked) {
+  if (seen.of_lattices.empty()) {
+    return seen.num_lattices > 0
+               ? refuse(DetectionReason::kUnplaced, "circles of a grid, but not all of its outer lines")
+               : refuse(DetectionReason::kNoBoard, "no grid of circles was found");
+  }
+  const CircleCounts& counts = seen.of_lattices.front().front().counts;
+  const bool is_part = std::max(counts.columns, counts.rows) <= std::max(asked.columns, asked.rows) &&
+                       std::min(counts.columns, counts.rows) <= std::min(asked.columns, asked.rows) &&
+                       counts.is_asymmetric == asked.is_asymmetric;
+  return refuse(is_part ? DetectionReason::kUnplaced : DetectionReason::kOtherBoard,
+                fmt::format("{}, not {}{}", countsText(counts), countsText(asked),
+                            is_part ? "; all of the outer lines must be seen" : ""));
+}
+
+template <class Kind>
+Detection findCircles(const GrayImage& image, const Kind& kind) {
+  expect(!image.empty(), "an image with pixels");
+  const Board board(kind);
+  const CircleCounts asked{.is_asymmetric = std::is_same_v<Kind, AsymmetricCircleGrid>,
+                           .columns = kind.columns,
+                           .rows = kind.rows};
+  const auto isAsked = [&](const std::vector<GridPlacement>& of) { return chosen(of, asked) != nullptr; };
+  const SeenGrids seen = lookForGrids(
+      image, [&](const SeenGrids& grids) { return std::ranges::any_of(grids.of_lattices, isAsked); });
+  const auto num_matches = std::ranges::count_if(seen.of_lattices, isAsked);
+  if (num_matches == 0) return refuseOther(seen, asked);
+  if (num_matches > 1) {
+    return refuse(DetectionReason::kSeveralBoards,
+                  fmt::format("{} grids of {}", num_matches, countsText(asked)));
+  }
+  const CircleSearch search(image, board, *chosen(*std::ranges::find_if(seen.of_lattices, isAsked), asked));
+  Detection detection;
+  for (std::size_t i = 0; i < search.found().size(); ++i) {
+    const auto& disc = search.found()[i];
+    if (disc) {
+      detection.corners.push_back(
+          {.id = static_cast<int>(i), .pixel = disc->pixel, .sigma_px = disc->sigma_px});
+    }
+  }
+  const std::size_t num_found = detection.corners.size();
+  if (2 * num_found < search.found().size()) {
+    return refuse(
+        DetectionReason::kBlurred,
+        fmt::format("a grid of circles, of which only {} are clear enough to be located", num_found));
+  }
+  detection.measures = measureCircles(search, board, image.size);
+  detection.reason = DetectionReason::kFound;
+  if (num_found < search.found().size()) {
+    detection.reason = DetectionReason::kPartial;
+    detection.detail = fmt::format("{} of {} circles; the others are covered or not clear enough", num_found,
+                                   search.found().size());
+  }
+  return detection;
+}
+
+}  // namespace
+
+Detection findBoard(const GrayImage& image, const CircleGrid& board) {
+  return findCircles(image, board);
+}
+
+Detection findBoard(const GrayImage& image, const AsymmetricCircleGrid& board) {
+  return findCircles(image, board);
+}
+
+std::optional<CircleCounts> seenCircleGrid(const GrayImage& image) {
+  constexpr double kWhole = 0.95;
+  constexpr double kNothingNear = 1.15;
+  const auto isWhole = [&](const std::vector<GridPlacement>& of) {
+    const GridPlacement& fullest = of.front();
+    const auto num_discs = std::ranges::count_if(fullest.blobs, [&](const auto& placed) {
+      const Blob& blob = placed.second;
+      return fitDisc(image, {.pixel = blob.pixel, .shape = blob.shape, .reach = kNothingNear}).has_value();
+    });
+    return static_cast<double>(num_discs) >= kWhole * fullest.counts.columns * fullest.counts.rows;
+  };
+  const SeenGrids seen = lookForGrids(
+      image, [&](const SeenGrids& grids) { return std::ranges::any_of(grids.of_lattices, isWhole); });
+  const auto whole = std::ranges::find_if(seen.of_lattices, isWhole);
+  if (whole == seen.of_lattices.end()) return std::nullopt;
+  CircleCounts counts = whole->front().counts;
+  if (!counts.is_asymmetric && counts.columns < counts.rows) std::swap(counts.columns, counts.rows);
+  return counts;
 }
 
 }  // namespace alidade

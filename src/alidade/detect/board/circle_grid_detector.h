@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+
 #include "alidade/core/image.h"
 #include "alidade/detect/detection.h"
 #include "alidade/target/circle_grid.h"
@@ -8,9 +10,22 @@
 namespace alidade {
 
 /// Finds a grid of circles, dark on bright or bright on dark. Corners are the centroids of the circles'
-/// images. Circles may be hidden as long as all outer lines of the grid are seen. Where the grid looks the
-/// same turned, the columns run to the right in the image, or downwards if they are steeper than 45 degrees.
+/// images. Circles may be hidden as long as all outer lines of the grid are seen: nothing else tells which
+/// part is seen. Where the grid looks the same turned, the columns run to the right in the image, or
+/// downwards if they are steeper than 45 degrees.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const CircleGrid& board);
 [[nodiscard]] Detection findBoard(const GrayImage& image, const AsymmetricCircleGrid& board);
+
+/// The counts of a grid of circles.
+struct CircleCounts {
+  bool is_asymmetric = false;
+  int columns = 0;
+  int rows = 0;
+  friend bool operator==(const CircleCounts&, const CircleCounts&) = default;
+};
+
+/// Of the largest grid of circles in an image, if it is seen whole; of a symmetric one, the longer side
+/// first.
+[[nodiscard]] std::optional<CircleCounts> seenCircleGrid(const GrayImage& image);
 
 }  // namespace alidade

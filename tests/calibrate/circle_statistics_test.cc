@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// Circle grids before a wide lens: whether the centroids of their discs' images give true cameras.
+#include <cmath>
+#include <cstdio>
+
+#include <gtest/gtest.h>
+
+#include "alidade/calibrate/calibrator.h"
+#include "alidade/core/parallel.h"
+#include "alidade/simulate/observe.h"
+#include "alidade/simulate/random_views.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kNumSets = 100;
+constexpr ImageSize kSize{.width = 1280, .height = 960};
+const Board kBoard = CircleGrid{.columns = 10, .rows = 8, .spacing_m = 0.025, .diameter_m = 0.015};
+
+// 120 degrees across the width.
+const std::vector<double> kTruth = {615, 614, 641, 477, -0.02, 0.004, -0.002, 0.0003};
+
+std::vector<View> circleViews(std::uint64_t seed) {
+  Random random(seed);
+  const AnyCamera camera = AnyCamera::make("kannala_brandt", kTruth);
+  std::vector<View> views;
+  for (const SE3& pose : randomViews(camera, kSize, kBoard, 20, random)) {
+    views.push_back(exactView(camera, kSize, kBoard, pose, "view_" + std::to_string(views.size())));
+    addCornerNoise(views.back(), 0.05, random);
+  }
+  return views;
+}
+
+struct FocalScores {
+  double mean = 0;     // of error / stated sigma, over fx and fy
+  double covered = 0;  // share within 1.96
+};
+
+// With what is on `board` taken for what was seen.
+FocalScores focalScores(const Board& board) {
+  std::vector<std::vector<double>> scores(kNumSets);
+  parallelFor(kNumSets, 0, [&](std::size_t i) {
+    const Calibration result = calibrate(board, circleViews(streamSeed(31, i)), {.model = "kannala_brandt"});
+    for (const std::size_t k : {0U, 1U}) {
+      scores[i].push_back((onlyCamera(result.fit).params[k] - kTruth[k]) /
+                          result.uncertainty.parameterStd(static_cast<int>(k)));
+    }
+  });
+  FocalScores of;
+  for (const auto& set : scores) {
+    for (const double score : set) {
+      of.mean += score / (2 * kNumSets);
+      of.covered += (std::abs(score) < 1.96 ? 1.0 : 0.0) / (2 * kNumSets);
+    }
+  }
+  return of;
+}
+
+TEST(CircleSigmas, AreTrueBeforeAWideLens) {
+  const FocalScores scores = focalScores(kBoard);
+  std::printf("focal length: mean error %+.3f sigma, %.1f %% within 95 %%\n", scores.mean,
+              100 * scores.covered);
+  EXPECT_LE(std::abs(scores.mean), 0.3);
+  EXPECT_GE(scores.covered, 0.92);
+  EXPECT_LE(scores.covered, 0.98);
+}
+
+// What others do.
+TEST(CircleSigmas, AreNotForTheMiddlesOfTheDiscs) {
+  const FocalScores scores = focalScores(Checkerboard{.columns = 10, .rows = 8, .square_m = 0.025});
+  std::printf("middles of discs: mean error %+.3f sigma\n", scores.mean);
+  EXPECT_GT(std::abs(scores.mean), 1);
+}
+
+}  // namespace
+}  // namespace alidade
