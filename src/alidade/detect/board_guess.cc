@@ -62,7 +62,7 @@ std::vector<std::size_t> spreadOrder(std::size_t count) {
 
 }  // namespace
 
-std::string guessedBoard(std::span<const std::string> paths) {
+std::string guessedBoard(std::span<const std::string> paths, const CancelFlag* cancel) {
   // Bounds the time, whatever the images show.
   constexpr double kMostPixels = 6e7;
   constexpr int kMostImages = 30;
@@ -73,6 +73,7 @@ std::string guessedBoard(std::span<const std::string> paths) {
   int num_images = 0;
   for (const std::size_t i : spreadOrder(paths.size())) {
     if (markers.isSure() || squares.isSure() || num_pixels > kMostPixels || num_images >= kMostImages) break;
+    throwIfCancelled(cancel);
     ++num_images;
     GrayImage image;
     try {
