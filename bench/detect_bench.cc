@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Diagnosis checkerboards, from JPEG file to refined corners, beside OpenCV on the same files in the same
-// run.
+// Boards of each kind, from JPEG file to refined corners, beside OpenCV on the same files in the same run.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -13,6 +12,9 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+#include <opencv2/aruco.hpp>
+#include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -20,6 +22,7 @@
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/imagery/image_file.h"
+#include "alidade/print/ink_of_board.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
 
@@ -56,7 +59,19 @@ void writeJpeg(const std::string& path, const GrayImage& image) {
   cv::imwrite(path, mat, {cv::IMWRITE_JPEG_QUALITY, 92});
 }
 
-std::vector<std::string> writeBoards(const fs::path& folder, ImageSize size) {
+// A way of OpenCV's to find a target.
+struct Peer {
+  const char* name;
+  std::function<bool(const cv::Mat&)> finds;
+};
+
+struct Target {
+  const char* name;
+  Board board;
+  std::vector<Peer> peers;
+};
+
+std::vector<std::string> writeBoards(const fs::path& folder, ImageSize size, const Target& target) {
   const double f = 0.85 * size.width;
   const std::vector<double> params = {f,     f,    0.5 * size.width, 0.5 * size.height, -0.28, 0.08, 8e-4,
                                       -4e-4, -0.01};
@@ -64,15 +79,13 @@ std::vector<std::string> writeBoards(const fs::path& folder, ImageSize size) {
   Random random(7);
   const Renderer renderer(camera, size);
   std::vector<std::string> paths;
-  int i = 0;
-  for (const SE3& pose : randomViews(camera, size, kBoard, kNumViews, random)) {
+  for (const SE3& pose : randomViews(camera, size, target.board, kNumViews, random)) {
     RenderOptions options;
     options.blur_px = 1;
     options.read_noise = 3;
-    options.seed = static_cast<std::uint64_t>(i);
-    paths.push_back(
-        (folder / ("board_" + std::to_string(size.width) + "_" + std::to_string(i++) + ".jpg")).string());
-    writeJpeg(paths.back(), renderer.render(kBoard, pose, options));
+    options.seed = paths.size();
+    paths.push_back((folder / fmt::format("{}_{}_{}.jpg", target.name, size.width, paths.size())).string());
+    writeJpeg(paths.back(), renderer.render(inkOf(target.board), pose, options));
   }
   return paths;
 }
@@ -94,58 +107,129 @@ std::vector<std::string> writeTextures(const fs::path& folder, ImageSize size) {
     cv::normalize(sum, sum, 0, 255, cv::NORM_MINMAX);
     cv::Mat gray;
     sum.convertTo(gray, CV_8U);
-    paths.push_back(
-        (folder / ("texture_" + std::to_string(size.width) + "_" + std::to_string(i) + ".jpg")).string());
+    paths.push_back((folder / fmt::format("texture_{}_{}.jpg", size.width, i)).string());
     cv::imwrite(paths.back(), gray, {cv::IMWRITE_JPEG_QUALITY, 92});
   }
   return paths;
 }
 
-bool opencvClassic(const std::string& path) {
-  const cv::Mat image = cv::imread(path, cv::IMREAD_GRAYSCALE);
+void refineCorners(const cv::Mat& image, std::vector<cv::Point2f>& corners) {
+  cv::cornerSubPix(image, corners, {5, 5}, {-1, -1},
+                   {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01});
+}
+
+bool findClassic(const cv::Mat& image) {
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCorners(image, {kBoard.columns, kBoard.rows}, corners,
                                  cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
     return false;
-  cv::cornerSubPix(image, corners, {5, 5}, {-1, -1},
-                   {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01});
+  refineCorners(image, corners);
   return true;
 }
 
-bool opencvSectors(const std::string& path) {
-  const cv::Mat image = cv::imread(path, cv::IMREAD_GRAYSCALE);
+bool findSectors(const cv::Mat& image) {
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCornersSB(image, {kBoard.columns, kBoard.rows}, corners)) return false;
-  cv::cornerSubPix(image, corners, {5, 5}, {-1, -1},
-                   {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01});
+  refineCorners(image, corners);
   return true;
 }
 
-void compare(const char* what, const std::vector<std::string>& paths, ImageSize size) {
-  const bool is_large = size.width > 3000;
-  const double n = static_cast<double>(paths.size());
-  int found[3] = {0, 0, 0};
-  const auto each = [&](int repetitions, int* count, const std::function<bool(const std::string&)>& work) {
-    return medianTime(repetitions,
-                      [&] {
-                        if (count != nullptr) *count = 0;
-                        for (const std::string& path : paths) {
-                          const bool is_found = work(path);
-                          if (count != nullptr) *count += is_found ? 1 : 0;
-                        }
-                      }) /
-           n;
-  };
-  const double decode = each(
-      7, nullptr, [](const std::string& path) { return !cv::imread(path, cv::IMREAD_GRAYSCALE).empty(); });
-  const double ours = each(7, &found[0], [](const std::string& path) {
-    return findBoard(readGrayImage(path).image, kBoard).hasCorners();
+const CharucoBoard kCharuco{
+    .columns = 11, .rows = 8, .square_m = 0.024, .marker_m = 0.018, .dictionary = "DICT_5X5_100"};
+
+cv::Ptr<cv::aruco::Dictionary> dictionaryOf(std::string_view name) {
+  return cv::aruco::getPredefinedDictionary(findMarkerDictionary(name)->opencv_id);
+}
+
+bool findCharuco(const cv::Mat& image) {
+  static const auto board = cv::aruco::CharucoBoard::create(
+      kCharuco.columns, kCharuco.rows, static_cast<float>(kCharuco.square_m),
+      static_cast<float>(kCharuco.marker_m), dictionaryOf(kCharuco.dictionary));
+  std::vector<std::vector<cv::Point2f>> markers;
+  std::vector<std::vector<cv::Point2f>> rejected;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(image, board->dictionary, markers, ids, cv::aruco::DetectorParameters::create(),
+                           rejected);
+  cv::aruco::refineDetectedMarkers(image, board, markers, ids, rejected);
+  if (ids.empty()) return false;
+  cv::Mat corners;
+  cv::Mat corner_ids;
+  return cv::aruco::interpolateCornersCharuco(markers, ids, image, board, corners, corner_ids) >= 6;
+}
+
+const AprilGrid kGrid{.columns = 6, .rows = 6, .tag_m = 0.088, .gap = 0.3};
+
+bool findTags(const cv::Mat& image) {
+  const auto parameters = cv::aruco::DetectorParameters::create();
+  parameters->markerBorderBits = 2;
+  parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
+  std::vector<std::vector<cv::Point2f>> markers;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(image, dictionaryOf(AprilGrid::kDictionary), markers, ids, parameters);
+  return ids.size() >= 2;
+}
+
+const CircleGrid kCircles{.columns = 10, .rows = 8, .spacing_m = 0.025, .diameter_m = 0.015};
+const AsymmetricCircleGrid kStaggered{.columns = 4, .rows = 11, .spacing_m = 0.02, .diameter_m = 0.014};
+
+bool findCircles(const cv::Mat& image) {
+  std::vector<cv::Point2f> centers;
+  return cv::findCirclesGrid(image, {kCircles.columns, kCircles.rows}, centers, cv::CALIB_CB_SYMMETRIC_GRID);
+}
+
+bool findStaggered(const cv::Mat& image) {
+  std::vector<cv::Point2f> centers;
+  return cv::findCirclesGrid(image, {kStaggered.columns, kStaggered.rows}, centers,
+                             cv::CALIB_CB_ASYMMETRIC_GRID);
+}
+
+std::vector<Target> targets() {
+  return {{"checkerboard",
+           kBoard,
+           {{"findChessboardCornersSB", findSectors}, {"findChessboardCorners", findClassic}}},
+          {"charuco", kCharuco, {{"interpolateCornersCharuco", findCharuco}}},
+          {"aprilgrid", kGrid, {{"aruco::detectMarkers", findTags}}},
+          {"circles", kCircles, {{"findCirclesGrid", findCircles}}},
+          {"acircles", kStaggered, {{"findCirclesGrid", findStaggered}}}};
+}
+
+// CPU time an image, ms, and in how many the board is found.
+struct Cost {
+  double ms = 0;
+  int num_found = 0;
+};
+
+Cost costOf(int repetitions, const std::vector<std::string>& paths,
+            const std::function<bool(const std::string&)>& finds) {
+  Cost cost;
+  cost.ms = medianTime(repetitions,
+                       [&] {
+                         cost.num_found = 0;
+                         for (const std::string& path : paths) cost.num_found += finds(path) ? 1 : 0;
+                       }) /
+            static_cast<double>(paths.size());
+  return cost;
+}
+
+void compare(const Target& target, const char* shown, const std::vector<std::string>& paths, ImageSize size) {
+  const int repetitions = size.width > 3000 ? 3 : 7;
+  const Cost decode = costOf(repetitions, paths, [](const std::string& path) {
+    return !cv::imread(path, cv::IMREAD_GRAYSCALE).empty();
   });
-  const double sectors = each(is_large ? 1 : 3, &found[1], opencvSectors);
-  const double classic = each(is_large ? 1 : 3, &found[2], opencvClassic);
-  std::printf("%4dx%-4d %-8s %8.2f %8.2f (%4.1f x) %9.1f (%5.1f x) %9.1f (%5.1f x)   %d %d %d of %zu\n",
-              size.width, size.height, what, decode, ours, ours / decode, sectors, sectors / ours, classic,
-              classic / ours, found[0], found[1], found[2], paths.size());
+  const Cost ours = costOf(repetitions, paths, [&](const std::string& path) {
+    return findBoard(readGrayImage(path).image, target.board).hasCorners();
+  });
+  fmt::print("{:>4}x{:<4} {:<12} {:<7} {:8.2f} {:8.2f} {}/{}", size.width, size.height, target.name, shown,
+             decode.ms, ours.ms, ours.num_found, paths.size());
+  for (const Peer& peer : target.peers) {
+    const Cost cost = costOf(size.width > 3000 ? 1 : 3, paths, [&](const std::string& path) {
+      return peer.finds(cv::imread(path, cv::IMREAD_GRAYSCALE));
+    });
+    fmt::print("   {} {:.1f} = {:.1f} x {}/{}", peer.name, cost.ms, cost.ms / ours.ms, cost.num_found,
+               paths.size());
+  }
+  fmt::print("\n");
+  std::fflush(stdout);
 }
 
 double wallMilliseconds(const std::vector<std::string>& paths, int jobs) {
@@ -175,7 +259,7 @@ int run(int num_memory_images) {
     // Alone in its process, so that the peak is that of detection: the renderer needs more.
     std::vector<std::string> paths;
     for (int i = 0; i < num_memory_images; ++i)
-      paths.push_back((folder / ("board_4000_" + std::to_string(i % kNumViews) + ".jpg")).string());
+      paths.push_back((folder / (fmt::format("checkerboard_4000_{}.jpg", i % kNumViews))).string());
     if (!fs::exists(paths.front())) {
       std::fprintf(stderr, "run without an argument first: it writes the images\n");
       return 1;
@@ -187,18 +271,20 @@ int run(int num_memory_images) {
                 static_cast<long>(num_found), peakMegabytes());
     return 0;
   }
-  std::printf(
-      "CPU ms an image, one thread, from JPEG file to refined corners; in brackets times decoding, and times "
-      "ours\n");
-  std::printf(
-      "size      shows      decode     ours            SB + refine         findChessboard + refine  found\n");
+  fmt::print(
+      "CPU ms an image, one thread, from JPEG file to refined corners; OpenCV's functions also as multiples "
+      "of "
+      "ours; the board is found in n/m images\n");
+  fmt::print("{:<9} {:<12} {:<7} {:>8} {:>8}\n", "size", "target", "shows", "decode", "ours");
   for (const ImageSize& size : kSizes) {
-    compare("board", writeBoards(folder, size), size);
-    compare("texture", writeTextures(folder, size), size);
+    for (const Target& target : targets()) {
+      compare(target, "board", writeBoards(folder, size, target), size);
+      compare(target, "texture", writeTextures(folder, size), size);
+    }
   }
   std::vector<std::string> many;
   for (int i = 0; i < 24; ++i)
-    many.push_back((folder / ("board_4000_" + std::to_string(i % kNumViews) + ".jpg")).string());
+    many.push_back((folder / (fmt::format("checkerboard_4000_{}.jpg", i % kNumViews))).string());
   const double one = wallMilliseconds(many, 1);
   const double two = wallMilliseconds(many, 2);
   std::printf("24 images of 4000x3000: one thread %.0f ms, two threads %.0f ms, %.2f times as fast\n", one,

@@ -121,7 +121,7 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
     throw usageError({.where = request.command,
                       .found = "no --board",
                       .expected = "for example --board checkerboard:9x6:25mm",
-                      .next_step = guessedBoard(imagesIn(request.inputs))});
+                      .next_step = guessedBoard(imagesIn(request.inputs), cancel)});
   }
   const Board board = readBoard(request.board);
   const std::string debug_folder = request.debug_folder.value_or("");

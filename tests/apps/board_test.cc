@@ -7,6 +7,7 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 RunResult detectAs(const std::string& board, const std::string& output) {
   return runAlidade({"detect", imagePath(1), imagePath(2), "--board", board, "-o", output});
@@ -32,14 +33,33 @@ TEST(Board, IsGuessedWhereNoneIsGiven) {
               FailsWith(2, AllOf(HasSubstr("no --board"), HasSubstr("a checkerboard of 9x6 inner corners"),
                                  HasSubstr("--board checkerboard:9x6:SQUARE"))));
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"charuco:6x8:30mm:22mm:DICT_5X5_250", "--board charuco:COLUMNSxROWS:SQUARE:MARKER:DICT_5X5_50"},
-      {"aprilgrid:4x3:40mm:0.3:5", "AprilTags with ids from 5 to 16: --board aprilgrid:"}};
+      {"charuco:6x8:30mm:22.5mm:DICT_5X5_250",
+       "a ChArUco board of 6x8 squares: --board charuco:6x8:SQUARE:MARKER:DICT_5X5_50, with the sides of a "
+       "square and of a marker, which is about 0.75 of it"},
+      {"aprilgrid:4x3:40mm:0.3:5", "an AprilGrid of 4x3 tags: --board aprilgrid:4x3:TAG:0.3:5"},
+      {"circles:7x9:25mm:15mm", "a grid of 9x7 circles: --board circles:9x7:SPACING:DIAMETER"},
+      {"acircles:4x9:20mm:14mm", "an asymmetric grid of 4x9 circles: --board acircles:4x9:SPACING:DIAMETER"}};
   for (const auto& [spec, guess] : cases) {
     const std::string image = scratch.path("board.png");
     ASSERT_THAT(runAlidade({"board", spec, "-o", image, "--dpi", "150"}), EndsWith(0));
     EXPECT_THAT(runAlidade({"calibrate", image}),
                 FailsWith(2, AllOf(HasSubstr("no --board"), HasSubstr(guess))));
   }
+}
+
+// The first images of a folder often show no board yet.
+TEST(Board, IsGuessedFromTheImagesThatShowIt) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.makeFolder("photos");
+  const std::string blank = "P5 60 40 255\n" + std::string(2400, 'x');
+  for (int i = 0; i < 14; ++i) scratch.write("photos/a" + std::to_string(i) + ".pgm", blank);
+  scratch.write("photos/damaged.png", "no image");
+  EXPECT_THAT(runAlidade({"calibrate", folder}),
+              FailsWith(2, AllOf(HasSubstr("no --board"), Not(HasSubstr("images show")))));
+  ASSERT_THAT(
+      runAlidade({"board", "aprilgrid:4x3:40mm:0.3", "-o", scratch.path("photos/b.png"), "--dpi", "100"}),
+      EndsWith(0));
+  EXPECT_THAT(runAlidade({"calibrate", folder}), FailsWith(2, HasSubstr("--board aprilgrid:4x3:TAG:0.3,")));
 }
 
 TEST(Board, MayBeTakenSideways) {
@@ -74,6 +94,11 @@ TEST(Board, SpecsThatAreWrongAreWrongUsage) {
       {"checkerboard:9x100000:25mm", "9x100000 inner corners", "between 3 and 200"},
       {"chekerboard:9x6:25mm", "'chekerboard'", "did you mean 'checkerboard'?"},
       {"charuco:8x11:24mm:18mm", "4 parts", "SQUARE:MARKER:DICTIONARY"},
+      {"charuco:8x11:24mm:25mm:DICT_4X4_50", "markers of 25 mm in squares of 24 mm", "0.3 to 0.95"},
+      {"charuco:8x11:24mm:18mm:DICT_4X4_51", "the dictionary 'DICT_4X4_51'", "did you mean 'DICT_4X4_50'?"},
+      {"charuco:1x1:24mm:18mm:DICT_4X4_50", "1x1 squares", "between 3 and 100"},
+      {"aprilgrid:24x25:88mm:0.3", "24x25 tags", "between 1 and 24"},
+      {"aprilgrid:24x24:88mm:0.3:50", "576 tags from id 50", "587 tags"},
       {"9x6", "'9x6'", "checkerboard:9x6:25mm"},
   };
   const ScratchFolder scratch;
@@ -85,7 +110,7 @@ TEST(Board, SpecsThatAreWrongAreWrongUsage) {
         << c.spec;
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 19u);
+  EXPECT_EQ(num_refused, 24u);
   EXPECT_THAT(scratch.list(), ElementsAre());
 }
 

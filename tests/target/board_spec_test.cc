@@ -41,7 +41,18 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"charuco:8x11:24mm:18mm:DICT_4X4_40", "did you mean 'DICT_4X4_50'?"},
       {"charuco:12x11:24mm:18mm:DICT_4X4_50", "up to 66 markers; expected at most 50"},
       {"charuco:2x11:24mm:18mm:DICT_4X4_50", "2x11 squares"},
+      {"charuco:1x1:24mm:18mm:DICT_4X4_50", "1x1 squares"},
+      {"charuco:101x3:24mm:18mm:DICT_4X4_1000", "101x3 squares"},
+      {"charuco:8x11:24mm:5mm:DICT_4X4_50", "markers of 5 mm in squares of 24 mm"},
+      {"charuco:8x11:24mm:24mm:DICT_4X4_50", "markers of 0.3 to 0.95 of the square"},
+      {"charuco:8x11:24mm:18mm:", "the dictionary ''"},
+      {"charuco:8x11:24mm:18mm:DICT_APRILTAG_16h5", "up to 44 markers; expected at most 30"},
       {"aprilgrid:1x1:88mm:0.3", "1 tags from id 0"},
+      {"aprilgrid:0x6:88mm:0.3", "0x6 tags"},
+      {"aprilgrid:25x2:88mm:0.3", "25x2 tags"},
+      {"aprilgrid:24x24:88mm:0.3:12", "576 tags from id 12; expected 2 or more of the 587"},
+      {"aprilgrid:6x6:88mm:0.3:-1", "36 tags from id -1"},
+      {"aprilgrid:6x6:88mm:0.05", "gaps of 0.05 tags"},
       {"aprilgrid:6x6:88mm:0.3:560", "36 tags from id 560; expected 2 or more of the 587"},
       {"aprilgrid:6x6:88mm:3", "gaps of 3 tags"},
       {"aprilgrid:6x6:88mm:3mm", "'3mm' as the gap"},
@@ -72,7 +83,7 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"checkerboard:9x6:25km", "'25km'"},
   };
   for (const auto& [spec, part] : cases) EXPECT_THAT(messageOf(spec), HasSubstr(part)) << spec;
-  EXPECT_EQ(cases.size(), 36U);
+  EXPECT_EQ(cases.size(), 47U);
 }
 
 TEST(BoardSpec, TextReadsBack) {

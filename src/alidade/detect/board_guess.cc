@@ -2,81 +2,133 @@
 #include "alidade/detect/board_guess.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
-#include <set>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
 #include "alidade/detect/board/checkerboard_detector.h"
-#include "alidade/detect/board/marker_search.h"
+#include "alidade/detect/board/circle_grid_detector.h"
+#include "alidade/detect/board/marker_guess.h"
 #include "alidade/imagery/image_file.h"
 
 namespace alidade {
 namespace {
 
-constexpr std::size_t kMaxImages = 6;
-constexpr std::size_t kMinMarkers = 4;  // as many different ones are no accident
+// Guesses a checkerboard from images that show the whole of it.
+class CheckerboardGuess {
+ public:
+  void look(const GrayImage& image) {
+    // Any counts do: what is seen is told beside them.
+    const auto seen = findBoard(image, Checkerboard{.columns = 3, .rows = 3, .square_m = 1}).seen;
+    if (seen) ++(seen->is_closed ? closed_ : open_)[{seen->columns, seen->rows}];
+  }
+  [[nodiscard]] bool isSure() const {
+    constexpr int kEnough = 3;
+    return std::ranges::any_of(closed_, [](const auto& entry) { return entry.second >= kEnough; });
+  }
+  [[nodiscard]] std::string text() const {
+    // Boards without a white margin end where most images see them end.
+    constexpr int kEnoughOpen = 5;
+    const Counts& counts = closed_.empty() ? open_ : closed_;
+    const auto most = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
+    if (most == counts.end() || (closed_.empty() && most->second < kEnoughOpen)) return {};
+    const auto [columns, rows] = most->first;
+    return fmt::format(
+        "the images show a checkerboard of {0}x{1} inner corners: --board checkerboard:{0}x{1}:SQUARE, with "
+        "the side of a square such as 25mm",
+        columns, rows);
+  }
 
-// The sets of which OpenCV's smaller ones are the first markers, and their sizes.
-struct MarkerFamily {
-  std::string_view stem;
-  std::array<int, 4> sizes;
+ private:
+  using Counts = std::map<std::pair<int, int>, int>;
+  Counts closed_;  // the whole border is seen
+  Counts open_;
 };
-constexpr std::array<MarkerFamily, 4> kFamilies = {{{"DICT_4X4_", {50, 100, 250, 1000}},
-                                                    {"DICT_5X5_", {50, 100, 250, 1000}},
-                                                    {"DICT_6X6_", {50, 100, 250, 1000}},
-                                                    {"DICT_7X7_", {50, 100, 250, 1000}}}};
 
-std::string guessFromMarkers(const GrayImage& image) {
-  for (const int border : {2, 1}) {
-    const std::set<int> ids = markerIds(image, std::string(AprilGrid::kDictionary), border);
-    if (ids.size() < kMinMarkers) continue;
-    return fmt::format(
-        "the images show AprilTags with ids from {} to {}: --board aprilgrid:COLUMNSxROWS:TAG:GAP, counting "
-        "tags",
-        *ids.begin(), *ids.rbegin());
+// Guesses a grid of circles from images that show the whole of it.
+class CircleGuess {
+ public:
+  void look(const GrayImage& image) {
+    const auto seen = seenCircleGrid(image);
+    if (!seen) return;
+    const auto known = std::ranges::find(counts_, *seen, &Count::grid);
+    if (known == counts_.end()) {
+      counts_.push_back({*seen, 1});
+    } else {
+      ++known->num_images;
+    }
   }
-  for (const MarkerFamily& family : kFamilies) {
-    const std::string all = std::string(family.stem) + std::to_string(family.sizes.back());
-    const std::set<int> ids = markerIds(image, all, 1);
-    if (ids.size() < kMinMarkers) continue;
-    const int size = *std::ranges::find_if(family.sizes, [&](int n) { return *ids.rbegin() < n; });
-    return fmt::format(
-        "the images show markers of {}{}, with ids from {} to {}: --board "
-        "charuco:COLUMNSxROWS:SQUARE:MARKER:{}{}, counting squares",
-        family.stem, size, *ids.begin(), *ids.rbegin(), family.stem, size);
+  [[nodiscard]] bool isSure() const {
+    constexpr int kEnough = 3;
+    return std::ranges::any_of(counts_, [](const Count& count) { return count.num_images >= kEnough; });
   }
-  return {};
+  [[nodiscard]] std::string text() const {
+    if (counts_.empty()) return {};
+    const CircleCounts& grid = std::ranges::max_element(counts_, {}, &Count::num_images)->grid;
+    const std::string counts = fmt::format("{}x{}", grid.columns, grid.rows);
+    return fmt::format(
+        "the images show {0} of {1} circles: --board {2}:{1}:SPACING:DIAMETER, with lengths "
+        "such as 25mm",
+        grid.is_asymmetric ? "an asymmetric grid" : "a grid", counts,
+        grid.is_asymmetric ? AsymmetricCircleGrid::kName : CircleGrid::kName);
+  }
+
+ private:
+  struct Count {
+    CircleCounts grid;
+    int num_images = 0;
+  };
+  std::vector<Count> counts_;
+};
+
+// All images, those far apart first: neighbours show the same.
+std::vector<std::size_t> spreadOrder(std::size_t count) {
+  std::vector<std::size_t> order;
+  std::vector<bool> is_taken(count, false);
+  for (std::size_t parts = 1; order.size() < count; parts *= 2) {
+    for (std::size_t part = 0; part < parts; ++part) {
+      const std::size_t i = part * count / parts;
+      if (!is_taken[i]) order.push_back(i);
+      is_taken[i] = true;
+    }
+  }
+  return order;
 }
 
 }  // namespace
 
-std::string guessedBoard(std::span<const std::string> paths) {
-  std::map<std::pair<int, int>, int> counts;
-  const std::size_t count = std::min(kMaxImages, paths.size());
-  for (std::size_t i = 0; i < count; ++i) {
+std::string guessedBoard(std::span<const std::string> paths, const CancelFlag* cancel) {
+  // Bounds the time, whatever the images show.
+  constexpr double kMostPixels = 6e7;
+  constexpr int kMostImages = 30;
+  // A further kind of board has its guess here. Markers come first: squares of other boards have no markers.
+  MarkerGuess markers;
+  CheckerboardGuess squares;
+  CircleGuess circles;
+  double num_pixels = 0;
+  int num_images = 0;
+  for (const std::size_t i : spreadOrder(paths.size())) {
+    const bool is_sure = markers.isSure() || squares.isSure() || circles.isSure();
+    if (is_sure || num_pixels > kMostPixels || num_images >= kMostImages) break;
+    throwIfCancelled(cancel);
+    ++num_images;
     GrayImage image;
     try {
-      image = readGrayImage(paths[i * paths.size() / count]).image;
+      image = readGrayImage(paths[i]).image;
     } catch (const Error&) {
       continue;  // the run itself will say so
     }
-    const std::string by_markers = i < 2 ? guessFromMarkers(image) : "";
-    if (!by_markers.empty()) return by_markers;
-    // Any counts do: what is seen is told beside them.
-    const auto seen = findBoard(image, Checkerboard{.columns = 3, .rows = 3, .square_m = 1}).seen;
-    if (seen && seen->is_closed) ++counts[{seen->columns, seen->rows}];
+    num_pixels += static_cast<double>(image.size.width) * image.size.height;
+    markers.look(image);
+    squares.look(image);
+    circles.look(image);
   }
-  if (counts.empty()) return {};
-  const auto [columns, rows] =
-      std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; })->first;
-  return fmt::format(
-      "the images show a checkerboard of {0}x{1} inner corners: --board checkerboard:{0}x{1}:SQUARE, with "
-      "the "
-      "side of a square such as 25mm",
-      columns, rows);
+  for (std::string text : {markers.text(), squares.text()}) {
+    if (!text.empty()) return text;
+  }
+  return circles.text();
 }
 
 }  // namespace alidade

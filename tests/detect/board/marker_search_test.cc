@@ -174,6 +174,92 @@ TEST(MarkerBoards, AreNotFoundInImagesOfAnyOddShape) {
   EXPECT_EQ(num_checked, 16);
 }
 
+// Each of OpenCV's dictionaries, in turn of either layout and of either print.
+TEST(MarkerBoards, OfEveryDictionaryAreFound) {
+  constexpr ImageSize kSmall{640, 480};
+  const AnyCamera camera =
+      AnyCamera::make("radtan", std::vector<double>{500, 500, 319.5, 239.5, -0.1, 0.02, 0, 0, 0});
+  const Renderer renderer(camera, kSmall);
+  const SE3 pose{SO3::exp({0.25, -0.3, 0.2}), {-0.06, -0.05, 0.28}};
+  std::vector<std::string> names = {"ARUCO_ORIGINAL", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h10",
+                                    "APRILTAG_36h11"};
+  for (const std::string bits : {"4X4_", "5X5_", "6X6_", "7X7_"}) {
+    for (const std::string count : {"50", "100", "250", "1000"}) names.push_back(bits + count);
+  }
+  std::size_t num_checked = 0;
+  for (const std::string& name : names) {
+    const Board board = parseBoardSpec("charuco:6x5:30mm:23mm:DICT_" + name);
+    RenderOptions light = someLight(num_checked);
+    light.samples = 89;
+    if (num_checked % 3 == 2) std::swap(light.dark_level, light.bright_level);
+    const GrayImage image =
+        renderer.render(inkOf(board, {.is_bright_first = num_checked % 2 == 1}), pose, light);
+    Deviations deviations;
+    compare(findBoard(image, board), exactView(camera, kSmall, board, pose, ""), deviations);
+    EXPECT_EQ(deviations.num_visible, 20U) << name;
+    EXPECT_EQ(deviations.num_found, 20U) << name;
+    EXPECT_LE(deviations.worst_px, 0.1) << name;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 21U);
+}
+
+// No board is found where there is none.
+TEST(MarkerBoards, AreNotFoundInHostileImages) {
+  const std::vector<Board> boards = {parseBoardSpec("charuco:8x6:30mm:23mm:DICT_4X4_1000"),
+                                     parseBoardSpec("charuco:8x6:30mm:23mm:DICT_ARUCO_ORIGINAL"),
+                                     parseBoardSpec("aprilgrid:5x4:88mm:0.3")};
+  const ImageSize size{320, 240};
+  const auto paint = [&](const auto& grey) {
+    GrayImage image{size, {}};
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) image.pixels.push_back(static_cast<std::uint8_t>(grey(x, y)));
+    }
+    return image;
+  };
+  Random random(8);
+  std::vector<GrayImage> images = {paint([](int, int) { return 0; }),
+                                   paint([](int, int) { return 255; }),
+                                   paint([](int x, int) { return x % 256; }),
+                                   paint([](int x, int y) { return (x + y) % 2 * 255; }),
+                                   paint([](int x, int y) { return (x / 12 + y / 12) % 2 * 255; }),
+                                   paint([&](int, int) { return random.index(2) * 255; }),
+                                   paint([](int x, int y) { return x % 24 < 12 && y % 24 < 12 ? 0 : 255; }),
+                                   paint([](int x, int y) { return (x * x + y * y) / 40 % 256; })};
+  std::vector<int> cells(27 * 20);
+  for (int& cell : cells) cell = static_cast<int>(random.index(2)) * 255;
+  images.push_back(
+      paint([&](int x, int y) { return cells[static_cast<std::size_t>(y / 12 * 27 + x / 12)]; }));
+  std::size_t num_checked = 0;
+  for (const GrayImage& image : images) {
+    for (const Board& board : boards) {
+      EXPECT_FALSE(findBoard(image, board).hasCorners()) << num_checked;
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 27U);
+}
+
+// As many markers as an image can hold, of a far larger board and of one id.
+TEST(MarkerBoards, AreNotFoundInFieldsOfMarkers) {
+  const Board field = parseBoardSpec("charuco:44x33:10mm:8mm:DICT_4X4_1000");
+  const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{1000, 1000, 479.5, 359.5});
+  RenderOptions light = someLight(9);
+  light.samples = 21;
+  const SE3 pose{SO3::exp({0, 0, 0}), {-0.21, -0.155, 0.46}};
+  GrayImage image = Renderer(camera, {960, 720}).render(inkOf(field), pose, light);
+  const Detection whole = findBoard(image, field);
+  EXPECT_GE(whole.corners.size(), 0.9 * field.numCorners());
+  EXPECT_FALSE(findBoard(image, parseBoardSpec("charuco:8x6:30mm:23mm:DICT_4X4_1000")).hasCorners());
+  // The same marker everywhere.
+  for (int y = 0; y < 720; ++y) {
+    for (int x = 0; x < 960; ++x) {
+      if (x >= 96 || y >= 96) image.pixels[static_cast<std::size_t>(y * 960 + x)] = image.at(x % 96, y % 96);
+    }
+  }
+  EXPECT_FALSE(findBoard(image, field).hasCorners());
+}
+
 // Ids that lie in another arrangement than the SPEC says would be given to the wrong corners.
 TEST(MarkerBoards, OfOtherCountsAreRefused) {
   const Board shown = parseBoardSpec("aprilgrid:7x4:50mm:0.3");

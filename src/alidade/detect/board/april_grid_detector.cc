@@ -11,8 +11,7 @@ namespace {
 
 MarkerPattern patternOf(const AprilGrid& board, int border) {
   const int num_cells = findMarkerDictionary(AprilGrid::kDictionary)->num_bits + 2 * border;
-  MarkerPattern pattern{.dictionary = std::string(AprilGrid::kDictionary),
-                        .border = border,
+  MarkerPattern pattern{.print = {.dictionary = std::string(AprilGrid::kDictionary), .border = border},
                         .step_m = board.gap * board.tag_m,
                         .clear_share = std::min(1.0, border / (num_cells * board.gap))};
   for (int row = 0; row < board.rows; ++row) {

@@ -9,7 +9,7 @@ namespace {
 
 MarkerPattern patternOf(const CharucoBoard& board, bool is_bright_first) {
   const double inset = 0.5 * (board.square_m - board.marker_m);
-  MarkerPattern pattern{.dictionary = board.dictionary,
+  MarkerPattern pattern{.print = {.dictionary = board.dictionary},
                         .step_m = board.square_m,
                         .clear_share = inset / board.square_m,
                         .is_first_dark = !is_bright_first};

@@ -6,90 +6,33 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/QR>
 #include <Eigen/SVD>
-#include <opencv2/aruco.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
 #include "alidade/detect/corner/corner_fit.h"
-#include "alidade/target/charuco_board.h"
 
 namespace alidade {
 namespace {
 
 using Eigen::Vector2d;
-using SeenMarker = Marker<Vector2d>;  // pixels
 using BoardMarker = Marker<Vector2d>;
 
 constexpr int kNumNeighbours = 8;
 constexpr std::size_t kMinCorners = 6;
-
-Vector2d middleOf(const std::array<Vector2d, 4>& corners) {
-  return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-}
-
-// One way to look for markers.
-struct MarkerLook {
-  bool is_enlarged = false;  ///< for cells of a few pixels
-  bool is_inverted = false;  ///< white on dark
-};
-
-// OpenCV only reads.
-cv::Mat matOf(const GrayImage& image) {
-  return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
-}
-
-// Markers of a dictionary; an id may occur more than once. Large images are searched at a whole fraction of
-// their size.
-std::vector<SeenMarker> seeMarkers(const GrayImage& image, const MarkerPattern& pattern, MarkerLook look) {
-  constexpr int kLargeSide = 2400;
-  const int fraction = (std::max(image.size.width, image.size.height) + kLargeSide - 1) / kLargeSide;
-  constexpr int kLeastSide = 12;  // no marker is seen in less
-  if (std::min(image.size.width, image.size.height) / fraction < kLeastSide) return {};
-  const double scale = look.is_enlarged ? 2 : 1.0 / fraction;
-  cv::Mat searched = matOf(image);
-  if (scale != 1) {
-    const cv::Rect whole(0, 0, image.size.width / fraction * fraction,
-                         image.size.height / fraction * fraction);
-    cv::resize(searched(whole), searched, {}, scale, scale, scale > 1 ? cv::INTER_CUBIC : cv::INTER_AREA);
-  }
-  const MarkerDictionary known = findMarkerDictionary(pattern.dictionary).value();
-  const auto dictionary = cv::aruco::getPredefinedDictionary(known.opencv_id);
-  const auto parameters = cv::aruco::DetectorParameters::create();
-  parameters->markerBorderBits = pattern.border;
-  parameters->detectInvertedMarker = look.is_inverted;
-  parameters->minMarkerPerimeterRate = 0.02;
-  parameters->adaptiveThreshWinSizeMax = 43;
-  parameters->perspectiveRemovePixelPerCell = 8;
-  parameters->perspectiveRemoveIgnoredMarginPerCell = 0.2;
-  // Among fewer bits, correcting as many errors as a dictionary can finds its markers in any clutter.
-  constexpr int kManyBits = 6;
-  if (known.num_bits >= kManyBits) parameters->errorCorrectionRate = 1.0;
-  std::vector<std::vector<cv::Point2f>> corners;
-  std::vector<int> ids;
-  cv::aruco::detectMarkers(searched, dictionary, corners, ids, parameters);
-  std::vector<SeenMarker> markers;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    SeenMarker marker{.id = ids[i], .corners = {}};
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vector2d at(corners[i][k].x, corners[i][k].y);
-      marker.corners[k] = (at + Vector2d(0.5, 0.5)) / scale - Vector2d(0.5, 0.5);
-    }
-    markers.push_back(marker);
-  }
-  return markers;
-}
+constexpr std::size_t kMostNear = 12;
 
 // A point of the board and where it is seen.
 struct Sighting {
   Vector2d board;
   Vector2d pixel;
   double weight = 1;
+  int corner = -1;  ///< the id of the corner that is there; -1 if there is none
 };
 
 // The image of the board about one of its points.
@@ -99,37 +42,35 @@ struct LocalView {
   Vector2d step_v;
 };
 
+// Those next to a place of the board, and how far they are, squared.
+using NearSightings = std::vector<std::pair<double, const Sighting*>>;
+
 // The homography that takes the sightings next to `at` to their pixels, expanded there; steps are of
 // `step_m`. Nothing where too few are near.
-std::optional<LocalView> viewAbout(std::vector<Sighting> sightings, const Vector2d& at, double step_m,
-                                   double reach_m) {
-  constexpr std::size_t kMost = 12;
-  constexpr std::size_t kLeast = 6;
-  const auto distance = [&](const Sighting& s) { return (s.board - at).squaredNorm(); };
-  const std::size_t count = std::min(kMost, sightings.size());
-  std::partial_sort(sightings.begin(), sightings.begin() + static_cast<std::ptrdiff_t>(count),
-                    sightings.end(), [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-  sightings.resize(count);
-  if (count < kLeast || distance(sightings.front()) > reach_m * reach_m) return std::nullopt;
-  const Vector2d origin = sightings.front().pixel;
+std::optional<LocalView> viewAbout(const NearSightings& near, const Vector2d& at, double step_m) {
+  constexpr int kMostEquations = 2 * kMostNear;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 8, 0, kMostEquations, 8>;
+  using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostEquations, 1>;
+  const Vector2d origin = near.front().second->pixel;
   double scale = 0;
-  for (const Sighting& s : sightings) scale = std::max(scale, (s.pixel - origin).norm());
+  for (const auto& [distance, s] : near) scale = std::max(scale, (s->pixel - origin).norm());
   if (!(scale > 0)) return std::nullopt;
-  Eigen::MatrixXd rows(2 * count, 8);
-  Eigen::VectorXd right(2 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vector2d p = (sightings[i].board - at) / step_m;
-    const Vector2d q = (sightings[i].pixel - origin) / scale;
-    const double weight = sightings[i].weight / (0.5 + p.squaredNorm());
-    const auto r = static_cast<Eigen::Index>(2 * i);
-    rows.row(r) << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y();
-    rows.row(r + 1) << 0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
-    rows.middleRows<2>(r) *= weight;
-    right.segment<2>(r) = weight * q;
+  const auto count = static_cast<Eigen::Index>(near.size());
+  Rows rows(2 * count, 8);
+  Column right(2 * count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Sighting& s = *near[static_cast<std::size_t>(i)].second;
+    const Vector2d p = (s.board - at) / step_m;
+    const Vector2d q = (s.pixel - origin) / scale;
+    const double weight = s.weight / (0.5 + p.squaredNorm());
+    rows.row(2 * i) << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y();
+    rows.row(2 * i + 1) << 0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
+    rows.middleRows<2>(2 * i) *= weight;
+    right.segment<2>(2 * i) = weight * q;
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows);
+  const Eigen::ColPivHouseholderQR<Rows> qr(rows);
   if (qr.rank() < 8) return std::nullopt;
-  const Eigen::VectorXd h = qr.solve(right);
+  const Eigen::Matrix<double, 8, 1> h = qr.solve(right);
   const Vector2d q(h(2), h(5));
   LocalView view{.pixel = origin + scale * q,
                  .step_u = scale * (Vector2d(h(0), h(3)) - h(6) * q),
@@ -201,26 +142,25 @@ struct ChosenPattern {
   MarkerPairs pairs = {};
 };
 
-// Looks closer until a quarter of a pattern's markers agree: the corners tell the rest.
+// Looks closer until a quarter of a pattern's markers agree: the corners tell the rest. A quick look must
+// have seen nearly all: it misses small ones.
 ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPattern>& patterns) {
-  constexpr int kSmallSide = 1600;
-  const bool is_small = std::max(image.size.width, image.size.height) <= kSmallSide;
-  std::vector<MarkerLook> looks = {{}};
-  if (is_small) looks.push_back({.is_enlarged = true});
-  looks.push_back({.is_inverted = true});
-  ChosenPattern chosen;
-  for (const MarkerLook look : looks) {
-    std::vector<SeenMarker> seen;
-    const MarkerPattern* searched = nullptr;
+  std::vector<MarkerPrint> prints;
+  for (const MarkerPattern& pattern : patterns) {
+    if (std::ranges::count(prints, pattern.print) == 0) prints.push_back(pattern.print);
+  }
+  ChosenPattern chosen{.pattern = &patterns.front()};
+  for (const MarkerLook& look : markerLooks(image.size)) {
+    const auto seen = seeMarkers(image, prints, look);
     for (const MarkerPattern& pattern : patterns) {
-      if (searched == nullptr || searched->border != pattern.border) seen = seeMarkers(image, pattern, look);
-      searched = &pattern;
-      ChosenPattern candidate{.pattern = &pattern, .seen = seen, .pairs = {}};
+      const auto print = static_cast<std::size_t>(std::ranges::find(prints, pattern.print) - prints.begin());
+      ChosenPattern candidate{.pattern = &pattern, .seen = seen[print]};
       candidate.pairs = pairsOf(pattern, candidate.seen);
       const bool is_better = candidate.pairs.agreeing.size() > chosen.pairs.agreeing.size();
-      if (is_better || chosen.pattern == nullptr) chosen = std::move(candidate);
+      if (is_better || (chosen.seen.empty() && chosen.pairs.agreeing.empty())) chosen = std::move(candidate);
     }
-    if (4 * chosen.pairs.agreeing.size() >= chosen.pattern->markers.size()) break;
+    const double enough = (look.is_quick ? 0.75 : 0.25) * static_cast<double>(chosen.pattern->markers.size());
+    if (static_cast<double>(chosen.pairs.agreeing.size()) >= enough) break;
   }
   return chosen;
 }
@@ -235,38 +175,62 @@ class CornerSearch {
  public:
   CornerSearch(const GrayImage& image, const Board& board, const ChosenPattern& chosen)
       : image_(image), board_(board), pattern_(*chosen.pattern) {
-    constexpr double kMarkerWeight = 0.2;  // OpenCV's corners are whole pixels
+    // OpenCV's corners are whole pixels, and those of tags reach into the small squares beside them.
+    constexpr double kMarkerWeight = 0.02;
     for (const MarkerPair& pair : chosen.pairs.agreeing) {
-      for (std::size_t k = 0; k < 4; ++k)
-        markers_.push_back({pair.of->corners[k], pair.seen->corners[k], kMarkerWeight});
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Vector2d& place = pair.of->corners[k];
+        markers_.push_back({place, pair.seen->corners[k], kMarkerWeight, cornerAt(place)});
+      }
     }
     found_.resize(static_cast<std::size_t>(board.numCorners()));
   }
 
-  // Goes on from what is found until nothing is added.
+  // Goes on from what is found until nothing is added; then once more, as places are better known.
   void run() {
+    constexpr int kPasses = 2;
+    gatherSightings();
     constexpr int kMaxRounds = 40;
-    for (int round = 0; round < kMaxRounds && extend(); ++round) {
+    for (int pass = 0; pass < kPasses; ++pass) {
+      tried_.clear();
+      int round = 0;
+      while (round < kMaxRounds && extend()) ++round;
+      if (round == 0) return;
+      keepOneColour();
+      refit();
     }
-    keepOneColour();
-    refit();
   }
 
   [[nodiscard]] const std::vector<std::optional<FoundCorner>>& found() const { return found_; }
   [[nodiscard]] std::optional<LocalView> predict(int id, bool without_itself = false) const {
-    std::vector<Sighting> sightings = markers_;
-    for (std::size_t i = 0; i < found_.size(); ++i) {
-      if (found_[i] && !(without_itself && static_cast<int>(i) == id))
-        sightings.push_back({board_.corner(static_cast<int>(i)).head<2>(), found_[i]->fit.pixel, 1});
+    constexpr std::size_t kLeastNear = 6;
+    const Vector2d at = board_.corner(id).head<2>();
+    NearSightings near;
+    near.reserve(sightings_.size());
+    for (const Sighting& s : sightings_) {
+      if (!(without_itself && s.corner == id)) near.emplace_back((s.board - at).squaredNorm(), &s);
     }
+    const std::size_t count = std::min(kMostNear, near.size());
+    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
+    near.resize(count);
     const double reach =
         1.6 * std::max(pattern_.step_m, board_.span().x() / std::max(1, board_.columns() - 1));
-    return viewAbout(std::move(sightings), board_.corner(id).head<2>(), pattern_.step_m, reach);
+    if (count < kLeastNear || near.front().first > reach * reach) return std::nullopt;
+    return viewAbout(near, at, pattern_.step_m);
   }
 
  private:
   [[nodiscard]] bool shouldBeDark(int id) const {
     return ((id % board_.columns() + id / board_.columns()) % 2 == 0) == pattern_.is_first_dark;
+  }
+
+  // The corner at a place of the board; -1 if there is none.
+  [[nodiscard]] int cornerAt(const Vector2d& place) const {
+    const double same = 1e-3 * pattern_.step_m;
+    const auto at = std::ranges::find_if(board_.corners(), [&](const Eigen::Vector3d& corner) {
+      return (corner.head<2>() - place).squaredNorm() < same * same;
+    });
+    return at == board_.corners().end() ? -1 : static_cast<int>(at - board_.corners().begin());
   }
 
   // Nothing where the corner does not lie where its neighbours put it.
@@ -292,6 +256,7 @@ class CornerSearch {
       if (const auto fit = fitAt(*view)) added.push_back({i, {*fit, *view}});
     }
     for (auto& [i, corner] : added) found_[i] = corner;
+    gatherSightings();
     return !added.empty();
   }
 
@@ -305,6 +270,19 @@ class CornerSearch {
     for (std::size_t i = 0; i < found_.size(); ++i) {
       if (found_[i] && sign(i) * balance < 0) found_[i].reset();
     }
+    gatherSightings();
+  }
+
+  // What is seen: corners, and those of markers where there are none or they are not found.
+  void gatherSightings() {
+    sightings_.clear();
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      const int id = static_cast<int>(i);
+      if (found_[i]) sightings_.push_back({board_.corner(id).head<2>(), found_[i]->fit.pixel, 1, id});
+    }
+    for (const Sighting& marker : markers_) {
+      if (marker.corner < 0 || !found_[static_cast<std::size_t>(marker.corner)]) sightings_.push_back(marker);
+    }
   }
 
   // Once more from what all the others say, whatever was found first: the guesses by markers were coarse.
@@ -316,6 +294,7 @@ class CornerSearch {
       if (fit && (fit->contrast > 0) == (found_[i]->fit.contrast > 0)) refitted[i] = {*fit, *view};
     }
     found_ = std::move(refitted);
+    gatherSightings();
   }
 
   static constexpr double kMostOffShare = 0.25;
@@ -325,6 +304,7 @@ class CornerSearch {
   const Board& board_;
   const MarkerPattern& pattern_;
   std::vector<Sighting> markers_;
+  std::vector<Sighting> sightings_;
   std::vector<std::optional<FoundCorner>> found_;
   std::map<std::size_t, Vector2d> tried_;
 };
@@ -414,13 +394,6 @@ Marker<Vector2d> squareMarker(int id, const Vector2d& low, double side) {
           .corners = {low, low + Vector2d(side, 0), low + Vector2d(side, side), low + Vector2d(0, side)}};
 }
 
-std::set<int> markerIds(const GrayImage& image, const std::string& dictionary, int border) {
-  std::set<int> ids;
-  for (const SeenMarker& marker : seeMarkers(image, {.dictionary = dictionary, .border = border}, {}))
-    ids.insert(marker.id);
-  return ids;
-}
-
 Detection findMarkerBoard(const GrayImage& image, const Board& board,
                           const std::vector<MarkerPattern>& patterns) {
   expect(!image.empty() && !patterns.empty(), "an image with pixels, and a pattern");
@@ -438,9 +411,9 @@ Detection findMarkerBoard(const GrayImage& image, const Board& board,
   if (num_agreeing == 0) {
     detection.detail =
         chosen.seen.empty()
-            ? "no marker of " + patterns.front().dictionary + " was found"
+            ? "no marker of " + patterns.front().print.dictionary + " was found"
             : fmt::format("{} of {} {} found, but no two as on {}", chosen.seen.size(),
-                          patterns.front().dictionary,
+                          patterns.front().print.dictionary,
                           chosen.seen.size() == 1 ? "marker was" : "markers were", board.spec());
     detection.reason = chosen.seen.empty() ? DetectionReason::kNoBoard : DetectionReason::kUnplaced;
     return detection;

@@ -1,30 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <set>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
+#include "alidade/detect/board/seen_markers.h"
 #include "alidade/detect/detection.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
 
-/// A marker and its corners, clockwise from its top left.
-template <class Point>
-struct Marker {
-  int id = 0;
-  std::array<Point, 4> corners;
-};
-
 /// Where the markers of a board are, and what is around its corners: four squares in alternating colours.
 struct MarkerPattern {
-  std::string dictionary;
-  int border = 1;          ///< of a marker, in cells
+  MarkerPrint print;
   double step_m = 0;       ///< how far the sides of the squares reach from a corner
   double clear_share = 0;  ///< how far off them nothing is printed, as a share of the step
   /// True if the square between columns and rows 0 and 1 is dark; further ones alternate.
@@ -34,9 +24,6 @@ struct MarkerPattern {
 
 /// An upright marker whose top left corner is at `low`.
 [[nodiscard]] Marker<Eigen::Vector2d> squareMarker(int id, const Eigen::Vector2d& low, double side);
-
-/// The ids of a dictionary's markers in an image, dark on white.
-[[nodiscard]] std::set<int> markerIds(const GrayImage& image, const std::string& dictionary, int border);
 
 /// Finds a board by its markers. OpenCV's markers tell ids and first guesses; a pattern is chosen by how well
 /// neighbouring markers agree on it; corners are predicted from what is known around them, beside markers

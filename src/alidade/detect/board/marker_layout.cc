@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/board/marker_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "alidade/core/median.h"
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+
+constexpr std::size_t kMinMarkers = 4;  // as many neighbours are no accident
+
+// A marker and another one of the same image.
+struct Neighbours {
+  int from = 0;
+  int to = 0;
+  Vector2d offset;  // along the first one's sides, in sides; perspective averaged out
+  Vector2i cells{0, 0};
+};
+
+// Where another marker's middle lies, along a marker's own sides, which are the unit.
+Vector2d offsetFrom(const SeenMarker& marker, const SeenMarker& other) {
+  const auto& c = marker.corners;
+  Eigen::Matrix2d sides;
+  sides << 0.5 * (c[1] - c[0] + c[2] - c[3]), 0.5 * (c[3] - c[0] + c[2] - c[1]);
+  return sides.inverse() * (middleOf(other.corners) - middleOf(c));
+}
+
+// The markers near each one that lie in the same plane and are turned the same way.
+std::vector<Neighbours> neighboursIn(const std::vector<SeenMarker>& markers) {
+  constexpr double kReach = 7;      // sides: squares of three, two away
+  constexpr double kMostOff = 0.3;  // of the distance: what perspective may change
+  std::vector<Neighbours> result;
+  for (const SeenMarker& marker : markers) {
+    for (const SeenMarker& other : markers) {
+      if (marker.id == other.id) continue;
+      const Vector2d there = offsetFrom(marker, other);
+      const Vector2d back = offsetFrom(other, marker);
+      const Vector2d offset = 0.5 * (there - back);
+      if (!offset.allFinite() || offset.cwiseAbs().maxCoeff() > kReach) continue;
+      if ((there + back).norm() <= 2 * kMostOff * offset.norm())
+        result.push_back({.from = marker.id, .to = other.id, .offset = offset});
+    }
+  }
+  return result;
+}
+
+// Of each marker the nearest other one.
+std::vector<Vector2d> nearestOffsets(const std::vector<std::vector<Neighbours>>& images) {
+  std::vector<Vector2d> offsets;
+  for (const auto& neighbours : images) {
+    std::map<int, Vector2d> nearest;
+    for (const Neighbours& n : neighbours) {
+      const auto [at, is_new] = nearest.try_emplace(n.from, n.offset);
+      if (!is_new && n.offset.norm() < at->second.norm()) at->second = n.offset;
+    }
+    for (const auto& [id, offset] : nearest) offsets.push_back(offset);
+  }
+  return offsets;
+}
+
+// Keeps the neighbours that lie in the lattice's cells, and says in which.
+void placeInLattice(const MarkerLayout& layout, bool is_turned, std::vector<Neighbours>& neighbours) {
+  constexpr double kMostOff = 0.3;  // cells
+  const bool is_diagonal = layout.lattice == MarkerLattice::kDiagonal;
+  const int reach = is_diagonal ? 2 : 1;
+  std::erase_if(neighbours, [&](Neighbours& n) {
+    const Vector2d cells = (is_turned ? -1 : 1) * n.offset / layout.spacing;
+    n.cells = {static_cast<int>(std::lround(cells.x())), static_cast<int>(std::lround(cells.y()))};
+    const bool is_of_lattice = !is_diagonal || n.cells.sum() % 2 == 0;
+    return !is_of_lattice || n.cells.isZero() || n.cells.cwiseAbs().maxCoeff() > reach ||
+           (cells - n.cells.cast<double>()).cwiseAbs().maxCoeff() > kMostOff;
+  });
+}
+
+// The commonest difference of ids between neighbours in these cells; 0 without any, or where others are
+// nearly as common.
+int commonestStep(const std::vector<Neighbours>& neighbours, const Vector2i& cells) {
+  std::map<int, int> counts;
+  int total = 0;
+  for (const Neighbours& n : neighbours) {
+    if (n.cells != cells) continue;
+    ++counts[n.to - n.from];
+    ++total;
+  }
+  const auto most = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
+  constexpr double kMost = 0.8;
+  return most != counts.end() && most->second >= kMost * total ? most->first : 0;
+}
+
+// Where a marker of a diagonal lattice lies, in columns and rows.
+Vector2i diagonalCell(int id, int columns, bool is_dark_first) {
+  const int in_even_row = is_dark_first ? columns / 2 : (columns + 1) / 2;
+  const int rest = id % columns;
+  const bool is_odd_row = rest >= in_even_row;
+  const int place = is_odd_row ? rest - in_even_row : rest;
+  return {2 * place + (is_odd_row != is_dark_first ? 1 : 0), 2 * (id / columns) + (is_odd_row ? 1 : 0)};
+}
+
+// Rows count upwards, from the id that the first column starts with.
+Vector2i uprightCell(int id, int columns, int first_id) {
+  const int n = id - first_id;
+  const int row = n >= 0 ? n / columns : -((columns - 1 - n) / columns);
+  return {n - row * columns, -row};
+}
+
+// How many neighbours lie where their ids say, as a share, and the ids of those.
+struct Agreement {
+  double share = 0;
+  std::vector<int> ids = {};
+};
+
+template <class CellOf>
+Agreement agreementWith(const std::vector<Neighbours>& neighbours, const CellOf& cellOf) {
+  std::set<int> ids;
+  int count = 0;
+  for (const Neighbours& n : neighbours) {
+    if (cellOf(n.to) - cellOf(n.from) != n.cells) continue;
+    ++count;
+    ids.insert(n.from);
+  }
+  return {.share = count / static_cast<double>(neighbours.size()), .ids = {ids.begin(), ids.end()}};
+}
+
+constexpr double kLeastAgreeing = 0.9;
+constexpr int kMostColumns = 100;
+
+void countDiagonal(const std::vector<Neighbours>& neighbours, MarkerLayout& layout) {
+  const int columns = commonestStep(neighbours, {0, 2});
+  if (columns < 3 || columns > kMostColumns) return;
+  double best = 0;
+  for (const bool is_dark_first : {false, true}) {
+    const auto cellOf = [&](int id) { return diagonalCell(id, columns, is_dark_first); };
+    Agreement agreement = agreementWith(neighbours, cellOf);
+    if (agreement.share < kLeastAgreeing || agreement.share <= best) continue;
+    best = agreement.share;
+    layout.ids = std::move(agreement.ids);
+    layout.columns = columns;
+    layout.rows = cellOf(layout.ids.back()).y() + 1;
+  }
+}
+
+// The ids that rows start with are told by where they break; where no break is seen they start at 0.
+void countUpright(const std::vector<Neighbours>& neighbours, MarkerLayout& layout) {
+  const int columns = commonestStep(neighbours, {0, -1});
+  if (columns < 1 || columns > kMostColumns) return;
+  double best = 0;
+  for (int start = 0; start < columns; ++start) {
+    const auto cellOf = [&](int id) { return uprightCell(id, columns, start); };
+    Agreement agreement = agreementWith(neighbours, cellOf);
+    if (agreement.share < kLeastAgreeing || agreement.share <= best) continue;
+    best = agreement.share;
+    layout.ids = std::move(agreement.ids);
+    const int lowest = -cellOf(layout.ids.front()).y();
+    layout.columns = columns;
+    layout.first_id = start + lowest * columns;
+    layout.rows = -cellOf(layout.ids.back()).y() - lowest + 1;
+  }
+  if (layout.first_id < 0) layout.columns = layout.rows = 0;
+}
+
+// Sets of ids that neighbours join.
+std::vector<std::set<int>> joinedIds(const std::vector<Neighbours>& neighbours) {
+  std::map<int, std::set<int>> beside;
+  for (const Neighbours& n : neighbours) {
+    beside[n.from].insert(n.to);
+    beside[n.to].insert(n.from);
+  }
+  std::vector<std::set<int>> sets;
+  std::set<int> taken;
+  for (const auto& [start, ignored] : beside) {
+    if (taken.contains(start)) continue;
+    std::set<int> joined;
+    std::vector<int> open = {start};
+    while (!open.empty()) {
+      const int id = open.back();
+      open.pop_back();
+      if (!joined.insert(id).second) continue;
+      open.insert(open.end(), beside[id].begin(), beside[id].end());
+    }
+    taken.insert(joined.begin(), joined.end());
+    sets.push_back(std::move(joined));
+  }
+  return sets;
+}
+
+}  // namespace
+
+std::vector<MarkerLayout> markerLayouts(std::span<const std::vector<SeenMarker>> images,
+                                        bool is_upside_down) {
+  std::vector<std::vector<Neighbours>> by_image;
+  for (const auto& markers : images) by_image.push_back(neighboursIn(markers));
+  const std::vector<Vector2d> nearest = nearestOffsets(by_image);
+  if (nearest.size() < kMinMarkers) return {};
+  std::vector<double> shorter;
+  std::vector<double> longer;
+  for (const Vector2d& offset : nearest) {
+    shorter.push_back(offset.cwiseAbs().minCoeff());
+    longer.push_back(offset.cwiseAbs().maxCoeff());
+  }
+  MarkerLayout common;
+  common.spacing = medianOf(std::move(longer));
+  common.lattice = medianOf(std::move(shorter)) > 0.5 * common.spacing ? MarkerLattice::kDiagonal
+                                                                       : MarkerLattice::kUpright;
+  const bool is_diagonal = common.lattice == MarkerLattice::kDiagonal;
+  std::vector<Neighbours> neighbours;
+  for (auto& of_image : by_image) {
+    placeInLattice(common, !is_diagonal && is_upside_down, of_image);
+    neighbours.insert(neighbours.end(), of_image.begin(), of_image.end());
+  }
+  std::vector<MarkerLayout> layouts;
+  for (const std::set<int>& ids : joinedIds(neighbours)) {
+    if (ids.size() < kMinMarkers) continue;
+    MarkerLayout layout = common;
+    layout.ids.assign(ids.begin(), ids.end());
+    std::vector<Neighbours> own;
+    std::ranges::copy_if(neighbours, std::back_inserter(own),
+                         [&](const Neighbours& n) { return ids.contains(n.from); });
+    if (is_diagonal) {
+      countDiagonal(own, layout);
+    } else {
+      countUpright(own, layout);
+    }
+    layouts.push_back(std::move(layout));
+  }
+  return layouts;
+}
+
+}  // namespace alidade

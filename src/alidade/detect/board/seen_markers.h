@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// A marker and its corners, clockwise from its top left.
+template <class Point>
+struct Marker {
+  int id = 0;
+  std::array<Point, 4> corners;
+};
+
+using SeenMarker = Marker<Eigen::Vector2d>;  ///< pixels
+
+[[nodiscard]] inline Eigen::Vector2d middleOf(const std::array<Eigen::Vector2d, 4>& corners) {
+  return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+}
+
+/// How markers are printed.
+struct MarkerPrint {
+  std::string dictionary;  ///< one of OpenCV's
+  int border = 1;          ///< in cells
+
+  friend bool operator==(const MarkerPrint&, const MarkerPrint&) = default;
+};
+
+/// The scales at which an image is searched for markers, one after the other until enough are seen: the first
+/// is fast, the last is for cells of a few pixels. Empty for images too small for any marker.
+struct MarkerLook {
+  double scale = 1;
+  bool is_quick = false;  ///< sees large markers only: what it leaves may still be there
+};
+[[nodiscard]] std::vector<MarkerLook> markerLooks(ImageSize size);
+
+/// The markers of each print, dark on white or white on dark; an id may occur more than once. The outlines
+/// are searched only once, whatever the number of prints.
+[[nodiscard]] std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image,
+                                                              std::span<const MarkerPrint> prints,
+                                                              MarkerLook look);
+
+}  // namespace alidade

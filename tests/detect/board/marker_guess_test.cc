@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// Boards that are guessed from rendered images.
+#include "alidade/detect/board/marker_guess.h"
+
+#include <gmock/gmock.h>
+
+#include "alidade/core/random.h"
+#include "alidade/print/ink_of_board.h"
+#include "alidade/simulate/random_views.h"
+#include "alidade/simulate/render.h"
+#include "alidade/target/board_spec.h"
+
+namespace alidade {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr ImageSize kSize{800, 600};
+
+AnyCamera someCamera() {
+  return AnyCamera::make("radtan",
+                         std::vector<double>{640, 640, 399.5, 299.5, -0.1, 0.03, 0.0005, -0.0003, 0});
+}
+
+RenderOptions someLight() {
+  RenderOptions options;
+  options.blur_px = 0.8;
+  options.read_noise = 2;
+  options.full_well_electrons = 0;
+  options.samples = 34;
+  return options;
+}
+
+struct GuessCase {
+  std::string spec;
+  std::string guess;
+  InkOptions ink = {};
+  bool is_inverted = false;
+};
+
+TEST(MarkerGuess, GivesTheBoardThatIsShown) {
+  const std::vector<GuessCase> cases = {
+      {"charuco:8x6:30mm:22.5mm:DICT_5X5_1000", "charuco:8x6:SQUARE:MARKER:DICT_5X5_50, with"},
+      {"charuco:7x5:30mm:18mm:DICT_4X4_250",
+       "charuco:7x5:SQUARE:MARKER:DICT_4X4_50, with the sides of a square and of a marker, which is about "
+       "0.6 of it",
+       {.is_bright_first = true}},
+      {"charuco:5x7:30mm:24mm:DICT_APRILTAG_25h9", "charuco:5x7:SQUARE:MARKER:DICT_APRILTAG_25h9", {}, true},
+      {"charuco:9x12:30mm:24mm:DICT_6X6_250", "charuco:9x12:SQUARE:MARKER:DICT_6X6_100"},
+      {"aprilgrid:5x4:88mm:0.3", "an AprilGrid of 5x4 tags: --board aprilgrid:5x4:TAG:0.3, with"},
+      {"aprilgrid:4x3:40mm:0.25:5", "aprilgrid:4x3:TAG:0.25:5", {.april_border = 1}}};
+  const Renderer renderer(someCamera(), kSize);
+  std::size_t num_checked = 0;
+  for (const GuessCase& c : cases) {
+    const Board board = parseBoardSpec(c.spec);
+    Random random(12);
+    MarkerGuess guess;
+    for (const SE3& pose :
+         randomViews(someCamera(), kSize, board, 2, random,
+                     {.max_tilt_deg = 40, .max_roll_deg = 180, .min_fill = 0.7, .max_fill = 0.95})) {
+      RenderOptions light = someLight();
+      if (c.is_inverted) std::swap(light.dark_level, light.bright_level);
+      guess.look(renderer.render(inkOf(board, c.ink), pose, light));
+    }
+    EXPECT_THAT(guess.text(), HasSubstr(c.guess)) << c.spec;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 6U);
+}
+
+// Rows that no marker shows are told by the corners.
+TEST(MarkerGuess, CountsRowsWhoseMarkersAreNotRead) {
+  const Board board = parseBoardSpec("charuco:6x6:30mm:22mm:DICT_5X5_50");
+  const SE3 pose{SO3::exp({0.1, 0.1, 0.05}), {-0.06, -0.06, 0.25}};
+  BoardInk ink = inkOf(board);
+  // Without the markers' bits: what is left of the last row are its squares.
+  std::erase_if(ink.boxes, [](const Eigen::AlignedBox2d& box) {
+    return box.min().y() > 0.12 && box.sizes().maxCoeff() < 0.029;
+  });
+  MarkerGuess guess;
+  guess.look(Renderer(someCamera(), kSize).render(ink, pose, someLight()));
+  EXPECT_THAT(guess.text(), HasSubstr("charuco:6x6:"));
+}
+
+TEST(MarkerGuess, SaysNothingWithoutMarkersBesideOneAnother) {
+  const SE3 pose{SO3::exp({0.1, 0.1, 0.05}), {-0.1, -0.06, 0.3}};
+  const Board checkerboard = parseBoardSpec("checkerboard:9x6:25mm");
+  Random random(2);
+  GrayImage noise{{320, 240}, std::vector<std::uint8_t>(320UL * 240)};
+  for (std::uint8_t& pixel : noise.pixels) pixel = static_cast<std::uint8_t>(random.index(256));
+  MarkerGuess guess;
+  EXPECT_THAT(guess.text(), IsEmpty());
+  guess.look(Renderer(someCamera(), kSize).render(inkOf(checkerboard), pose, someLight()));
+  guess.look(noise);
+  guess.look(GrayImage{{1, 1}, {0}});
+  EXPECT_THAT(guess.text(), IsEmpty());
+  EXPECT_FALSE(guess.isSure());
+}
+
+}  // namespace
+}  // namespace alidade
