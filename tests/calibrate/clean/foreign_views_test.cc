@@ -138,8 +138,9 @@ TEST(ForeignViews, NoisyOnesStay) {
 
 TEST(ForeignViews, OneThatFitsAfterAllComesBackToItsPlace) {
   const SimulatedSet set = cleanSet("radtan", 12, 9);
-  const PreparedViews given = prepareViews(set.board, set.views);
-  SettledFit now = settledFromStart(startedFit(set.board, given, {.model = "radtan"}).fit, nullptr);
+  const Board board = set.board;
+  const PreparedViews given = prepareViews(std::span(&board, 1), set.views);
+  SettledFit now = settledFromStart(startedFit(given, {.model = "radtan"}).fit, nullptr);
   now.fit = withoutView(withoutView(now.fit, 5), 2);
   ASSERT_EQ(viewsLeftOut(given, now.fit), (std::vector<std::size_t>{2, 5}));
   EXPECT_TRUE(readmitViews(now, given, nullptr));
