@@ -196,8 +196,6 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
   }
   for (const BoardSurvey& survey : stage.surveys) {
     for (const SurveyNote& note : survey.notes) stage.notes.push_back(diagnosisOf(note, survey).message());
-    if (boards.size() > 1 && survey.numFound() == 0)
-      stage.notes.push_back("no image shows the board " + survey.board.spec());
   }
   if (!debug_complaint.empty())
     stage.notes.push_back("some debug images could not be written: " + debug_complaint);

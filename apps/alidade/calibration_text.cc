@@ -106,7 +106,7 @@ Lines parameterLines(const Calibration& result) {
 std::string fitText(const Calibration& result, const GivenViews& given) {
   const double holdout = result.uncertainty.holdout.rms_px;
   const std::string views =
-      result.fit.boards.size() > 1 ? fmt::format("{} views of ", result.fit.views.size()) : "";
+      result.fit.boards.size() > 1 ? fmt::format("{} views in ", result.fit.views.size()) : "";
   return fmt::format(
       "RMS {:.3f} px, cross-validation {}; {} corners in {}{} of {} images{}", rms(result.fit),
       std::isfinite(holdout) ? fmt::format("{:.3f} px", holdout) : "impossible", numCorners(result.fit),

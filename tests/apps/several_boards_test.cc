@@ -63,7 +63,7 @@ TEST(SeveralBoardsCommand, CalibratesFromACornersFileOfSeveralBoards) {
   ASSERT_THAT(run, EndsWith(0)) << run.err;
   EXPECT_LE(numLines(run.out), 16U) << run.out;
   EXPECT_THAT(run.out,
-              AllOf(HasSubstr("24 views of 16 of 16 images"), HasSubstr(kCharuco + " in 12 views, bent by"),
+              AllOf(HasSubstr("24 views in 16 of 16 images"), HasSubstr(kCharuco + " in 12 views, bent by"),
                     HasSubstr(kGrid + " in 12 views, flat"), HasSubstr("put the board " + kCharuco)));
 
   const auto record = loadCamera(camera).calibration.value();

@@ -7,10 +7,12 @@
 #include "alidade/core/error.h"
 #include "alidade/detect/draw_detection.h"
 #include "alidade/detect/survey.h"
+#include "alidade/imagery/image_file.h"
 #include "alidade/print/ink_of_board.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/render.h"
 #include "alidade/target/board_spec.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 namespace {
@@ -200,6 +202,41 @@ TEST(BoardSet, FindsTwoBoardsInOneImage) {
     }
   }
   EXPECT_EQ(num_corners, 54U + 35 + 30 + 64 + 54 + 30);
+}
+
+TEST(BoardSet, IsSurveyedTogether) {
+  const TwoBoardImage two = renderSideBySide({"checkerboard:9x6:25mm", "checkerboard:7x5:30mm"});
+  const ScratchFolder scratch;
+  const int half = kSize.width / 2;
+  // The left half, the whole image, and both again as copies of a smaller image.
+  RasterImage whole{.size = kSize, .num_channels = 1, .bytes = two.image.pixels};
+  RasterImage left{.size = {half, kSize.height}, .num_channels = 1, .bytes = {}};
+  for (int y = 0; y < kSize.height; ++y) {
+    const auto row = two.image.pixels.begin() + static_cast<std::ptrdiff_t>(y) * kSize.width;
+    left.bytes.insert(left.bytes.end(), row, row + half);
+  }
+  const std::vector<std::string> paths = {scratch.path("a.png"), scratch.path("b.png"),
+                                          scratch.path("left.png")};
+  writeImage(paths[0], whole);
+  writeImage(paths[1], whole);
+  writeImage(paths[2], left);
+  const std::vector<BoardSurvey> surveys = surveyImages(paths, two.boards);
+  ASSERT_EQ(surveys.size(), 2U);
+  for (std::size_t b = 0; b < 2; ++b) {
+    const BoardSurvey& survey = surveys[b];
+    EXPECT_EQ(survey.board, two.boards[b]);
+    EXPECT_EQ(survey.outcomes[0].detection.reason, DetectionReason::kFound);
+    EXPECT_EQ(survey.outcomes[1].detection.reason, DetectionReason::kDuplicate);
+    EXPECT_EQ(survey.outcomes[2].detection.reason, DetectionReason::kOtherSize)
+        << "by the images of both boards";
+    ASSERT_EQ(survey.views().size(), 1U);
+    EXPECT_EQ(survey.views()[0].board, b);
+    EXPECT_EQ(survey.views()[0].image, "a.png");
+    for (const SurveyNote& note : survey.notes)
+      EXPECT_NE(note.kind, SurveyNote::Kind::kOtherBoard)
+          << "the other one is among those that were asked for";
+  }
+  EXPECT_EQ(surveys[0].notes.size(), 1U) << "the sizes are noted once";
 }
 
 }  // namespace

@@ -57,8 +57,8 @@ TEST(CameraRecord, KeepsTheBoardsAndTheirBends) {
       {{two[0]}, {}, "  board: checkerboard:9x6:25mm\n"},
       {{two[0]}, {bend}, "  board_warp: {bend_x_m: 0.001, bend_y_m: -0.002, bend_x_std_m: 1e-05"},
       {two, {}, "  board:\n    - checkerboard:9x6:25mm\n    - aprilgrid:6x6:88mm:0.3\n"},
-      {two, {of_second}, "  board_warp:\n    - {board: \"aprilgrid:6x6:88mm:0.3\", bend_x_m: 0.001"},
-      {two, {bend, of_second}, "    - {board: \"checkerboard:9x6:25mm\", bend_x_m: 0.001"},
+      {two, {of_second}, "  board_warp:\n    - {board: aprilgrid:6x6:88mm:0.3, bend_x_m: 0.001"},
+      {two, {bend, of_second}, "    - {board: checkerboard:9x6:25mm, bend_x_m: 0.001"},
   };
   std::size_t num_checked = 0;
   for (const Case& c : cases) {

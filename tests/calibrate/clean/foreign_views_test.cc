@@ -156,7 +156,8 @@ TEST(ForeignViews, OneThatFitsAfterAllComesBackToItsPlace) {
 TEST(ForeignViews, WhenHalfOfThemDisagreeTheAnswerIsNo) {
   Calibration result = run(cleanSet("radtan", 10, 10));
   for (int i = 0; i < 10; ++i)
-    result.dropped.views.push_back({"other_" + std::to_string(i), "does not fit", /*is_misfit=*/true});
+    result.dropped.views.push_back(
+        {.image = "other_" + std::to_string(i), .reason = "does not fit", .is_misfit = true});
   result.diagnoses = judge(result);
   EXPECT_FALSE(result.isUsable());
   EXPECT_EQ(result.diagnoses.front().id, "views_disagree");
