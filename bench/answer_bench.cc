@@ -199,7 +199,7 @@ int runHalves(const std::vector<std::string>& paths) {
   std::printf("%-40s %6s %-15s %9s %6s\n", "set", "views", "model", "halvings", "rms");
   for (const std::string& path : paths) {
     const CornersFile file = readCornersFile(path);
-    const Calibration whole = calibrate(file.board, file.views, {});
+    const Calibration whole = calibrate(file.boards, file.views, {});
     const std::string model = onlyCamera(whole.fit).model;
     Sum sum;
     std::size_t num_made = 0;
@@ -209,8 +209,8 @@ int runHalves(const std::vector<std::string>& paths) {
       for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.index(i)]);
       const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
       try {
-        const Calibration a = calibrate(file.board, {order.begin(), middle}, {.model = model});
-        const Calibration b = calibrate(file.board, {middle, order.end()}, {.model = model});
+        const Calibration a = calibrate(file.boards, {order.begin(), middle}, {.model = model});
+        const Calibration b = calibrate(file.boards, {middle, order.end()}, {.model = model});
         if (!a.uncertainty.covariance || !b.uncertainty.covariance) continue;
         ++num_made;
         for (std::size_t k = 0; k < onlyCamera(a.fit).params.size(); ++k) {

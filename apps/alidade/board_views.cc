@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +17,7 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/board_guess.h"
+#include "alidade/detect/board_set.h"
 #include "alidade/detect/draw_detection.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
@@ -63,6 +66,11 @@ void prepareDebugFolder(const std::string& folder, const std::vector<std::string
   }
 }
 
+// "A", or "A and B".
+std::string specsText(std::span<const Board> boards) {
+  return join(mapped(boards, &Board::spec), " and ");
+}
+
 GivenViews readCorners(const ViewsRequest& request) {
   const auto other = std::ranges::find_if_not(request.inputs, isCornersFile);
   if (other != request.inputs.end()) {
@@ -72,15 +80,20 @@ GivenViews readCorners(const ViewsRequest& request) {
                       .next_step = "write the corners of the images with alidade detect first"});
   }
   CornersFile file = readCornersFiles(request.inputs);
-  if (!request.board.empty() && !(readBoard(request.board) == file.board)) {
+  const std::vector<Board> asked = mapped(request.boards, readBoard);
+  const auto isAsked = [&](const Board& board) { return std::ranges::find(asked, board) != asked.end(); };
+  const bool are_same = asked.size() == file.boards.size() && std::ranges::all_of(file.boards, isAsked);
+  if (!asked.empty() && !are_same) {
     throw inputError({.where = request.inputs.front(),
-                      .found = "board " + file.board.spec(),
-                      .expected = readBoard(request.board).spec() + " from --board",
+                      .found = "board " + specsText(file.boards),
+                      .expected = specsText(asked) + " from --board",
                       .next_step = "remove --board: the corners file states its board"});
   }
   GivenViews given;
-  given.board = file.board;
-  given.num_images = given.num_found = file.views.size();
+  given.boards = std::move(file.boards);
+  std::set<std::string> images;
+  for (const View& view : file.views) images.insert(view.image);
+  given.num_images = given.num_found = images.size();
   const std::vector<ImageSize> sizes = mapped(file.views, &View::size);
   const SizeGroups groups = groupBySize(sizes);
   for (const std::size_t i : groups.others) {
@@ -93,15 +106,26 @@ GivenViews readCorners(const ViewsRequest& request) {
 
 GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {
   DetectionStage stage = runDetection(request, options, cancel);
-  requireBoards(stage.survey, options, request.debug_folder.has_value());
-  const BoardSurvey& survey = stage.survey;
-  return {.board = survey.board,
-          .num_images = survey.outcomes.size(),
-          .num_found = survey.numFound(),
-          .measures = measuresText(survey),
-          .reasons = reasonLines(survey),
-          .notes = std::move(stage.notes),
-          .views = survey.views()};
+  requireBoards(stage, options, request.debug_folder.has_value());
+  GivenViews given{.boards = mapped(stage.surveys, &BoardSurvey::board),
+                   .num_images = stage.numImages(),
+                   .num_found = stage.numFound(),
+                   .measures = {},
+                   .reasons = reasonLines(stage.surveys),
+                   .notes = std::move(stage.notes),
+                   .views = stage.views()};
+  for (const BoardSurvey& survey : stage.surveys) {
+    const std::string measures = measuresText(survey);
+    if (!measures.empty())
+      given.measures.push_back(stage.surveys.size() == 1 ? measures : survey.board.spec() + ": " + measures);
+  }
+  return given;
+}
+
+// Reasons of an image that shows something else than the board.
+bool isElsewhere(DetectionReason reason) {
+  return reason == DetectionReason::kNoBoard || reason == DetectionReason::kUnplaced ||
+         reason == DetectionReason::kLargerBoard || reason == DetectionReason::kOtherBoard;
 }
 
 // For a guess: what is wrong with the inputs is said once there is a board.
@@ -115,15 +139,35 @@ std::vector<std::string> imagesIn(const std::vector<std::string>& inputs) {
 
 }  // namespace
 
+std::size_t DetectionStage::numFound() const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < numImages(); ++i) {
+    const bool is_found = std::ranges::any_of(
+        surveys, [&](const BoardSurvey& survey) { return survey.outcomes[i].detection.hasCorners(); });
+    count += is_found ? 1 : 0;
+  }
+  return count;
+}
+
+std::vector<View> DetectionStage::views() const {
+  std::vector<View> all;
+  for (const BoardSurvey& survey : surveys) {
+    std::vector<View> views = survey.views();
+    all.insert(all.end(), std::make_move_iterator(views.begin()), std::make_move_iterator(views.end()));
+  }
+  return all;
+}
+
 DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& options,
                             const CancelFlag* cancel) {
-  if (request.board.empty()) {
+  if (request.boards.empty()) {
     throw usageError({.where = request.command,
                       .found = "no --board",
                       .expected = "for example --board checkerboard:9x6:25mm",
                       .next_step = guessedBoard(imagesIn(request.inputs), cancel)});
   }
-  const Board board = readBoard(request.board);
+  const std::vector<Board> boards = mapped(request.boards, readBoard);
+  requireDistinguishable(boards);  // before any image is read
   const std::string debug_folder = request.debug_folder.value_or("");
   const std::vector<std::string> paths = listImages(request.inputs);
   DetectImagesOptions detect_options;
@@ -135,9 +179,9 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
   if (!debug_folder.empty()) {
     prepareDebugFolder(debug_folder, paths);
     debug_paths = debugPaths(debug_folder, paths, shortNames(paths));
-    detect_options.inspect = [&](const GrayImage& image, const ImageOutcome& outcome) {
+    detect_options.inspect = [&](const GrayImage& image, std::span<const ImageOutcome> outcomes) {
       try {
-        writeImage(debug_paths.at(outcome.image), drawDetection(image, outcome.detection, board));
+        writeImage(debug_paths.at(outcomes.front().image), drawDetections(image, outcomes, boards));
       } catch (const Error& error) {
         const std::lock_guard lock(mutex);
         debug_complaint = oneLine(error.what());
@@ -148,39 +192,60 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
   {
     ProgressBar bar("detecting boards", options.quiet);
     detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
-    stage.survey = surveyImages(paths, board, detect_options);
+    stage.surveys = surveyImages(paths, boards, detect_options);
   }
-  for (const SurveyNote& note : stage.survey.notes)
-    stage.notes.push_back(diagnosisOf(note, stage.survey).message());
+  for (const BoardSurvey& survey : stage.surveys) {
+    for (const SurveyNote& note : survey.notes) stage.notes.push_back(diagnosisOf(note, survey).message());
+  }
   if (!debug_complaint.empty())
     stage.notes.push_back("some debug images could not be written: " + debug_complaint);
   return stage;
 }
 
-void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool has_debug_flag) {
-  if (survey.numFound() > 0) return;
-  if (!options.quiet && survey.outcomes.size() > 1) {
-    const std::string lines = listed(reasonLines(survey));
+void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag) {
+  const std::vector<BoardSurvey>& surveys = stage.surveys;
+  if (stage.numFound() > 0) {
+    for (const BoardSurvey& survey : surveys) {
+      if (!options.quiet && survey.numFound() == 0)
+        printMessage("warning: no image shows the board " + survey.board.spec());
+    }
+    return;
+  }
+  if (!options.quiet && stage.numImages() > 1) {
+    const std::string lines = listed(reasonLines(surveys));
     printMessage(lines.substr(0, lines.size() - 1));
   }
-  const std::vector<std::string>& paths = survey.paths;
+  const BoardSurvey& first = surveys.front();
+  const std::vector<std::string>& paths = first.paths;
   std::map<DetectionReason, int> counts;
-  for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.detection.reason];
+  for (const BoardSurvey& survey : surveys) {
+    for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.detection.reason];
+  }
   if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
-    const std::string& first = survey.outcomes.front().detection.detail;
-    if (paths.size() == 1) throw inputError({.found = first});
-    throw noneUsableError(paths.size(), "none of them can be read", first);
+    const std::string& why = first.outcomes.front().detection.detail;
+    if (paths.size() == 1) throw inputError({.found = why});
+    throw noneUsableError(paths.size(), "none of them can be read", why);
   }
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
     reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
-  const auto hint = diagnoseBoard(survey.outcomes, survey.board);
+  const std::vector<Board> boards = mapped(surveys, &BoardSurvey::board);
+  std::optional<BoardHint> hint;
+  const BoardSurvey* hinted = nullptr;
+  for (auto survey = surveys.begin(); survey != surveys.end() && !hint; ++survey) {
+    hint = diagnoseBoard(survey->outcomes, survey->board, boards);
+    hinted = &*survey;
+  }
   throw inputError(
       {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
        .found = fmt::format("no board ({})", join(reasons, ", ")),
-       .expected = fmt::format("{} ({}x{} inner corners, columns x rows)", survey.board.spec(),
-                               survey.board.columns(), survey.board.rows()),
-       .next_step = hint ? hintText(*hint, survey.board)
+       .expected = join(mapped(boards,
+                               [](const Board& board) {
+                                 return fmt::format("{} ({}x{} inner corners, columns x rows)", board.spec(),
+                                                    board.columns(), board.rows());
+                               }),
+                        " or "),
+       .next_step = hint ? hintText(*hint, hinted->board)
                          : "check that the board is in the image, is sharp and has a white margin; " +
                                std::string(has_debug_flag ? "" : "alidade detect ") +
                                "--debug FOLDER saves copies of the images with the detections drawn in"});
@@ -197,11 +262,18 @@ void checkDebugFolder(const std::string& folder, const std::string& output) {
       {.where = "--debug " + folder, .found = "this is also the output", .expected = "a different folder"});
 }
 
-std::vector<std::string> reasonLines(const BoardSurvey& survey) {
+std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys) {
   std::vector<std::string> lines;
-  for (const ImageOutcome& outcome : survey.outcomes) {
-    if (const auto why = diagnosisOf(outcome))
-      lines.push_back(oneLine(fmt::format("{}: {}: {}", why->cause, why->id, why->evidence)));
+  for (std::size_t i = 0; i < surveys.front().outcomes.size(); ++i) {
+    const bool is_any_found = std::ranges::any_of(
+        surveys, [&](const BoardSurvey& survey) { return survey.outcomes[i].detection.hasCorners(); });
+    for (const BoardSurvey& survey : surveys) {
+      const ImageOutcome& outcome = survey.outcomes[i];
+      const auto why = diagnosisOf(outcome);
+      if (!why || (is_any_found && isElsewhere(outcome.detection.reason))) continue;
+      const std::string which = surveys.size() > 1 ? fmt::format(" ({})", survey.board.spec()) : "";
+      lines.push_back(oneLine(fmt::format("{}: {}{}: {}", why->cause, why->id, which, why->evidence)));
+    }
   }
   return lines;
 }

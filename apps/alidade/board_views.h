@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,54 +12,62 @@
 #include "alidade/target/view.h"
 #include "options.h"
 
-// Views of a board, found in images or read from a corners file.
+// Views of boards, found in images or read from corners files.
 
 namespace alidade {
 
 /// What images show, and what to tell the user about them.
 struct DetectionStage {
-  BoardSurvey survey;
-  std::vector<std::string> notes;  ///< a sentence each
+  std::vector<BoardSurvey> surveys;  ///< one for each board
+  std::vector<std::string> notes;    ///< a sentence each
+
+  [[nodiscard]] std::size_t numImages() const { return surveys.front().outcomes.size(); }
+  /// The number of images with corners of any board.
+  [[nodiscard]] std::size_t numFound() const;
+  /// The views of all boards, board by board.
+  [[nodiscard]] std::vector<View> views() const;
 };
 
-/// What a command that needs views of a board was told.
+/// What a command that needs views of boards was told.
 struct ViewsRequest {
   std::string command;              ///< its name, for messages
-  std::vector<std::string> inputs;  ///< folders, image files or patterns; or one corners file
-  std::string board;                ///< SPEC or board file; a corners file knows its own
+  std::vector<std::string> inputs;  ///< folders, image files or patterns; or corners files
+  std::vector<std::string> boards;  ///< SPECs or board files; a corners file knows its own
   /// Where to write the images with what was found drawn on them; empty: nowhere. Nothing: the command has no
   /// flag for it.
   std::optional<std::string> debug_folder = std::nullopt;
 };
 
-/// Finds the board in all images that the inputs stand for, with progress on a terminal, and sorts out those
+/// Finds the boards in all images that the inputs stand for, with progress on a terminal, and sorts out those
 /// that must not be used (see surveyImages).
-/// @throws Error (kInput) when there is no image; (kUsage) without a board, or when the debug folder holds
-/// inputs; Cancelled
+/// @throws Error (kInput) when there is no image; (kUsage) without a board, for boards that look alike, or
+/// when the debug folder holds inputs; Cancelled
 [[nodiscard]] DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& options,
                                           const CancelFlag* cancel);
 
-/// Goes on only if at least one image gives corners. Otherwise says what each image shows instead.
+/// Goes on only if at least one image gives corners. Otherwise says what each image shows instead. Warns of
+/// boards that no image shows.
 /// @param has_debug_flag  whether the command in use has --debug, which hints may then name
 /// @throws Error (kInput)
-void requireBoards(const BoardSurvey& survey, const CommonOptions& options, bool has_debug_flag);
+void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag);
 
 /// Checks before any long work that the debug folder and the output are not the same. @throws Error (kUsage)
 void checkDebugFolder(const std::string& folder, const std::string& output);
 
-/// One line an image that does not show the whole board, "name: reason: why", for people.
-[[nodiscard]] std::vector<std::string> reasonLines(const BoardSurvey& survey);
+/// One line for each image that does not show the whole board, "name: reason: why", for people. Of several
+/// boards each line names its own, and an image that shows one of them need not show the others.
+[[nodiscard]] std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys);
 
 /// The range of each measure over the images that give corners, in a line for people; empty without images.
 [[nodiscard]] std::string measuresText(const BoardSurvey& survey);
 
 /// The views that a command was given, with what its reports tell about them.
 struct GivenViews {
-  Board board;
-  std::size_t num_images = 0;        ///< given
-  std::size_t num_found = 0;         ///< with a board
-  std::string measures;              ///< how the images show the board; empty if that is not known
-  std::vector<std::string> reasons;  ///< a line an image without one
+  std::vector<Board> boards;
+  std::size_t num_images = 0;         ///< given
+  std::size_t num_found = 0;          ///< with a board
+  std::vector<std::string> measures;  ///< how the images show each board, as far as that is known
+  std::vector<std::string> reasons;   ///< a line an image without one
   std::vector<std::string> notes;
   std::vector<View> views;  ///< of one image size
 };
@@ -66,7 +75,7 @@ struct GivenViews {
 /// True for the name of a corners file.
 [[nodiscard]] bool isCornersFile(const std::string& path);
 
-/// Reads the corners file, or finds the board in the images.
+/// Reads the corners files, or finds the boards in the images.
 /// @throws Error (kInput) where there is no board, (kUsage) for images without a board SPEC; Cancelled
 [[nodiscard]] GivenViews readViews(const ViewsRequest& request, const CommonOptions& options,
                                    const CancelFlag* cancel);

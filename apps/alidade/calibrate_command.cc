@@ -32,10 +32,11 @@ class CalibrateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml\n"
+        "Several boards, in the same images or not: repeat --board.\n"
         "Exit code 3: done, but the camera must not be used; no camera file is written.");
     app.add_option("input", inputs_,
                    "Folders, image files or patterns; or corners files of one camera (.csv)");
-    addBoardOption(app, board_);
+    addBoardOption(app, boards_);
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(
         "--model", model_,
@@ -95,7 +96,8 @@ class CalibrateCommand final : public Command {
   int run(const CLI::App& app) override {
     if (inputs_.empty()) throw missingError("calibrate", "no input", "folders, images or a corners file");
     std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
-    sources.insert(sources.end(), {board_, cameraFilePath(init_), common_.config});
+    sources.insert(sources.end(), boards_.begin(), boards_.end());
+    sources.insert(sources.end(), {cameraFilePath(init_), common_.config});
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     checkFurtherOutput("--next-view", next_view_, "next.svg", sources);
@@ -103,14 +105,14 @@ class CalibrateCommand final : public Command {
     CalibratorOptions options = calibratorOptions();
     options.cancel = catchInterrupts();
     const GivenViews given =
-        readViews({.command = "calibrate", .inputs = inputs_, .board = board_, .debug_folder = debug_},
+        readViews({.command = "calibrate", .inputs = inputs_, .boards = boards_, .debug_folder = debug_},
                   common_, options.cancel);
     if (given.views.size() < kMinViews) {
-      const std::string share =
-          fmt::format("{}{} of {}", given.views.size() < given.num_images ? "only " : "", given.views.size(),
-                      given.num_images);
+      const std::size_t num_given = std::max(given.num_images, given.views.size());
+      const std::string share = fmt::format("{}{} of {}", given.views.size() < num_given ? "only " : "",
+                                            given.views.size(), num_given);
       throw inputError({.where = inputs_.front() + (inputs_.size() > 1 ? " ..." : ""),
-                        .found = isCornersFile(inputs_.front())
+                        .found = isCornersFile(inputs_.front()) || given.boards.size() > 1
                                      ? share + " views are usable"
                                      : "the board was found in " + share + " images",
                         .expected = fmt::format("at least {} views", kMinViews),
@@ -118,16 +120,15 @@ class CalibrateCommand final : public Command {
                                          ? "take more photographs of the board, tilted by 20 to 50 degrees"
                                          : fmt::format("{}", fmt::join(given.reasons, "\n        "))});
     }
-    const Calibration result = calibrate(given.board, given.views, options);
-    Advice advice{.coverage = coverageOf(result, given.board, given.views), .guidance = {}};
-    advice.guidance = guide(result, given.board, advice.coverage, parsePixels(target_sigma_));
+    const Calibration result = calibrate(given.boards, given.views, options);
+    Advice advice{.coverage = coverageOf(result, given.views), .guidance = {}};
+    advice.guidance = guide(result, advice.coverage, parsePixels(target_sigma_));
     if (!next_view_.empty())
-      writeFileAtomically(next_view_, nextViewSvg(result, given.board, given.views, advice.guidance));
+      writeFileAtomically(next_view_, nextViewSvg(result, given.views, advice.guidance));
 
     const bool is_good = result.isUsable();
     const bool is_kept = is_good || keep_untrustworthy_;
-    const CameraRecord file =
-        recordOf(result, {.board = given.board, .created_by = programName(), .name = name_});
+    const CameraRecord file = recordOf(result, {.created_by = programName(), .name = name_});
     const bool to_stdout = output_ == "-";
     if (!evidence_.empty())
       writeFileAtomically(evidence_, evidenceJson(result, given, advice, effectiveSettings(app)));
@@ -228,7 +229,7 @@ class CalibrateCommand final : public Command {
   }
 
   std::vector<std::string> inputs_;
-  std::string board_;
+  std::vector<std::string> boards_;
   std::string model_ = kAutoModel;
   std::string init_;
   std::vector<std::string> fixed_;

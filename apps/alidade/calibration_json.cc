@@ -7,8 +7,6 @@
 
 namespace alidade {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ExcludedView, image, reason)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RepeatedView, image, same_as)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StartReport, num_tried, num_solved, num_agreed, num_optima)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TiltCounts, left, right, upper, lower)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewInfluence, move_sigmas, surprise_sigmas)
@@ -36,6 +34,14 @@ void to_json(json& j, const Diagnosis& diagnosis) {
        {"effect_px", diagnosis.effect_px},
        {"message", diagnosis.message()},
        {"next_step", diagnosis.next_step}};
+}
+
+void to_json(json& j, const ExcludedView& view) {
+  j = {{"image", view.image}, {"reason", view.reason}};
+}
+
+void to_json(json& j, const RepeatedView& view) {
+  j = {{"image", view.image}, {"same_as", view.same_as}};
 }
 
 void to_json(json& j, const Outlier& o) {
@@ -108,11 +114,50 @@ void to_json(json& j, const CoverageReport& coverage) {
 
 namespace {
 
-json commonErrorsJson(const Uncertainty& known) {
+// A document of one board is as it was before there could be several: lists of several boards stand where one
+// board has a value, and what belongs to a view names its board.
+
+bool hasSeveralBoards(const Calibration& result) {
+  return result.fit.boards.size() > 1;
+}
+
+json specOf(const Calibration& result, std::size_t board) {
+  return result.fit.boards[board].target.spec();
+}
+
+// A list of things that belong to a view, with their boards.
+template <class Items>
+json withBoards(const Calibration& result, const Items& items) {
+  json list = items;
+  if (!hasSeveralBoards(result)) return list;
+  for (std::size_t i = 0; i < items.size(); ++i) list[i]["board"] = specOf(result, items[i].board);
+  return list;
+}
+
+// One value for the only board, or a list with one for each.
+template <class ValueOf>
+json ofEachBoard(const Calibration& result, const ValueOf& valueOf) {
+  if (!hasSeveralBoards(result)) return valueOf(0);
+  json list = json::array();
+  for (std::size_t board = 0; board < result.fit.boards.size(); ++board) list.push_back(valueOf(board));
+  return list;
+}
+
+bool isOfBoard(const CommonError& error) {
+  return static_cast<int>(error.cause) < kNumBoardCauses;
+}
+
+// By cause; those of several boards are listed under "boards".
+json commonErrorsJson(const Calibration& result) {
   json errors = json::object();
-  for (const CommonError& error : known.common_errors) {
-    errors[std::string(kCommonCauses[static_cast<std::size_t>(error.cause)])] = {{"value", error.value},
-                                                                                 {"sigma", error.sigma}};
+  if (hasSeveralBoards(result))
+    errors["boards"] = ofEachBoard(result, [&](std::size_t board) -> json {
+      return {{"board", specOf(result, board)}};
+    });
+  for (const CommonError& error : result.uncertainty.common_errors) {
+    json& of = hasSeveralBoards(result) && isOfBoard(error) ? errors["boards"][error.board] : errors;
+    of[std::string(kCommonCauses[static_cast<std::size_t>(error.cause)])] = {{"value", error.value},
+                                                                             {"sigma", error.sigma}};
   }
   return errors;
 }
@@ -125,21 +170,26 @@ json weakPriorJson(const FitCamera& camera) {
   return {{"width", held.width}, {"least_known", least_known}, {"free_parameters", held.free_params}};
 }
 
-json boardShapeJson(const Calibration& result) {
-  const ShapeReport& shape = result.choice.shape;
-  const bool is_estimated = isShapeEstimated(result.fit);
-  const BoardShape bend = is_estimated ? onlyBoard(result.fit).shape : BoardShape{};
-  const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m;
-  return {{"estimated", is_estimated},
-          {"determined", shape.is_determined},
-          {"f", shape.f},
-          {"by_views", orNull(shape.by_views)},
-          {"bend_x_m", bend.bend_x_m},
-          {"bend_y_m", bend.bend_y_m},
-          {"bend_x_std_m", std_m.x()},
-          {"bend_y_std_m", std_m.y()},
-          {"flat_rms_px", shape.flat_rms_px},
-          {"flat_parameters", shape.flat_params}};
+json boardShapeJson(const Calibration& result, std::size_t board) {
+  const ShapeReport& shape = result.choice.shapes[board];
+  const bool is_estimated = !result.fit.boards[board].is_shape_fixed;
+  const BoardShape bend = is_estimated ? result.fit.boards[board].shape : BoardShape{};
+  const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m[board];
+  json document = {{"estimated", is_estimated},
+                   {"determined", shape.is_determined},
+                   {"f", shape.f},
+                   {"by_views", orNull(shape.by_views)},
+                   {"bend_x_m", bend.bend_x_m},
+                   {"bend_y_m", bend.bend_y_m},
+                   {"bend_x_std_m", std_m.x()},
+                   {"bend_y_std_m", std_m.y()},
+                   {"flat_rms_px", shape.flat_rms_px},
+                   {"flat_parameters", shape.flat_params}};
+  if (hasSeveralBoards(result)) {
+    document["board"] = specOf(result, board);
+    document["num_views"] = numViews(result.fit, board);
+  }
+  return document;
 }
 
 json viewsJson(const Calibration& result) {
@@ -155,6 +205,7 @@ json viewsJson(const Calibration& result) {
                      {"max_error_px", view.max_error_px},
                      {"camera_from_board", cameraFromBoard(result.fit, result.fit.views[v])},
                      {"influence", influences.empty() ? ViewInfluence{} : influences[v]}});
+    if (hasSeveralBoards(result)) views.back()["board"] = specOf(result, view.board);
   }
   return views;
 }
@@ -176,15 +227,17 @@ json nextViewJson(const Guidance& guidance) {
   if (!guidance.next) return nullptr;
   const NextView& next = *guidance.next;
   const Eigen::Vector2d& middle = next.sighting.middle_px;
-  return {{"determined", guidance.is_determined},
-          {"worst_now_px", guidance.worst_px},
-          {"worst_then_px", guidance.is_determined ? json(next.worst_px) : json(nullptr)},
-          {"middle_px", {{"u", middle.x()}, {"v", middle.y()}}},
-          {"distance_m", next.sighting.distance_m},
-          {"fill", next.fill},
-          {"whole_board", next.is_whole},
-          {"tilt", next.sighting.tilt},
-          {"camera_from_board", next.camera_from_board}};
+  json view = {{"determined", guidance.is_determined},
+               {"worst_now_px", guidance.worst_px},
+               {"worst_then_px", guidance.is_determined ? json(next.worst_px) : json(nullptr)},
+               {"middle_px", {{"u", middle.x()}, {"v", middle.y()}}},
+               {"distance_m", next.sighting.distance_m},
+               {"fill", next.fill},
+               {"whole_board", next.is_whole},
+               {"tilt", next.sighting.tilt},
+               {"camera_from_board", next.camera_from_board}};
+  if (guidance.is_chosen) view["board"] = guidance.board.spec();
+  return view;
 }
 
 json targetJson(const Guidance& guidance) {
@@ -253,11 +306,11 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
   document.update({
       {"model", onlyCamera(result.fit).model},
       {"image_size", result.imageSize()},
-      {"board", given.board.spec()},
+      {"board", ofEachBoard(result, [&](std::size_t board) { return specOf(result, board); })},
       {"images",
        {{"given", given.num_images},
         {"found", given.num_found},
-        {"used", result.fit.views.size()},
+        {"used", numImagesUsed(result)},
         {"reasons", given.reasons}}},
       {"rms_px", rms(result.fit)},
       {"holdout_rms_px", known.holdout.rms_px},
@@ -276,7 +329,7 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
        {{"max_angle_rad", result.domain.cone.max_angle_rad},
         {"full_image", result.domain.full_image},
         {"min_relative_det", result.domain.min_relative_det}}},
-      {"board_shape", boardShapeJson(result)},
+      {"board_shape", ofEachBoard(result, [&](std::size_t board) { return boardShapeJson(result, board); })},
       {"weak_prior", weakPriorJson(onlyCamera(result.fit))},
       {"start", result.choice.start},
       {"other_optima", otherOptimaJson(result)},
@@ -287,11 +340,11 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
       {"accuracy", orNull(known.accuracy)},
       {"verdict", verdictName(result.verdict())},
       {"findings", result.diagnoses},
-      {"outliers", result.dropped.outliers},
+      {"outliers", withBoards(result, result.dropped.outliers)},
       {"outlier_share", result.dropped.outlierShare(result.fit)},
-      {"excluded_views", result.dropped.views},
-      {"repeated_views", result.dropped.repeated},
-      {"common_errors", commonErrorsJson(known)},
+      {"excluded_views", withBoards(result, result.dropped.views)},
+      {"repeated_views", withBoards(result, result.dropped.repeated)},
+      {"common_errors", commonErrorsJson(result)},
       {"variations",
        {{"focal_f", known.variations.focal.f},
         {"focal_spread", known.variations.focal.spread},
@@ -304,6 +357,7 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
       {"next_view", nextViewJson(advice.guidance)},
       {"target", targetJson(advice.guidance)},
   });
+  document["coverage"]["views"] = withBoards(result, advice.coverage.views);
   return document;
 }
 

@@ -23,6 +23,9 @@ struct SummaryStyle {
   bool is_coloured = false;  ///< for a terminal
 };
 
+/// The number of images with a view in the fit.
+[[nodiscard]] std::size_t numImagesUsed(const Calibration& result);
+
 /// The summary of a calibration for people: at most 16 lines of at most 100 columns, the verdict and the
 /// accuracy first.
 [[nodiscard]] std::string summaryText(const Calibration& result, const GivenViews& given,

@@ -21,6 +21,7 @@ using Lines = std::vector<std::string>;
 constexpr std::size_t kMaxLines = 16;
 constexpr std::size_t kMaxColumns = 100;
 constexpr std::size_t kIndent = 10;
+constexpr std::size_t kMaxBoardLines = 3;
 
 // Breaks words over lines of kMaxColumns; the first line has the label, the others an indent.
 Lines wrapped(std::string_view label, const std::string& text) {
@@ -104,19 +105,41 @@ Lines parameterLines(const Calibration& result) {
 
 std::string fitText(const Calibration& result, const GivenViews& given) {
   const double holdout = result.uncertainty.holdout.rms_px;
+  const std::string views =
+      result.fit.boards.size() > 1 ? fmt::format("{} views in ", result.fit.views.size()) : "";
   return fmt::format(
-      "RMS {:.3f} px, cross-validation {}; {} corners in {} of {} images{}", rms(result.fit),
+      "RMS {:.3f} px, cross-validation {}; {} corners in {}{} of {} images{}", rms(result.fit),
       std::isfinite(holdout) ? fmt::format("{:.3f} px", holdout) : "impossible", numCorners(result.fit),
-      result.fit.views.size(), given.num_images,
+      views, numImagesUsed(result), given.num_images,
       result.dropped.outliers.empty() ? "" : fmt::format("; {} outliers", result.dropped.outliers.size()));
 }
 
-std::string boardText(const Calibration& result, const GivenViews& given) {
-  std::string text = given.board.spec();
-  if (!isShapeEstimated(result.fit)) return text + ", flat";
-  const BoardShape& shape = onlyBoard(result.fit).shape;
+std::string boardText(const Fit& fit, std::size_t board) {
+  const BoardShape& shape = fit.boards[board].shape;
+  std::string text = fit.boards[board].target.spec();
+  if (fit.boards.size() > 1) {
+    const std::size_t num_views = numViews(fit, board);
+    if (num_views == 0) return text + ", not used";
+    text += fmt::format(" in {} view{}", num_views, num_views == 1 ? "" : "s");
+  }
+  if (fit.boards[board].is_shape_fixed) return text + ", flat";
   return text + fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y", 1e3 * shape.bend_x_m,
                             1e3 * shape.bend_y_m);
+}
+
+// One line for each board, or as many boards as there is room for and the number of the others.
+Lines boardLines(const Fit& fit, std::size_t room) {
+  Lines lines;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const std::size_t num_left = fit.boards.size() - b;
+    if (num_left > 1 && lines.size() + 1 >= room) {
+      append(lines, wrapped(b == 0 ? "Board" : "",
+                            fmt::format("{} {}boards: see --verbose", num_left, b == 0 ? "" : "more ")));
+      break;
+    }
+    append(lines, wrapped(b == 0 ? "Board" : "", boardText(fit, b)));
+  }
+  return lines;
 }
 
 std::string viewsText(const CoverageReport& coverage) {
@@ -127,6 +150,8 @@ std::string viewsText(const CoverageReport& coverage) {
 }
 
 // What follows is for --verbose.
+
+constexpr std::size_t kDetailIndent = 9;
 
 // The first line behind a label, the others under it.
 std::string labelled(std::string_view label, const std::string& lines) {
@@ -150,24 +175,38 @@ std::string bendTests(const ShapeReport& shape) {
                      shape.by_views->f, 100 * shape.by_views->chance);
 }
 
-// What the views say of the board's bend: one line or two.
-std::string boardShapeText(const Calibration& result) {
-  const ShapeReport& shape = result.choice.shape;
-  const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m;
+// What the views say of a board's bend: one line or two.
+std::string boardShapeText(const Calibration& result, std::size_t board) {
+  const ShapeReport& shape = result.choice.shapes[board];
+  const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m[board];
   if (!shape.is_determined) return "Board    assumed flat: these views cannot show whether it is bent\n";
-  if (!isShapeEstimated(result.fit)) {
+  if (result.fit.boards[board].is_shape_fixed) {
     if (!std::isfinite(shape.f)) return "Board    assumed flat\n";
     return fmt::format("Board    flat: {} ({}; standard deviation {:.2g} and {:.2g} mm)\n",
                        shape.f > kBendF ? "the views do not agree on a bend" : "no bend detected",
                        bendTests(shape), 1e3 * std_m.x(), 1e3 * std_m.y());
   }
-  const BoardShape& bend = onlyBoard(result.fit).shape;
+  const BoardShape& bend = result.fit.boards[board].shape;
   return fmt::format(
       "Board    bent ({}): its centre is {} mm behind its left and right edges and {} mm behind its top and "
       "bottom edges;\n         with a flat board, the RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
       "px\n",
       bendTests(shape), millimetres(bend.bend_x_m, std_m.x()), millimetres(bend.bend_y_m, std_m.y()),
       shape.flat_rms_px, shape.flat_params[0], onlyCamera(result.fit).params[0]);
+}
+
+// The same for all boards, each with its SPEC and its views if there are several.
+std::string boardShapesText(const Calibration& result) {
+  const Fit& fit = result.fit;
+  if (fit.boards.size() == 1) return boardShapeText(result, 0);
+  std::string text;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const std::size_t num_views = numViews(fit, b);
+    text += fmt::format("Board    {}: {} view{}\n", fit.boards[b].target.spec(), num_views,
+                        num_views == 1 ? "" : "s");
+    if (num_views > 0) text += "         " + boardShapeText(result, b).substr(kDetailIndent);
+  }
+  return text;
 }
 
 std::string excessText(const ModelCandidate& candidate) {
@@ -241,8 +280,9 @@ std::string worstViewsText(const Calibration& result) {
   views.resize(std::min(views.size(), kNumWorst));
   std::string text = "Views with the largest errors\n";
   for (const ViewSummary& view : views) {
-    text += fmt::format("  {:<24} RMS {:.3g} px, largest {:.3g} px, {} corners\n", printable(view.image),
-                        view.rms_px, view.max_error_px, view.num_corners);
+    text += fmt::format("  {:<24} RMS {:.3g} px, largest {:.3g} px, {} corners\n",
+                        printable(view.image) + boardSuffix(result.fit, view.board), view.rms_px,
+                        view.max_error_px, view.num_corners);
   }
   return text;
 }
@@ -250,9 +290,9 @@ std::string worstViewsText(const Calibration& result) {
 std::string outliersText(const Calibration& result) {
   const std::vector<Outlier>& outliers = result.dropped.outliers;
   if (outliers.empty()) return "";
-  const Lines lines = mapped(outliers, [](const Outlier& o) {
-    return fmt::format("{} corner {}: error ({:.2f}, {:.2f}) px", printable(o.image), o.corner_id,
-                       o.error_px.x(), o.error_px.y());
+  const Lines lines = mapped(outliers, [&](const Outlier& o) {
+    return fmt::format("{}{} corner {}: error ({:.2f}, {:.2f}) px", printable(o.image),
+                       boardSuffix(result.fit, o.board), o.corner_id, o.error_px.x(), o.error_px.y());
   });
   return fmt::format("Outliers {} of {} corners ({:.2g} %)\n", outliers.size(),
                      outliers.size() + numCorners(result.fit),
@@ -281,6 +321,16 @@ std::string diagnosesText(const Calibration& result) {
 
 }  // namespace
 
+std::size_t numImagesUsed(const Calibration& result) {
+  const std::vector<FitView>& views = result.fit.views;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    // Views of one image are neighbours.
+    if (v == 0 || views[v].image != views[v - 1].image) ++count;
+  }
+  return count;
+}
+
 std::string summaryText(const Calibration& result, const GivenViews& given, const Advice& advice,
                         const SummaryStyle& style) {
   Lines lines = wrapped("Verdict", verdictText(result, style.is_coloured));
@@ -290,9 +340,12 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
                                     result.choice.model ? ", model chosen by cross-validation" : ""));
   append(rest, parameterLines(result));
   append(rest, wrapped("Fit", fitText(result, given)));
-  append(rest, wrapped("Board", boardText(result, given)));
-  append(rest, wrapped("Views", viewsText(advice.coverage)));
-  append(rest, wrapped("Next", shortNextViewText(advice.guidance, result.imageSize())));
+  Lines last = wrapped("Views", viewsText(advice.coverage));
+  append(last, wrapped("Next", shortNextViewText(advice.guidance, result.imageSize())));
+  const std::size_t num_others = lines.size() + rest.size() + last.size() + (advice.guidance.target ? 3 : 1);
+  append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
+                                                              kMaxBoardLines)));
+  append(rest, last);
   // The diagnoses have the room that is left; what does not fit is counted.
   const std::size_t num_reserved = lines.size() + rest.size() + (advice.guidance.target ? 3 : 1);
   std::size_t room = kMaxLines - std::min(num_reserved, kMaxLines);
@@ -332,9 +385,10 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
 std::string detailsText(const Calibration& result, const GivenViews& given, const Advice& advice) {
   const Uncertainty& known = result.uncertainty;
   const SolveSummary& solver = result.fit.summary;
-  std::string text = fmt::format("Images   {} given, {} with the board, {} used\n", given.num_images,
-                                 given.num_found, result.fit.views.size());
-  if (!given.measures.empty()) text += "         " + given.measures + "\n";
+  std::string text =
+      fmt::format("Images   {} given, {} with {} board, {} used\n", given.num_images, given.num_found,
+                  given.boards.size() > 1 ? "a" : "the", numImagesUsed(result));
+  for (const std::string& measures : given.measures) text += "         " + measures + "\n";
   text += listed(given.reasons);
   text += fmt::format("Noise    {:.3g} px per coordinate (standard deviation of the residuals)\n",
                       known.coordinate_sigma_px);
@@ -342,7 +396,7 @@ std::string detailsText(const Calibration& result, const GivenViews& given, cons
     text += fmt::format("         {:.3g} px of it is not explained by the detector's standard deviations\n",
                         known.unexplained_sigma_px);
   }
-  text += boardShapeText(result);
+  text += boardShapesText(result);
   if (result.choice.model) text += modelChoiceText(*result.choice.model);
   text += weakPriorText(result) + projectionText(known) + domainText(result) + worstViewsText(result) +
           outliersText(result) + startText(result.choice.start);

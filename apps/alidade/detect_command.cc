@@ -62,10 +62,14 @@ json imageJson(const ImageOutcome& outcome) {
   return image;
 }
 
+// One board as it was before there could be several.
 std::string detectionJson(const DetectionStage& stage) {
-  return jsonText({{"board", stage.survey.board.spec()},
-                   {"images", mapped(stage.survey.outcomes, imageJson)},
-                   {"notes", stage.notes}});
+  json boards = mapped(stage.surveys, [](const BoardSurvey& survey) -> json {
+    return {{"board", survey.board.spec()}, {"images", mapped(survey.outcomes, imageJson)}};
+  });
+  json document = boards.size() == 1 ? std::move(boards[0]) : json{{"boards", std::move(boards)}};
+  document["notes"] = stage.notes;
+  return jsonText(document);
 }
 
 class DetectCommand final : public Command {
@@ -73,7 +77,7 @@ class DetectCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
     app.add_option("input", inputs_, "Folders, image files or patterns");
-    addBoardOption(app, board_);
+    addBoardOption(app, boards_);
     app.add_option("--camera", camera_, "Camera name to write into the corners file")->capture_default_str();
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_, "Corners file to write (CSV); standard output if omitted or -");
@@ -86,27 +90,31 @@ class DetectCommand final : public Command {
       throw usageError(
           {.where = "detect", .found = "a line break in --camera", .expected = "a name without line breaks"});
     std::vector<std::string> sources = withImages(inputs_);
-    sources.insert(sources.end(), {board_, common_.config});
+    sources.insert(sources.end(), boards_.begin(), boards_.end());
+    sources.push_back(common_.config);
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     const DetectionStage stage =
-        runDetection({.command = "detect", .inputs = inputs_, .board = board_, .debug_folder = debug_},
+        runDetection({.command = "detect", .inputs = inputs_, .boards = boards_, .debug_folder = debug_},
                      common_, catchInterrupts());
-    if (stage.survey.numFound() == 0 && common_.json) {
+    if (stage.numFound() == 0 && common_.json) {
       printResult(detectionJson(stage));
       has_answered_ = true;
     }
-    requireBoards(stage.survey, common_, true);
+    requireBoards(stage, common_, true);
 
     CornersFile file;
     file.camera = camera_;
-    file.board = stage.survey.board;
-    file.views = stage.survey.views();
+    file.boards = mapped(stage.surveys, &BoardSurvey::board);
+    file.views = stage.views();
     file.comments.push_back(programName() + " detect; pixel (0, 0) is the centre of the top-left pixel");
     for (const auto& [key, values] : effectiveSettings(app))
       file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
     for (const std::string& note : stage.notes) file.comments.push_back("note: " + note);
-    for (const std::string& line : imageTable(stage.survey)) file.comments.push_back(line);
+    for (const BoardSurvey& survey : stage.surveys) {
+      if (stage.surveys.size() > 1) file.comments.push_back("images of " + survey.board.spec());
+      for (const std::string& line : imageTable(survey)) file.comments.push_back(line);
+    }
     const bool to_stdout = output_.empty() || output_ == "-";
     if (!to_stdout) writeCornersFile(output_, file);
 
@@ -123,19 +131,26 @@ class DetectCommand final : public Command {
 
  private:
   void report(const DetectionStage& stage, bool to_stdout) const {
-    const std::size_t num_partial = stage.survey.numFound() - stage.survey.numWhole();
-    printMessage(fmt::format("{} of {} images show the whole board ({} corners each){}{}",
-                             stage.survey.numWhole(), stage.survey.outcomes.size(),
-                             stage.survey.board.numCorners(),
-                             num_partial > 0 ? fmt::format(", {} show a part of it", num_partial) : "",
-                             to_stdout ? "" : "; written to " + output_));
-    printMessage("  " + measuresText(stage.survey));
-    for (const std::string& line : reasonLines(stage.survey)) printMessage("  " + line);
+    const bool is_one = stage.surveys.size() == 1;
+    const std::string written = to_stdout ? "" : "; written to " + output_;
+    if (!is_one)
+      printMessage(
+          fmt::format("{} of {} images show a board{}", stage.numFound(), stage.numImages(), written));
+    for (const BoardSurvey& survey : stage.surveys) {
+      const std::size_t num_partial = survey.numFound() - survey.numWhole();
+      printMessage(fmt::format("{}{} of {} images show the whole board ({} corners each){}{}",
+                               is_one ? "" : survey.board.spec() + ": ", survey.numWhole(),
+                               survey.outcomes.size(), survey.board.numCorners(),
+                               num_partial > 0 ? fmt::format(", {} show a part of it", num_partial) : "",
+                               is_one ? written : ""));
+      if (survey.numFound() > 0) printMessage("  " + measuresText(survey));
+    }
+    for (const std::string& line : reasonLines(stage.surveys)) printMessage("  " + line);
     for (const std::string& note : stage.notes) printMessage("note: " + note);
   }
 
   std::vector<std::string> inputs_;
-  std::string board_;
+  std::vector<std::string> boards_;
   bool has_answered_ = false;  // the error that follows has its reasons on standard output already
   std::string camera_ = "camera";
   std::string debug_;

@@ -62,7 +62,7 @@ void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
                  "YAML file with flags as keys; flags on the command line take precedence");
 }
 
-void addBoardOption(CLI::App& app, std::string& board) {
+void addBoardOption(CLI::App& app, std::vector<std::string>& boards) {
   const auto complaint = [](const std::string& source) -> std::string {
     try {
       (void)readBoard(source);
@@ -71,10 +71,11 @@ void addBoardOption(CLI::App& app, std::string& board) {
     }
     return {};
   };
-  app.add_option(
-         "--board", board,
-         "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file")
-      ->check(complaint, "");
+  app.add_option("--board", boards,
+                 "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") +
+                     ") or YAML file; repeat it for several boards")
+      ->check(complaint, "")
+      ->allow_extra_args(false);  // what follows a SPEC is an input
 }
 
 void addDebugOption(CLI::App& app, std::string& folder) {

@@ -58,9 +58,9 @@ inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
 /// The flags --json, --quiet, --config, and --jobs where a command has work to share out.
 void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs);
 
-/// The flag --board. A SPEC that is wrong is refused where it was given, on the command line or in a settings
-/// file.
-void addBoardOption(CLI::App& app, std::string& board);
+/// The flag --board, which may be repeated. A SPEC that is wrong is refused where it was given, on the
+/// command line or in a settings file.
+void addBoardOption(CLI::App& app, std::vector<std::string>& boards);
 
 /// The flag --debug, for commands that find boards.
 void addDebugOption(CLI::App& app, std::string& folder);

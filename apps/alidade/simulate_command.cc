@@ -105,7 +105,7 @@ class SimulateCommand final : public Command {
   static CornersFile trueCorners(const Scene& scene, const std::vector<SE3>& poses,
                                  const std::vector<std::string>& names) {
     CornersFile file;
-    file.board = scene.board;
+    file.boards = {scene.board};
     file.comments.push_back(fmt::format(
         "{} simulate; {}", programName(),
         scene.corner_noise_px > 0 ? fmt::format("noise of {} px per axis", scene.corner_noise_px) : "exact"));

@@ -337,7 +337,7 @@ class ValidateCommand final : public Command {
     app.add_option("--images", images_,
                    "Images of a board that were not used for the calibration: folders, files or patterns, or "
                    "one corners file (.csv)");
-    addBoardOption(app, board_);
+    addBoardOption(app, boards_);
     app.add_option("--against", against_, "Camera file (any format) to compare with");
     takePixels(*app.add_option("--tolerance", tolerance_px_,
                                "Largest accepted error in pixels (95th percentile; --images: where boards "
@@ -393,7 +393,7 @@ class ValidateCommand final : public Command {
 
   // Finds the boards and reads the other camera, once for all files that are tested.
   void prepareComparisons() {
-    if (images_.empty() && !board_.empty()) {
+    if (images_.empty() && !boards_.empty()) {
       throw usageError({.where = "validate",
                         .found = "--board without --images",
                         .expected = "--images FOLDER with images of the board"});
@@ -401,7 +401,7 @@ class ValidateCommand final : public Command {
     if (!against_.empty()) other_ = readCameraTelling(against_, {}, common_.quiet);
     if (images_.empty()) return;
     cancel_ = catchInterrupts();
-    given_ = readViews({.command = "validate", .inputs = images_, .board = board_}, common_, cancel_);
+    given_ = readViews({.command = "validate", .inputs = images_, .boards = boards_}, common_, cancel_);
     if (common_.quiet) return;
     for (const std::string& reason : given_->reasons) printMessage("  " + reason);
     for (const std::string& note : given_->notes) printMessage("note: " + note);
@@ -413,7 +413,7 @@ class ValidateCommand final : public Command {
     };
     const auto& stated = record.calibration;
     const HeldOutJudgement on_images =
-        judgeOnImages(compared(record), given_->board, given_->views,
+        judgeOnImages(compared(record), given_->boards, given_->views,
                       {.is_covariance_by_views = stated && stated->is_covariance_by_views,
                        .jobs = common_.jobs,
                        .cancel = cancel_});
@@ -531,7 +531,7 @@ class ValidateCommand final : public Command {
   bool is_verbose_ = false;
   CameraOptions camera_;
   std::vector<std::string> images_;
-  std::string board_;
+  std::vector<std::string> boards_;
   std::string against_;
   double tolerance_px_ = kDefaultTolerancePx;
   const CancelFlag* cancel_ = nullptr;

@@ -240,14 +240,16 @@ TEST(Calibrate, EstimatesTheBoardsShapeIfAsked) {
   const auto warp = run("warp");
   EXPECT_TRUE(warp.at("estimated"));
   const CameraRecord file = parseCameraFile(scratch.read("camera.yaml"), "camera.yaml");
-  ASSERT_TRUE(file.calibration && file.calibration->warp);
-  EXPECT_EQ(file.calibration->warp->shape.bend_x_m, warp.at("bend_x_m"));
-  EXPECT_EQ(file.calibration->warp->shape.bend_y_m, warp.at("bend_y_m"));
-  EXPECT_EQ(file.calibration->warp->std_m.x(), warp.at("bend_x_std_m"));
-  EXPECT_EQ(file.calibration->warp->std_m.y(), warp.at("bend_y_std_m"));
+  ASSERT_TRUE(file.calibration && file.calibration->warps.size() == 1);
+  EXPECT_EQ(file.calibration->warps.front().shape.bend_x_m, warp.at("bend_x_m"));
+  EXPECT_EQ(file.calibration->warps.front().shape.bend_y_m, warp.at("bend_y_m"));
+  EXPECT_EQ(file.calibration->warps.front().std_m.x(), warp.at("bend_x_std_m"));
+  EXPECT_EQ(file.calibration->warps.front().std_m.y(), warp.at("bend_y_std_m"));
   // The rendered board is flat.
-  EXPECT_LT(std::abs(file.calibration->warp->shape.bend_x_m), 4 * file.calibration->warp->std_m.x());
-  EXPECT_LT(std::abs(file.calibration->warp->shape.bend_y_m), 4 * file.calibration->warp->std_m.y());
+  EXPECT_LT(std::abs(file.calibration->warps.front().shape.bend_x_m),
+            4 * file.calibration->warps.front().std_m.x());
+  EXPECT_LT(std::abs(file.calibration->warps.front().shape.bend_y_m),
+            4 * file.calibration->warps.front().std_m.y());
   EXPECT_THAT(runAlidade({"validate", output}), EndsWith(0));
 
   const auto by_default = run("auto");

@@ -157,7 +157,7 @@ TEST(Convert, CarriesTheCalibrationAlong) {
   const CameraRecord file = cameraIn(scratch, "out.yaml");
   const CalibrationRecord& after = *file.calibration;
   EXPECT_DOUBLE_EQ(after.rms_px, before.rms_px / 2);
-  EXPECT_EQ(after.board, before.board);
+  EXPECT_EQ(after.boards, before.boards);
   EXPECT_EQ(after.verdict, Verdict::kTrustworthy);
   // fx is now half of what was fy, p1 what was p2.
   ASSERT_EQ(after.parameter_std.size(), 9u);

@@ -36,8 +36,9 @@ TEST(CornersFile, ThatIsWrongIsNamedWithItsLine) {
       {withRow(prefix + "-1,0,0,10,20,"), ":3", "'-1' as corner_id"},
       {withRow(prefix + "1,2,0,10,20,"), ":3", "corner_id = row * columns + col"},
       {withRow(prefix + "0,0,0,11,21,"), ": image a.png", "corner 0 twice"},
-      {withRow("cam,a.png,640,480,checkerboard:8x6:25mm,1,1,0,10,20,"), ":3",
-       "the board of the previous rows"},
+      {withRow("cam,a.png,640,480,checkerboard:8x6:25mm,48,0,6,10,20,"), ":3",
+       "'48' as corner_id; expected a whole number from 0 to 47"},
+      {withRow("cam,a.png,641,480,checkerboard:8x6:25mm,1,1,0,10,20,"), ":3", "with a different size"},
       {withRow("cam,a.png,640,480,chekerboard:9x6:25mm,1,1,0,10,20,"), ":3", "did you mean 'checkerboard'?"},
       {withRow("cam,a.png,641,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "with a different size"},
       {withRow("cam,a.png,0,480,checkerboard:9x6:25mm,1,1,0,10,20,"), ":3", "'0' as width"},
@@ -58,7 +59,7 @@ TEST(CornersFile, ThatIsWrongIsNamedWithItsLine) {
         << c.text;
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 23u);
+  EXPECT_EQ(num_refused, 24u);
   EXPECT_THAT(scratch.list(), testing::ElementsAre("corners.csv"));
 }
 
@@ -82,6 +83,25 @@ TEST(CornersFile, IsReadHoweverItsLinesEndAndItsPiecesLie) {
     ++num_read;
   }
   EXPECT_EQ(num_read, 3);
+}
+
+TEST(CornersFile, HoldsSeveralBoards) {
+  const std::string text = std::string(kHeader) + kRow +
+                           "cam,b.png,640,480,checkerboard:9x6:0.025,0,0,0,10,20,\n"  // the same board
+                           "cam,a.png,640,480,checkerboard:9x6:30mm,53,8,5,300,200,0.1\n"
+                           "cam,a.png,640,480,aprilgrid:2x2:50mm:0.3:7,15,3,3,30,40,\n";
+  const CornersFile file = parseCornersFile(text, "boards");
+  ASSERT_EQ(file.boards.size(), 3U);
+  EXPECT_EQ(file.boards[2].spec(), "aprilgrid:2x2:50mm:0.3:7");
+  ASSERT_EQ(file.views.size(), 4U);
+  const std::vector<std::pair<std::string, std::size_t>> expected = {
+      {"a.png", 0}, {"a.png", 1}, {"a.png", 2}, {"b.png", 0}};
+  for (std::size_t v = 0; v < expected.size(); ++v) {
+    EXPECT_EQ(file.views[v].image, expected[v].first);
+    EXPECT_EQ(file.views[v].board, expected[v].second);
+    EXPECT_EQ(file.views[v].corners.size(), 1U);
+  }
+  EXPECT_EQ(cornersFileText(parseCornersFile(cornersFileText(file), "again")), cornersFileText(file));
 }
 
 TEST(CornersFile, StaysReadableWhateverItsCommentsAndNamesHold) {

@@ -8,6 +8,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/files/camera_source.h"
+#include "support/message_of.h"
 
 namespace alidade {
 namespace {
@@ -36,6 +37,52 @@ TEST(CameraRecord, KeepsWhatItIsCalled) {
   EXPECT_EQ(back.name.name, "left");
   EXPECT_EQ(back.name.serial, "0012");
   EXPECT_EQ(back.name.lens, "6 mm: f/1.4");
+}
+
+TEST(CameraRecord, KeepsTheBoardsAndTheirBends) {
+  CameraRecord file = bareRecord(AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240}),
+                                 {.width = 640, .height = 480}, "test");
+  file.calibration = CalibrationRecord{.rms_px = 0.1, .num_views = 12, .num_corners = 600};
+  const WarpRecord bend{.board = 0, .shape = {.bend_x_m = 1e-3, .bend_y_m = -2e-3}, .std_m = {1e-5, 2e-5}};
+  struct Case {
+    std::vector<std::string> boards;
+    std::vector<WarpRecord> warps;
+    std::string written;
+  };
+  const std::vector<std::string> two = {"checkerboard:9x6:25mm", "aprilgrid:6x6:88mm:0.3"};
+  WarpRecord of_second = bend;
+  of_second.board = 1;
+  const std::vector<Case> cases = {
+      {{}, {}, "num_corners: 600\n"},
+      {{two[0]}, {}, "  board: checkerboard:9x6:25mm\n"},
+      {{two[0]}, {bend}, "  board_warp: {bend_x_m: 0.001, bend_y_m: -0.002, bend_x_std_m: 1e-05"},
+      {two, {}, "  board:\n    - checkerboard:9x6:25mm\n    - aprilgrid:6x6:88mm:0.3\n"},
+      {two, {of_second}, "  board_warp:\n    - {board: aprilgrid:6x6:88mm:0.3, bend_x_m: 0.001"},
+      {two, {bend, of_second}, "    - {board: checkerboard:9x6:25mm, bend_x_m: 0.001"},
+  };
+  std::size_t num_checked = 0;
+  for (const Case& c : cases) {
+    file.calibration->boards = c.boards;
+    file.calibration->warps = c.warps;
+    const std::string text = cameraFileText(file);
+    EXPECT_THAT(text, testing::HasSubstr(c.written));
+    const CalibrationRecord back = parseCameraFile(text, "camera.yaml").calibration.value();
+    EXPECT_EQ(back.boards, c.boards);
+    ASSERT_EQ(back.warps.size(), c.warps.size());
+    for (std::size_t i = 0; i < c.warps.size(); ++i) {
+      EXPECT_EQ(back.warps[i].board, c.warps[i].board);
+      EXPECT_EQ(back.warps[i].shape, c.warps[i].shape);
+      EXPECT_EQ(back.warps[i].std_m, c.warps[i].std_m);
+    }
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 6U);
+  std::string text = cameraFileText(file);
+  text.replace(text.rfind("aprilgrid:6x6"), 13, "aprilgrid:5x5");
+  EXPECT_THAT(
+      messageOf([&] { (void)parseCameraFile(text, "camera.yaml"); }),
+      testing::AllOf(testing::HasSubstr("camera.yaml:"), testing::HasSubstr("'aprilgrid:5x5:88mm:0.3'"),
+                     testing::HasSubstr("a board of 'board'")));
 }
 
 TEST(CameraRecord, KeepsTheKeysOfTheUser) {

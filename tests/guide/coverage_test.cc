@@ -48,7 +48,7 @@ Set makeSet(const std::vector<Placement>& placements) {
 
 TEST(Coverage, CountsTheCornersOfEachCell) {
   const Set set = makeSet({{150, 120, 0.4, 0, 0}, {150, 350, 0.4, 0, 0}, {200, 240, 0.6, 0, 0}});
-  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  const CoverageReport report = coverageOf(set.result, set.views);
   EXPECT_EQ(report.columns, 8);
   EXPECT_EQ(report.rows, 6);
   ASSERT_EQ(report.num_corners.size(), 48u);
@@ -69,7 +69,7 @@ TEST(Coverage, LeavesOutliersAndUnusedViewsOut) {
   set.result.fit.views.pop_back();
   for (int id = 0; id < 10; ++id)
     set.result.dropped.outliers.push_back({.image = "view_1", .corner_id = id, .error_px = {9, 9}});
-  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  const CoverageReport report = coverageOf(set.result, set.views);
   EXPECT_EQ(std::accumulate(report.num_corners.begin(), report.num_corners.end(), 0), 2 * 54 - 10);
   EXPECT_EQ(report.views.size(), 2u);
 }
@@ -80,7 +80,7 @@ TEST(Coverage, MeasuresTiltsAndDistances) {
                            {320, 240, 0.8, 0, 40},
                            {320, 240, 0.6, 0, 0},
                            {320, 240, 0.6, 10, -5}});
-  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  const CoverageReport report = coverageOf(set.result, set.views);
   EXPECT_EQ(report.num_tilted, 3);
   EXPECT_EQ(report.num_steep, 2);
   EXPECT_EQ(report.tilts.right, 1);
@@ -109,7 +109,7 @@ TEST(Coverage, SaysOneLineWhereNothingIsMissing) {
     }
   }
   const Set set = makeSet(placements);
-  const CoverageReport report = coverageOf(set.result, kBoard, set.views);
+  const CoverageReport report = coverageOf(set.result, set.views);
   EXPECT_THAT(report.empty_regions, ElementsAre());
   EXPECT_GT(report.border_share, 0.9);
   EXPECT_EQ(report.num_image_corners, 4);

@@ -40,7 +40,7 @@ double worstOf(const ProjectionUncertainty& uncertainty, const Eigen::MatrixXd& 
 
 Guidance guidanceFor(const SimulatedSet& set, std::optional<double> target_px = std::nullopt) {
   const Calibration result = calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
-  return guide(result, set.board, coverageOf(result, set.board, set.views), target_px);
+  return guide(result, coverageOf(result, set.views), target_px);
 }
 
 ProjectionUncertainty atInfinity(const SimulatedSet& set) {
@@ -175,7 +175,7 @@ TEST(NextView, KnowsWhatIsHeld) {
   const SimulatedSet set = ordinarySet(6);
   const auto guided = [&](const CalibratorOptions& options) {
     const Calibration result = calibrate(set.board, set.views, options);
-    return guide(result, set.board, coverageOf(result, set.board, set.views));
+    return guide(result, coverageOf(result, set.views));
   };
   const Guidance all = guided({.model = "radtan"});
   const Guidance some = guided({.model = "radtan", .held = {"k3", "p1", "p2"}, .same_focal = true});

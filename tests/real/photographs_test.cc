@@ -275,8 +275,8 @@ TEST(Photographs, CalibrateWithinTheirLimits) {
   ASSERT_TRUE(isShapeEstimated(left.fit) && isShapeEstimated(right.fit));
   const BoardShape& one = onlyBoard(left.fit).shape;
   const BoardShape& other = onlyBoard(right.fit).shape;
-  const Eigen::Vector2d& std_m = left.uncertainty.bend_std_m;
-  const Eigen::Vector2d& other_std_m = right.uncertainty.bend_std_m;
+  const Eigen::Vector2d& std_m = left.uncertainty.bend_std_m.front();
+  const Eigen::Vector2d& other_std_m = right.uncertainty.bend_std_m.front();
   EXPECT_LT(std::abs(one.bend_x_m - other.bend_x_m), 3 * std::hypot(std_m.x(), other_std_m.x()));
   EXPECT_LT(std::abs(one.bend_y_m - other.bend_y_m), 3 * std::hypot(std_m.y(), other_std_m.y()));
   // The views disagree by more than noise, so the sigma is that by the views.

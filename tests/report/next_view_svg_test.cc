@@ -26,14 +26,14 @@ Drawn makeDrawn() {
       AnyCamera::make("radtan", std::vector<double>{535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01});
   SimulatedSet set = simulateSet(camera, {.width = 640, .height = 480}, 5, 0.1, 11);
   Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
-  Guidance guidance = guide(result, set.board, coverageOf(result, set.board, set.views));
+  Guidance guidance = guide(result, coverageOf(result, set.views));
   return {.result = std::move(result), .guidance = std::move(guidance), .set = std::move(set)};
 }
 
 TEST(NextViewSvg, DrawsCornersUncertaintyAndTheBoard) {
   Drawn drawn = makeDrawn();
   ASSERT_TRUE(drawn.guidance.next && drawn.guidance.is_determined);
-  const std::string svg = nextViewSvg(drawn.result, drawn.set.board, drawn.set.views, drawn.guidance);
+  const std::string svg = nextViewSvg(drawn.result, drawn.set.views, drawn.guidance);
   expectGoodSvg(svg);
   EXPECT_EQ(countOf(svg, "<circle"), 6u * 54u);  // five views and the next
   EXPECT_GT(countOf(svg, "<rect"), 40u * 30u);
@@ -46,7 +46,7 @@ TEST(NextViewSvg, MarksTheSidesThatAreNearer) {
   const SO3 rotation = tiltedBoard({.right_rad = -0.5, .lower_rad = 0});
   next.camera_from_board = {rotation, Eigen::Vector3d(0, 0, 0.4) - rotation * drawn.set.board.middle()};
   next.sighting = sightBoard(drawn.result.camera(), drawn.set.board, next.camera_from_board);
-  const std::string svg = nextViewSvg(drawn.result, drawn.set.board, drawn.set.views, drawn.guidance);
+  const std::string svg = nextViewSvg(drawn.result, drawn.set.views, drawn.guidance);
   expectGoodSvg(svg);
   // One thick line and one word, both left of the image's middle.
   EXPECT_EQ(countOf(svg, ">nearer<"), 1u);
@@ -59,7 +59,7 @@ TEST(NextViewSvg, DrawsWhatThereIsWhereNothingIsKnown) {
   Drawn drawn = makeDrawn();
   drawn.result.uncertainty.covariance.reset();
   drawn.guidance = {};
-  const std::string svg = nextViewSvg(drawn.result, drawn.set.board, drawn.set.views, drawn.guidance);
+  const std::string svg = nextViewSvg(drawn.result, drawn.set.views, drawn.guidance);
   expectGoodSvg(svg);
   EXPECT_EQ(countOf(svg, "<circle"), 5u * 54u);
   EXPECT_THAT(svg, HasSubstr("no further view"));

@@ -65,7 +65,7 @@ std::optional<std::vector<double>> paramsWithout(int fold, const Fit& fit, const
   std::vector<bool> is_out(fit.views.size());
   for (std::size_t v = 0; v < is_out.size(); ++v) is_out[v] = foldOf(v, is_out.size()) == fold;
   Fit without = withoutViews(fit, is_out);
-  for (FitBoard& board : without.boards) board.is_shape_fixed = true;
+  fixShapes(without);
   // The errors depend little on what is left to gain: far less than they scatter.
   without = solve(std::move(without), {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
   const Termination end = without.summary.termination;
@@ -78,7 +78,7 @@ std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view,
   const ViewKernel& kernel = viewKernel(fit.cameras[view.camera].model);
   const std::vector<Observation> all = cornersOnShape(fit, view);
   const SE3 pose = cameraFromBoard(fit, view);
-  const Halves halves = halvesOf(onlyBoard(fit).target, all);
+  const Halves halves = halvesOf(boardOf(fit, view).target, all);
   const std::array<std::vector<Observation>, 2> corners = {cornersOf(all, halves[0]),
                                                            cornersOf(all, halves[1])};
   if (!givesPose(corners[0]) || !givesPose(corners[1])) return {};

@@ -65,13 +65,10 @@ double rms(const Fit& fit) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-NeighbourDifferences::NeighbourDifferences(const Board& board)
-    : board_(board), index_of_(static_cast<std::size_t>(board.numCorners())) {}
-
-void NeighbourDifferences::add(std::span<const Observation> corners,
+void NeighbourDifferences::add(const Board& board, std::span<const Observation> corners,
                                std::span<const Eigen::Vector2d> errors) {
   constexpr int kUnseen = -1;
-  index_of_.assign(index_of_.size(), kUnseen);
+  index_of_.assign(static_cast<std::size_t>(board.numCorners()), kUnseen);
   for (std::size_t i = 0; i < corners.size(); ++i)
     index_of_[static_cast<std::size_t>(corners[i].id)] = static_cast<int>(i);
   const auto addPair = [&](int id, int neighbour) {
@@ -85,9 +82,9 @@ void NeighbourDifferences::add(std::span<const Observation> corners,
     sum_ += 2 * (errors[i] - errors[j]).squaredNorm() / variance;
     ++num_pairs_;
   };
-  for (int id = 0; id < board_.numCorners(); ++id) {
-    if ((id + 1) % board_.columns() != 0) addPair(id, id + 1);
-    if (id + board_.columns() < board_.numCorners()) addPair(id, id + board_.columns());
+  for (int id = 0; id < board.numCorners(); ++id) {
+    if ((id + 1) % board.columns() != 0) addPair(id, id + 1);
+    if (id + board.columns() < board.numCorners()) addPair(id, id + board.columns());
   }
 }
 
@@ -97,8 +94,8 @@ double NeighbourDifferences::sigma() const {
 }
 
 double localSigma(const Fit& fit) {
-  NeighbourDifferences differences(onlyBoard(fit).target);
-  for (const FitView& view : fit.views) differences.add(view.corners, view.errors);
+  NeighbourDifferences differences;
+  for (const FitView& view : fit.views) differences.add(boardOf(fit, view).target, view.corners, view.errors);
   return differences.sigma();
 }
 

@@ -58,8 +58,21 @@ std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
 }
 
 std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view) {
-  const FitBoard& board = fit.boards[fit.placements[view.placement].board];
+  const FitBoard& board = boardOf(fit, view);
   return onShape(board.target, board.shape, view.corners);
+}
+
+std::string boardSuffix(const Fit& fit, std::size_t board) {
+  return fit.boards.size() > 1 ? " (" + fit.boards[board].target.spec() + ")" : std::string();
+}
+
+std::size_t numViews(const Fit& fit, std::size_t board) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(fit.views, [&](const FitView& view) { return boardIndex(fit, view) == board; }));
+}
+
+void fixShapes(Fit& fit) {
+  for (FitBoard& board : fit.boards) board.is_shape_fixed = true;
 }
 
 std::size_t numCorners(const Fit& fit) {
@@ -68,12 +81,17 @@ std::size_t numCorners(const Fit& fit) {
   return count;
 }
 
-Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Board& board,
+Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, std::span<const Board> boards,
              HuberLoss loss) {
   Fit fit{.loss = loss};
   fit.cameras.push_back({.model = std::move(model), .size = size, .params = std::move(params)});
-  fit.boards.push_back({.target = board});
+  for (const Board& board : boards) fit.boards.push_back({.target = board});
   return fit;
+}
+
+Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Board& board,
+             HuberLoss loss) {
+  return emptyFit(std::move(model), size, std::move(params), std::span(&board, 1), loss);
 }
 
 double cornersCost(const Fit& fit) {
@@ -81,8 +99,9 @@ double cornersCost(const Fit& fit) {
   return fit.summary.cost - camera.weak_prior.prior.cost(camera.params);
 }
 
-void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board) {
-  fit.placements.push_back({.frame = fit.placements.size()});
+void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board,
+             std::size_t board) {
+  fit.placements.push_back({.frame = fit.placements.size(), .board = board});
   FitView view{.placement = fit.placements.size() - 1, .source = source, .corners = std::move(corners)};
   setCameraFromBoard(fit, view, camera_from_board);
   const auto at = std::upper_bound(fit.views.begin(), fit.views.end(), source,

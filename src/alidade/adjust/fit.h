@@ -127,6 +127,23 @@ requires std::is_same_v<const AnyFit, const Fit>
   return fit.boards.front();
 }
 
+/// The index of the board that a view shows.
+[[nodiscard]] inline std::size_t boardIndex(const Fit& fit, const FitView& view) {
+  return fit.placements[view.placement].board;
+}
+[[nodiscard]] inline const FitBoard& boardOf(const Fit& fit, const FitView& view) {
+  return fit.boards[boardIndex(fit, view)];
+}
+
+/// " (SPEC)" to append where a board or its view is named; empty for the only board of a fit.
+[[nodiscard]] std::string boardSuffix(const Fit& fit, std::size_t board);
+
+/// The number of views that show a board.
+[[nodiscard]] std::size_t numViews(const Fit& fit, std::size_t board);
+
+/// Lets all boards keep their shape.
+void fixShapes(Fit& fit);
+
 /// Corners with their positions on the bent board, as used by the solver.
 [[nodiscard]] std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
                                                std::span<const Observation> flat);
@@ -138,11 +155,15 @@ requires std::is_same_v<const AnyFit, const Fit>
 /// The cost without the prior, for a fit of one camera.
 [[nodiscard]] double cornersCost(const Fit& fit);
 
-/// Adds a view of the first camera and the first board, in a separate frame. Views stay sorted by source.
+/// Adds a view of the first camera, in a separate frame. Views stay sorted by source.
 /// @param source  see FitView
-void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board);
+/// @param board   index into Fit::boards
+void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board,
+             std::size_t board = 0);
 
-/// A fit of one camera and one board without views.
+/// A fit of one camera without views.
+[[nodiscard]] Fit emptyFit(std::string model, ImageSize size, std::vector<double> params,
+                           std::span<const Board> boards, HuberLoss loss);
 [[nodiscard]] Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Board& board,
                            HuberLoss loss);
 

@@ -28,14 +28,14 @@ std::optional<std::string> nextLargerModel(ModelList<Models...>, std::string_vie
 // A few steps tell whether there is anything to gain.
 constexpr int kGlance = 5;
 
-// On the same corners, with the same loss and board and without a prior.
+// On the same corners, with the same loss and boards and without a prior.
 Fit enlarged(const Fit& fit, const std::string& id) {
   Fit larger = fit;
   FitCamera& camera = onlyCamera(larger);
   camera.params = parametersByName(camera.model, camera.params, id);
   camera.model = id;
   camera.weak_prior = {};
-  onlyBoard(larger).is_shape_fixed = true;
+  fixShapes(larger);
   return larger;
 }
 

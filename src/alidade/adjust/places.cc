@@ -40,7 +40,9 @@ std::vector<std::size_t> placesOf(const Fit& fit) {
     const ImageSize size = fit.cameras[view.camera].size;
     const double limit_px = kSamePlace * std::hypot(size.width, size.height);
     const auto same = std::find_if(first.begin(), first.end(), [&](std::size_t other) {
-      return fit.views[other].camera == view.camera && isSamePlace(fit.views[other], view, limit_px);
+      return fit.views[other].camera == view.camera &&
+             boardIndex(fit, fit.views[other]) == boardIndex(fit, view) &&
+             isSamePlace(fit.views[other], view, limit_px);
     });
     places.push_back(static_cast<std::size_t>(same - first.begin()));
     if (same == first.end()) first.push_back(v);

@@ -10,9 +10,9 @@
 namespace alidade {
 
 /// The place of the board in each view, numbered from 0 in the order of the views. A view belongs to a place
-/// if its corners lie, as root mean square, within 0.5 % of the image diagonal of those of the place's first
-/// view. Frames of a video in which the board rests share blur, lens and board errors: they count as one view
-/// wherever views are taken for independent.
+/// of the same board if its corners lie, as root mean square, within 0.5 % of the image diagonal of those of
+/// the place's first view. Frames of a video in which the board rests share blur, lens and board errors: they
+/// count as one view wherever views are taken for independent.
 [[nodiscard]] std::vector<std::size_t> placesOf(const Fit& fit);
 
 [[nodiscard]] std::size_t numPlaces(const Fit& fit);

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/shape_information.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/places.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
@@ -17,49 +21,65 @@ Reduced sumOf(const std::vector<Reduced>& pulls) {
   return sum;
 }
 
+// The equations of each place, with columns for the bends of these boards.
+std::vector<Reduced> reducedWithBends(const Fit& fit, LossWeights weights,
+                                      const std::vector<std::size_t>& boards) {
+  std::vector<Reduced> views = mapped(fit.views, [&](const FitView& view) {
+    BendColumns columns{.num_columns = kNumBends * static_cast<int>(boards.size())};
+    const auto at = std::ranges::find(boards, boardIndex(fit, view));
+    if (at != boards.end()) {
+      columns.board = &boardOf(fit, view).target;
+      columns.first = kNumBends * static_cast<int>(at - boards.begin());
+    }
+    return reduced(fit, view, weights, columns);
+  });
+  return sumByPlace(std::move(views), placesOf(fit));
+}
+
 }  // namespace
 
-Eigen::MatrixXd withBend(const Eigen::MatrixXd& directions) {
+Eigen::MatrixXd withBends(const Eigen::MatrixXd& directions, Eigen::Index num_columns) {
   const Eigen::Index n = directions.rows();
   const Eigen::Index m = directions.cols();
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n + kNumBends, m + kNumBends);
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n + num_columns, m + num_columns);
   all.topLeftCorner(n, m) = directions;
-  all.bottomRightCorner<kNumBends, kNumBends>().setIdentity();
+  all.bottomRightCorner(num_columns, num_columns).setIdentity();
   return all;
 }
 
-std::optional<ShapeInformation> shapeInformation(const Fit& fit) {
+std::optional<ShapeInformation> shapeInformation(const Fit& fit, const std::vector<std::size_t>& boards) {
   const FitCamera& camera = onlyCamera(fit);
   const LensPrior& prior = camera.weak_prior.prior;
-  const BendColumns bends{onlyBoard(fit).target};
+  const auto num_bends = kNumBends * static_cast<Eigen::Index>(boards.size());
   ShapeInformation result;
-  const auto robust_pulls = reducedByPlace(fit, LossWeights::kUse, bends);
-  result.pulls = reducedByPlace(fit, LossWeights::kLeaveOut, bends);
+  result.boards = boards;
+  const auto robust_pulls = reducedWithBends(fit, LossWeights::kUse, boards);
+  result.pulls = reducedWithBends(fit, LossWeights::kLeaveOut, boards);
   Reduced robust = sumOf(robust_pulls);
   Reduced plain = sumOf(result.pulls);
   result.prior = Eigen::MatrixXd::Zero(plain.information.rows(), plain.information.cols());
   for (std::size_t i = 0; i < prior.precision.size(); ++i)
     result.prior.diagonal()(static_cast<Eigen::Index>(i)) = prior.precision[i];
   for (Reduced* sum : {&robust, &plain}) prior.addTo(camera.params, sum->information, sum->gradient);
-  const Eigen::Index num_params = robust.gradient.size() - kNumBends;
+  const Eigen::Index num_params = robust.gradient.size() - num_bends;
 
-  // What may move: the free directions of the intrinsics, and the bend.
+  // What may move: the free directions of the intrinsics, and the bends.
   const Eigen::MatrixXd directions =
-      withBend(freeDirections(static_cast<int>(num_params), camera.constraint));
+      withBends(freeDirections(static_cast<int>(num_params), camera.constraint), num_bends);
   const auto robust_inverse = scaledInverse(directions.transpose() * robust.information * directions).inverse;
   const auto plain_inverse = scaledInverse(directions.transpose() * plain.information * directions).inverse;
   if (!robust_inverse || !plain_inverse) return std::nullopt;
 
   const Eigen::VectorXd gradient = directions.transpose() * robust.gradient;
   const Eigen::VectorXd step = -*robust_inverse * gradient;
-  result.step_m = step.tail<kNumBends>();
+  result.step_m = step.tail(num_bends);
   const Eigen::VectorXd change = directions * step;
   result.params_step = change.head(num_params);
   for (std::size_t v = 0; v < result.pulls.size(); ++v)
     result.pulls[v].gradient += robust_pulls[v].information * change;
   result.drop = -gradient.dot(step);
   const Eigen::MatrixXd inverse = directions * *plain_inverse * directions.transpose();
-  result.bend_inverse = inverse.bottomRightCorner<kNumBends, kNumBends>();
+  result.bend_inverse = inverse.bottomRightCorner(num_bends, num_bends);
   result.params_inverse = inverse.topLeftCorner(num_params, num_params);
   return result;
 }

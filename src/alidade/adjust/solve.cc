@@ -153,7 +153,7 @@ class Bundle {
     double* placement = placements_[view.placement].data();
     std::vector<double*> blocks = {fit_.cameras[view.camera].params.data(), placement};
     if (block->hasRigPose()) blocks.push_back(rig_poses_[view.camera].data());
-    if (block->hasShape()) blocks.push_back(shapes_[fit_.placements[view.placement].board].data());
+    if (block->hasShape()) blocks.push_back(shapes_[boardIndex(fit_, view)].data());
     num_residuals_ += 2 * static_cast<double>(view.corners.size());
     problem_->AddResidualBlock(block.release(), nullptr, blocks);
     problem_->SetManifold(placement, &pose_manifold_);

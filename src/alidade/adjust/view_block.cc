@@ -38,7 +38,7 @@ Eigen::MatrixXd triangularFactor(const Eigen::MatrixXd& lower) {
 
 ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
     : camera_(fit.cameras[view.camera]),
-      board_(fit.boards[fit.placements[view.placement].board]),
+      board_(boardOf(fit, view)),
       view_(view),
       loss_(fit.loss),
       kernel_(viewKernel(camera_.model)),
@@ -99,7 +99,7 @@ bool ViewBlock::factor(const double* params, const SE3& camera_from_board, const
   const auto corners = onShape(board_.target, {shape[0], shape[1]}, view_.corners);
   const auto num_params = static_cast<std::size_t>(kernel_.numParams());
   const detail::ViewGram of = detail::gramOf(camera_.model, {params, num_params}, camera_from_board, corners,
-                                             loss_, LossWeights::kUse, BendColumns{board_.target});
+                                             loss_, LossWeights::kUse, BendColumns{.board = &board_.target});
   if (of.num_corners < static_cast<int>(corners.size())) return false;
   // In order: pose, intrinsics, shape, error.
   const Eigen::Index num_dense = of.dense.rows() - 1;

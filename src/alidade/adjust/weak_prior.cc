@@ -193,7 +193,7 @@ Fit regularised(Fit fit, const CancelFlag* cancel) {
   const std::vector<FitBoard> boards = fit.boards;
   const Ladder ladder(fit, cancel);
   if (ladder.isSound(fit)) return fit;
-  for (FitBoard& board : fit.boards) board.is_shape_fixed = true;
+  fixShapes(fit);
   if (!priorOf(fit).isNone()) {
     onlyCamera(fit).weak_prior = {};
     fit = solve(std::move(fit), {.cancel = cancel});

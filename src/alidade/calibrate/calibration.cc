@@ -14,7 +14,9 @@ std::vector<ViewSummary> viewSummaries(const Calibration& calibration) {
   std::vector<ViewSummary> summaries;
   auto outlier = calibration.dropped.outliers.begin();
   for (const FitView& view : calibration.fit.views) {
-    ViewSummary summary{.image = view.image, .num_corners = static_cast<int>(view.errors.size())};
+    ViewSummary summary{.image = view.image,
+                        .board = boardIndex(calibration.fit, view),
+                        .num_corners = static_cast<int>(view.errors.size())};
     double sum = 0;
     for (const Eigen::Vector2d& error : view.errors) {
       sum += error.squaredNorm();

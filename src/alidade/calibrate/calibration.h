@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,7 @@ namespace alidade {
 
 /// A calibrated camera, and what is known about it.
 struct Calibration {
-  Fit fit = {};                           ///< one camera, one board; views in order of image name
+  Fit fit = {};                           ///< one camera; views in order of image name and board
   Dropped dropped = {};                   ///< corners and views that were given and are not in the fit
   Choice choice = {};                     ///< how the fit was found
   Uncertainty uncertainty = {};           ///< how accurate the camera is
@@ -39,7 +40,8 @@ struct Calibration {
 /// How a view of a calibration came out.
 struct ViewSummary {
   std::string image;
-  int num_corners = 0;  ///< used, outliers left out
+  std::size_t board = 0;  ///< index into Fit::boards
+  int num_corners = 0;    ///< used, outliers left out
   int num_outliers = 0;
   double rms_px = 0;  ///< sqrt(mean over used corners of dx^2 + dy^2)
   double max_error_px = 0;

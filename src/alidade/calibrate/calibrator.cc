@@ -43,8 +43,9 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
                           const CalibratorOptions& options) {
   const bool is_flat = options.board_shape == BoardShapeMode::kFlat;
   Calibration now{.fit = std::move(solution.fit), .choice = std::move(solution.choice)};
-  now.uncertainty = uncertaintyOf(now.fit, is_flat ? ignoredBend(now.fit) : std::nullopt,
-                                  now.choice.shape.std_m, solution.close_params, options.cancel);
+  now.uncertainty =
+      uncertaintyOf(now.fit, is_flat ? ignoredBend(now.fit) : std::nullopt,
+                    mapped(now.choice.shapes, &ShapeReport::std_m), solution.close_params, options.cancel);
   const std::vector<std::string> names =
       mapped(now.fit.views, [&](const FitView& view) { return given.views[view.source].image; });
   const double sigma_px = now.uncertainty.coordinate_sigma_px;
@@ -56,18 +57,17 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   return now;
 }
 
-Calibration chosenByHeldOutErrors(const Board& board, const PreparedViews& given,
-                                  const CalibratorOptions& options) {
-  ChosenModel chosen = chooseModel(board, given, options);
+Calibration chosenByHeldOutErrors(const PreparedViews& given, const CalibratorOptions& options) {
+  ChosenModel chosen = chooseModel(given, options);
   Calibration now = calibrationOf(std::move(chosen.solution), given, options);
   setAccuracy(std::move(chosen.rivals), options.distance_m, now);
   now.choice.model = std::move(chosen.choice);
   return now;
 }
 
-Calibration ofNamedModel(const Board& board, const PreparedViews& given, const CalibratorOptions& options) {
+Calibration ofNamedModel(const PreparedViews& given, const CalibratorOptions& options) {
   Calibration now =
-      calibrationOf(withDataSettled(fittedPlainly(board, given, options), given, options), given, options);
+      calibrationOf(withDataSettled(fittedPlainly(given, options), given, options), given, options);
   now.choice.better_model = neededModel(now.fit, options.cancel);
   setAccuracy({}, options.distance_m, now);
   return now;
@@ -86,18 +86,23 @@ std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px
                         .tolerance_px = tolerance_px});
 }
 
-Calibration calibrate(const Board& board, std::vector<View> views, const CalibratorOptions& options) {
+Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
+                      const CalibratorOptions& options) {
   CalibratorOptions named = options;
   named.model = namedModel(options);
   if (named.model != kAutoModel)
     static_cast<void>(parameterNames(named.model));  // throws for an unknown model
   static_cast<void>(constraintOf(named));
-  const PreparedViews given = prepareViews(board, std::move(views));
-  Calibration now = named.model == kAutoModel ? chosenByHeldOutErrors(board, given, named)
-                                              : ofNamedModel(board, given, named);
+  const PreparedViews given = prepareViews(boards, std::move(views));
+  Calibration now =
+      named.model == kAutoModel ? chosenByHeldOutErrors(given, named) : ofNamedModel(given, named);
   nameViews(given, now);
   now.diagnoses = judge(now, options.tolerance_px);
   return now;
+}
+
+Calibration calibrate(const Board& board, std::vector<View> views, const CalibratorOptions& options) {
+  return calibrate(std::span(&board, 1), std::move(views), options);
 }
 
 }  // namespace alidade

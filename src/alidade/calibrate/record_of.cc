@@ -31,21 +31,34 @@ double rounded(double value) {
   return std::isfinite(value) ? *parseDouble(numberText("%.3g", value)) : value;
 }
 
-CalibrationRecord calibrationRecord(const Calibration& of, const Board& board) {
+// Of the boards that the views show.
+void addBoards(const Calibration& of, CalibrationRecord& record) {
+  for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
+    const FitBoard& board = of.fit.boards[b];
+    if (numViews(of.fit, b) == 0) continue;
+    if (!board.is_shape_fixed) {
+      record.warps.push_back(
+          {.board = record.boards.size(), .shape = board.shape, .std_m = of.uncertainty.bend_std_m[b]});
+    }
+    record.boards.push_back(board.target.spec());
+  }
+}
+
+CalibrationRecord calibrationRecord(const Calibration& of) {
   const Uncertainty& known = of.uncertainty;
   CalibrationRecord record{.verdict = of.verdict(),
                            .rms_px = rms(of.fit),
                            .holdout_rms_px = known.holdout.rms_px,
                            .num_views = static_cast<int>(of.fit.views.size()),
                            .num_corners = static_cast<int>(numCorners(of.fit)),
-                           .board = board.spec(),
+                           .boards = {},
                            .view_centers = viewCenters(of.fit)};
   if (known.accuracy) {
     record.accuracy_px = rounded(known.accuracy->covered_px);
     record.accuracy_distance_m = known.accuracy->distance_m;
     record.covered_share = rounded(known.accuracy->covered_share);
   }
-  if (isShapeEstimated(of.fit)) record.warp = WarpRecord{onlyBoard(of.fit).shape, known.bend_std_m};
+  addBoards(of, record);
   for (const Diagnosis& diagnosis : of.diagnoses) {
     if (std::find(record.findings.begin(), record.findings.end(), diagnosis.id) == record.findings.end())
       record.findings.push_back(diagnosis.id);
@@ -68,7 +81,7 @@ CameraRecord recordOf(const Calibration& calibration, RecordDetails details) {
           .domain = DomainClaim{.max_angle_rad = calibration.domain.cone.max_angle_rad,
                                 .full_image = calibration.domain.full_image},
           .self_check = std::move(self_check),
-          .calibration = calibrationRecord(calibration, details.board),
+          .calibration = calibrationRecord(calibration),
           .created_by = std::move(details.created_by)};
 }
 

@@ -11,7 +11,7 @@ namespace alidade {
 
 /// What a camera file contains in addition to the result of the calibration.
 struct RecordDetails {
-  Board board;             ///< that the views show
+  Board board = {};        ///< of no effect: the calibration knows its boards
   std::string created_by;  ///< program and version
   CameraName name = {};
 };

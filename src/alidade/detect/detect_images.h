@@ -13,7 +13,7 @@
 
 namespace alidade {
 
-/// The outcome for one image.
+/// The outcome for one image and one board.
 struct ImageOutcome {
   std::string image;
   ImageSize size;
@@ -21,13 +21,16 @@ struct ImageOutcome {
   Detection detection;
   std::optional<std::size_t> same_as =
       std::nullopt;  ///< kDuplicate: index of the outcome that shows the same
+
+  [[nodiscard]] bool isReadable() const { return detection.reason != DetectionReason::kUnreadable; }
 };
 
 struct DetectImagesOptions {
   int num_jobs = 0;                                        ///< threads; 0 = one per processor
   std::function<void(std::size_t, std::size_t)> progress;  ///< (done, total); any thread, one call at a time
-  /// Called with each readable image after the search, from any thread and possibly concurrently.
-  std::function<void(const GrayImage&, const ImageOutcome&)> inspect;
+  /// Called with each readable image and the outcome for each board after the search, from any thread and
+  /// possibly concurrently.
+  std::function<void(const GrayImage&, std::span<const ImageOutcome>)> inspect;
   const CancelFlag* cancel = nullptr;
 };
 
@@ -42,5 +45,10 @@ void useOneThreadPerImage();
 [[nodiscard]] std::vector<ImageOutcome> detectInImages(
     std::span<const std::string> images, const std::function<LoadedImage(const std::string&)>& load,
     const Board& board, const DetectImagesOptions& options = {});
+
+/// The same for several boards, each image loaded once: one list of outcomes for each board.
+[[nodiscard]] std::vector<std::vector<ImageOutcome>> detectInImages(
+    std::span<const std::string> images, const std::function<LoadedImage(const std::string&)>& load,
+    std::span<const Board> boards, const DetectImagesOptions& options = {});
 
 }  // namespace alidade

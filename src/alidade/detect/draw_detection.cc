@@ -45,18 +45,30 @@ std::string summary(const Detection& detection) {
   return fmt::format("{}{}{}", reason, detection.detail.empty() ? "" : ": ", detection.detail);
 }
 
-}  // namespace
+// Lines, circles and letters are so many times as large as in a usual image.
+double scaleFor(const cv::Mat& canvas) {
+  constexpr double kUsualSide = 1000;
+  return std::max(0.6, std::max(canvas.cols, canvas.rows) / kUsualSide);
+}
 
-RasterImage drawDetection(const GrayImage& image, const Detection& detection, const Board& board) {
+cv::Mat canvasOf(const GrayImage& image) {
   // OpenCV has no view of constant data; cvtColor does not write to its input.
   const cv::Mat gray(image.size.height, image.size.width, CV_8U,
                      const_cast<std::uint8_t*>(image.pixels.data()));
   cv::Mat canvas;
   cv::cvtColor(gray, canvas, cv::COLOR_GRAY2RGB);
-  constexpr double kUsualSide = 1000;
-  const double scale = std::max(0.6, std::max(canvas.cols, canvas.rows) / kUsualSide);
-  const int width = std::max(1, static_cast<int>(std::lround(scale)));
+  return canvas;
+}
 
+RasterImage rasterOf(const GrayImage& image, const cv::Mat& canvas) {
+  return {.size = image.size,
+          .num_channels = 3,
+          .bytes = std::vector<std::uint8_t>(canvas.datastart, canvas.dataend)};
+}
+
+void drawCorners(cv::Mat& canvas, const Detection& detection, const Board& board) {
+  const double scale = scaleFor(canvas);
+  const int width = std::max(1, static_cast<int>(std::lround(scale)));
   std::vector<const Corner*> by_id(static_cast<std::size_t>(board.numCorners()), nullptr);
   for (const Corner& corner : detection.corners) by_id[static_cast<std::size_t>(corner.id)] = &corner;
   const auto cornerAt = [&](int column, int row) -> const Corner* {
@@ -83,11 +95,33 @@ RasterImage drawDetection(const GrayImage& image, const Detection& detection, co
                kShift);
     write(canvas, std::to_string(corner.id), corner.pixel + scale * Vector2d(4, -4), 0.35 * scale, kText);
   }
-  write(canvas, summary(detection), scale * Vector2d(8, 20), 0.5 * scale,
-        detection.hasCorners() ? kGreen : kRed);
-  return {.size = image.size,
-          .num_channels = 3,
-          .bytes = std::vector<std::uint8_t>(canvas.datastart, canvas.dataend)};
+}
+
+// The text of line `line` from the top.
+void writeSummary(cv::Mat& canvas, const Detection& detection, std::size_t line, const std::string& label) {
+  const double scale = scaleFor(canvas);
+  constexpr double kLinePx = 20;
+  write(canvas, label + summary(detection), scale * Vector2d(8, kLinePx * static_cast<double>(line + 1)),
+        0.5 * scale, detection.hasCorners() ? kGreen : kRed);
+}
+
+}  // namespace
+
+RasterImage drawDetection(const GrayImage& image, const Detection& detection, const Board& board) {
+  cv::Mat canvas = canvasOf(image);
+  drawCorners(canvas, detection, board);
+  writeSummary(canvas, detection, 0, "");
+  return rasterOf(image, canvas);
+}
+
+RasterImage drawDetections(const GrayImage& image, std::span<const ImageOutcome> outcomes,
+                           std::span<const Board> boards) {
+  if (boards.size() == 1) return drawDetection(image, outcomes.front().detection, boards.front());
+  cv::Mat canvas = canvasOf(image);
+  for (std::size_t b = 0; b < boards.size(); ++b) drawCorners(canvas, outcomes[b].detection, boards[b]);
+  for (std::size_t b = 0; b < boards.size(); ++b)
+    writeSummary(canvas, outcomes[b].detection, b, boards[b].spec() + ": ");
+  return rasterOf(image, canvas);
 }
 
 }  // namespace alidade

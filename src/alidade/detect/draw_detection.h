@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
+
 #include "alidade/core/image.h"
-#include "alidade/detect/detection.h"
+#include "alidade/detect/detect_images.h"
 
 namespace alidade {
 
@@ -11,5 +13,10 @@ namespace alidade {
 /// and measures as a line of text. Lines and letters grow with the image.
 [[nodiscard]] RasterImage drawDetection(const GrayImage& image, const Detection& detection,
                                         const Board& board);
+
+/// The same for several boards in one image; each line of text then names its board.
+/// @param outcomes  one for each board
+[[nodiscard]] RasterImage drawDetections(const GrayImage& image, std::span<const ImageOutcome> outcomes,
+                                         std::span<const Board> boards);
 
 }  // namespace alidade

@@ -12,6 +12,7 @@
 #include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/detect/board_set.h"
 #include "alidade/imagery/image_list.h"
 
 namespace alidade {
@@ -56,24 +57,32 @@ void withdraw(Detection& detection, DetectionReason reason, std::string detail) 
   detection.corners.clear();
 }
 
-void refuseOtherSizes(std::span<ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
-  const bool any_corners =
-      std::any_of(outcomes.begin(), outcomes.end(), [](const auto& o) { return o.detection.hasCorners(); });
-  // Images without the board have no say in its size, unless there are no others.
+bool hasCorners(const ImageOutcome& outcome) {
+  return outcome.detection.hasCorners();
+}
+
+// @param of_boards  the outcomes of the same images, one list for each board
+void refuseOtherSizes(std::span<const std::span<ImageOutcome>> of_boards, std::vector<SurveyNote>& notes) {
+  const bool any_corners = std::ranges::any_of(
+      of_boards, [](const auto& outcomes) { return std::ranges::any_of(outcomes, hasCorners); });
+  // Images without a board have no say in the size, unless there are no others.
   std::vector<ImageSize> sizes;
   std::vector<std::size_t> voters;
-  for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    const Detection& detection = outcomes[i].detection;
-    const bool is_readable = detection.reason != DetectionReason::kUnreadable;
-    if (!(any_corners ? detection.hasCorners() : is_readable)) continue;
-    sizes.push_back(outcomes[i].size);
+  for (std::size_t i = 0; i < of_boards.front().size(); ++i) {
+    const bool is_voter = std::ranges::any_of(of_boards, [&](const auto& outcomes) {
+      return any_corners ? hasCorners(outcomes[i]) : outcomes[i].isReadable();
+    });
+    if (!is_voter) continue;
+    sizes.push_back(of_boards.front()[i].size);
     voters.push_back(i);
   }
   const SizeGroups groups = groupBySize(sizes);
-  for (ImageOutcome& outcome : outcomes) {
-    if (outcome.detection.reason == DetectionReason::kUnreadable || outcome.size == groups.size) continue;
-    withdraw(outcome.detection, DetectionReason::kOtherSize,
-             "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
+  for (const std::span<ImageOutcome> outcomes : of_boards) {
+    for (ImageOutcome& outcome : outcomes) {
+      if (!outcome.isReadable() || outcome.size == groups.size) continue;
+      withdraw(outcome.detection, DetectionReason::kOtherSize,
+               "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
+    }
   }
   if (groups.others.empty()) return;
   SurveyNote note{
@@ -113,7 +122,8 @@ void refuseUnclosed(std::span<ImageOutcome> outcomes, const std::string& detail)
   }
 }
 
-void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Board& board) {
+void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Board& board,
+                          std::span<const Board> others) {
   int num_with_corners = 0;
   int num_all_lines = 0;
   std::map<std::pair<int, int>, int> counts;
@@ -124,7 +134,7 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Board& board) 
     num_all_lines += detection.seen->hasCountsOf(board.columns(), board.rows()) ? 1 : 0;
     ++counts[{detection.seen->columns, detection.seen->rows}];
   }
-  const auto hint = diagnoseBoard(outcomes, board);
+  const auto hint = diagnoseBoard(outcomes, board, others);
   if (hint && hint->is_closed && hint->num_images > num_all_lines) {
     return refuseUnclosed(
         outcomes,
@@ -161,6 +171,21 @@ void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>
   if (!note.images.empty()) notes.push_back(std::move(note));
 }
 
+// Of one board, in images of one size.
+void triageBoard(std::span<ImageOutcome> outcomes, const Board& board, std::span<const Board> others,
+                 std::vector<SurveyNote>& notes) {
+  refusePartsOfAnother(outcomes, board, others);
+  refuseDuplicates(outcomes);
+  noteBlurred(outcomes, notes);
+}
+
+void noteBoard(BoardSurvey& survey, std::span<const Board> others) {
+  if (survey.numFound() == 0) return;
+  if (survey.board.isAmbiguous()) survey.notes.push_back({.kind = SurveyNote::Kind::kAmbiguousBoard});
+  const auto hint = diagnoseBoard(survey.outcomes, survey.board, others);
+  if (hint && hint->is_closed) survey.notes.push_back({.kind = SurveyNote::Kind::kOtherBoard, .hint = hint});
+}
+
 }  // namespace
 
 std::size_t BoardSurvey::numFound() const {
@@ -177,25 +202,36 @@ std::vector<View> BoardSurvey::views() const {
   std::vector<View> views;
   for (const ImageOutcome& outcome : outcomes) {
     if (outcome.detection.hasCorners())
-      views.push_back({outcome.image, outcome.size, outcome.detection.corners});
+      views.push_back({outcome.image, outcome.size, outcome.detection.corners, index});
   }
   return views;
 }
 
 BoardSurvey surveyImages(const std::vector<std::string>& paths, const Board& board,
                          const DetectImagesOptions& options) {
-  expect(!paths.empty(), "at least one image");
-  BoardSurvey survey{.board = board, .paths = paths, .outcomes = {}, .notes = {}};
-  survey.outcomes = detectInImages(paths, loadImage, board, options);
+  return std::move(surveyImages(paths, std::span(&board, 1), options).front());
+}
+
+std::vector<BoardSurvey> surveyImages(const std::vector<std::string>& paths, std::span<const Board> boards,
+                                      const DetectImagesOptions& options) {
+  expect(!paths.empty() && !boards.empty(), "at least one image and one board");
+  requireDistinguishable(boards);
+  std::vector<std::vector<ImageOutcome>> of_boards = detectInImages(paths, loadImage, boards, options);
+  settleClaims(boards, of_boards);
   const std::vector<std::string> names = shortNames(paths);
-  for (std::size_t i = 0; i < names.size(); ++i) survey.outcomes[i].image = names[i];
-  survey.notes = triage(survey.outcomes, board);
-  noteOrientations(survey);
-  if (survey.numFound() == 0) return survey;
-  if (board.isAmbiguous()) survey.notes.push_back({.kind = SurveyNote::Kind::kAmbiguousBoard});
-  const auto hint = diagnoseBoard(survey.outcomes, board);
-  if (hint && hint->is_closed) survey.notes.push_back({.kind = SurveyNote::Kind::kOtherBoard, .hint = hint});
-  return survey;
+  std::vector<BoardSurvey> surveys;
+  std::vector<std::span<ImageOutcome>> all;
+  for (std::size_t b = 0; b < boards.size(); ++b) {
+    for (std::size_t i = 0; i < names.size(); ++i) of_boards[b][i].image = names[i];
+    surveys.push_back(
+        {.board = boards[b], .index = b, .paths = paths, .outcomes = std::move(of_boards[b]), .notes = {}});
+  }
+  for (BoardSurvey& survey : surveys) all.emplace_back(survey.outcomes);
+  refuseOtherSizes(all, surveys.front().notes);
+  for (BoardSurvey& survey : surveys) triageBoard(survey.outcomes, survey.board, boards, survey.notes);
+  noteOrientations(surveys.front());
+  for (BoardSurvey& survey : surveys) noteBoard(survey, boards);
+  return surveys;
 }
 
 std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome) {
@@ -257,20 +293,22 @@ std::string hintText(const BoardHint& hint, const Board& asked) {
 
 std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& board) {
   std::vector<SurveyNote> notes;
-  refuseOtherSizes(outcomes, notes);
-  refusePartsOfAnother(outcomes, board);
-  refuseDuplicates(outcomes);
-  noteBlurred(outcomes, notes);
+  refuseOtherSizes(std::span(&outcomes, 1), notes);
+  triageBoard(outcomes, board, {}, notes);
   return notes;
 }
 
-std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Board& asked) {
+std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Board& asked,
+                                       std::span<const Board> others) {
   // A board that was seen but not used for what it looks like is no other board.
   const auto speaks = [&](const Detection& detection) {
     return (detection.reason == DetectionReason::kUnplaced ||
             detection.reason == DetectionReason::kLargerBoard ||
             detection.reason == DetectionReason::kOtherBoard) &&
-           detection.seen && !detection.seen->hasCountsOf(asked.columns(), asked.rows());
+           detection.seen && !detection.seen->hasCountsOf(asked.columns(), asked.rows()) &&
+           std::ranges::none_of(others, [&](const Board& other) {
+             return detection.seen->hasCountsOf(other.columns(), other.rows());
+           });
   };
   std::map<std::array<int, 3>, int> counts;  // whole boards first
   for (const ImageOutcome& outcome : outcomes) {

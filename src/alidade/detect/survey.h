@@ -39,9 +39,10 @@ struct SurveyNote {
   std::optional<BoardHint> hint = std::nullopt;
 };
 
-/// The boards in a set of images of one camera: the interface between images and calibration.
+/// A board in a set of images of one camera: the interface between images and calibration.
 struct BoardSurvey {
   Board board;
+  std::size_t index = 0;               ///< of the board among those that were looked for
   std::vector<std::string> paths;      ///< of the images, as given
   std::vector<ImageOutcome> outcomes;  ///< one per path; names omit the folders that all paths share
   std::vector<SurveyNote> notes;
@@ -66,6 +67,15 @@ struct BoardSurvey {
 [[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Board& board,
                                        const DetectImagesOptions& options = {});
 
+/// The same for several boards: one survey for each, in their order. The images must have one size together,
+/// and notes that concern the images alone are in the first survey. Corners that two boards claim in one
+/// image belong to the board that is certain, by its markers or because all of it is seen, or to neither.
+/// @param boards  that images can tell apart, see requireDistinguishable()
+/// @throws Error (kUsage) for boards that look alike; Cancelled
+[[nodiscard]] std::vector<BoardSurvey> surveyImages(const std::vector<std::string>& paths,
+                                                    std::span<const Board> boards,
+                                                    const DetectImagesOptions& options = {});
+
 /// Compares the images of one camera and discards the corners of those that must not be used, see
 /// surveyImages(). Images that are much more blurred than the others keep their corners and get a note.
 /// @param outcomes  in natural order of their names
@@ -77,8 +87,9 @@ std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& bo
 
 /// The most common grid other than the expected board among images without corners, preferably one that is
 /// completely visible. std::nullopt if there is none.
+/// @param others  further boards that the images may show
 [[nodiscard]] std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes,
-                                                     const Board& asked);
+                                                     const Board& asked, std::span<const Board> others = {});
 
 /// The hint as a sentence, with the SPEC to use and the likely mistake.
 [[nodiscard]] std::string hintText(const BoardHint& hint, const Board& asked);

@@ -100,11 +100,32 @@ Verdict readVerdict(const YamlNode& node) {
 }
 
 WarpRecord readWarp(const YamlNode& node) {
-  node.allowKeys({"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"});
   WarpRecord warp;
   warp.shape = {.bend_x_m = node.at("bend_x_m").number(), .bend_y_m = node.at("bend_y_m").number()};
   warp.std_m = {node.at("bend_x_std_m").number(), node.at("bend_y_std_m").number()};
   return warp;
+}
+
+// A map for the only board, a list of maps that name their boards for several.
+std::vector<WarpRecord> readWarps(const YamlNode& node, const std::vector<std::string>& boards) {
+  const std::vector<std::string> keys = {"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"};
+  if (!node.isSequence()) {
+    node.allowKeys(keys);
+    return {readWarp(node)};
+  }
+  std::vector<WarpRecord> warps;
+  for (const YamlNode& item : node.items()) {
+    std::vector<std::string> allowed = keys;
+    allowed.emplace_back("board");
+    item.allowKeys(allowed);
+    const YamlNode name = item.at("board");
+    const auto board = std::ranges::find(boards, name.text());
+    if (board == boards.end())
+      throw name.error("'" + name.text() + "'", "a board of 'board': " + join(boards, ", "));
+    warps.push_back(readWarp(item));
+    warps.back().board = static_cast<std::size_t>(board - boards.begin());
+  }
+  return warps;
 }
 
 CameraName readName(const YamlNode& node) {
@@ -234,8 +255,8 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
   record.num_views = readCount(node.at("num_views"));
   record.num_corners = readCount(node.at("num_corners"));
-  if (const auto n = node.find("board")) record.board = n->text();
-  if (const auto n = node.find("board_warp")) record.warp = readWarp(*n);
+  if (const auto n = node.find("board")) record.boards = n->texts();
+  if (const auto n = node.find("board_warp")) record.warps = readWarps(*n, record.boards);
   if (const auto n = node.find("findings")) {
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }

@@ -26,6 +26,34 @@ auto byName(std::span<const std::string_view> names, std::span<const double> val
   };
 }
 
+// One board as a SPEC and the map of its bend, several as lists.
+void writeBoards(YAML::Emitter& out, const CalibrationRecord& record) {
+  const auto writeBend = [](YAML::Emitter& to, const WarpRecord& warp) {
+    writeEntries(to, "bend_x_m", warp.shape.bend_x_m, "bend_y_m", warp.shape.bend_y_m, "bend_x_std_m",
+                 warp.std_m.x(), "bend_y_std_m", warp.std_m.y());
+  };
+  if (record.boards.size() > 1) {
+    writeEntries(out, "board", listOf(record.boards, [](YAML::Emitter& to, const std::string& board) {
+                   detail::writeValue(to, board);
+                 }));
+    if (record.warps.empty()) return;
+    writeEntries(out, "board_warp", listOf(record.warps, [&](YAML::Emitter& to, const WarpRecord& warp) {
+                   to << YAML::Flow << YAML::BeginMap;
+                   writeEntries(to, "board", record.boards[warp.board]);
+                   writeBend(to, warp);
+                   to << YAML::EndMap;
+                 }));
+    return;
+  }
+  if (!record.boards.empty()) writeEntries(out, "board", record.boards.front());
+  if (record.warps.empty()) return;
+  writeEntries(out, "board_warp", [&](YAML::Emitter& to) {
+    to << YAML::Flow << YAML::BeginMap;
+    writeBend(to, record.warps.front());
+    to << YAML::EndMap;
+  });
+}
+
 void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
                       std::span<const std::string_view> parameter_names) {
   const auto writeKnown = [&out](const char* key, double value, const char* comment) {
@@ -44,12 +72,7 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   writeKnown("rms_px", record.rms_px, "sqrt(mean over corners of dx^2 + dy^2)");
   writeKnown("holdout_rms_px", record.holdout_rms_px, "cross-validation: corners not used for the estimate");
   writeEntries(out, "num_views", record.num_views, "num_corners", record.num_corners);
-  if (!record.board.empty()) writeEntries(out, "board", record.board);
-  if (const auto& warp = record.warp) {
-    writeEntries(out, "board_warp",
-                 flowMap("bend_x_m", warp->shape.bend_x_m, "bend_y_m", warp->shape.bend_y_m, "bend_x_std_m",
-                         warp->std_m.x(), "bend_y_std_m", warp->std_m.y()));
-  }
+  writeBoards(out, record);
   writeEntries(out, "findings", record.findings);
   if (!record.parameter_std.empty())
     writeEntries(out, "parameter_std", byName(parameter_names, record.parameter_std));

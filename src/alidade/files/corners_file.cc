@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -30,7 +31,8 @@ class Parser {
   }
 
   CornersFile finish() {
-    for (auto& [image, of] : views_) {
+    for (auto& [key, of] : views_) {
+      const std::string& image = key.first;
       auto& [view, file] = of;
       auto& corners = view.corners;
       std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
@@ -45,8 +47,9 @@ class Parser {
       }
       file_.views.push_back(std::move(view));
     }
-    std::sort(file_.views.begin(), file_.views.end(),
-              [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+    std::sort(file_.views.begin(), file_.views.end(), [](const View& a, const View& b) {
+      return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);
+    });
     return std::move(file_);
   }
 
@@ -103,14 +106,24 @@ class Parser {
     throw error("'" + field + "' as " + column, "a finite number");
   }
 
-  void readBoard(const std::string& spec) {
-    if (spec == board_text_) return;
+  // The index of a row's board.
+  std::size_t readBoard(const std::string& spec) {
+    const auto known = board_of_text_.find(spec);
+    if (known != board_of_text_.end()) return known->second;
     const Board board = detail::withPlace(where(), [&] { return parseBoardSpec(spec); });
-    if (!board_text_.empty() && !(board == file_.board)) {
-      throw error("board " + spec, "the board of the previous rows, " + board_text_);
-    }
-    file_.board = board;
-    board_text_ = spec;
+    // One board may be written in two ways.
+    const auto same = std::ranges::find(file_.boards, board);
+    const auto index = static_cast<std::size_t>(same - file_.boards.begin());
+    if (same == file_.boards.end()) file_.boards.push_back(board);
+    board_of_text_[spec] = index;
+    return index;
+  }
+
+  // An image has one size, whatever boards it shows.
+  void checkSize(const std::string& image, ImageSize size) {
+    const auto [entry, is_new] = sizes_.try_emplace(image, size);
+    if (!is_new && entry->second != size)
+      throw error("image '" + image + "' with a different size", "the size in its previous rows");
   }
 
   void row(std::string_view text) {
@@ -124,25 +137,22 @@ class Parser {
       throw error("camera '" + f[0] + "'", "'" + file_.camera + "' as in the previous rows");
     file_.camera = f[0];
     has_camera_ = true;
-    readBoard(f[4]);
+    const std::size_t board_index = readBoard(f[4]);
+    const Board& board = file_.boards[board_index];
 
     constexpr int kMaxSide = 1'000'000;
     const ImageSize size{.width = integer(f[2], "width", 1, kMaxSide),
                          .height = integer(f[3], "height", 1, kMaxSide)};
-    const auto [entry, is_new] = views_.try_emplace(f[1]);
+    checkSize(f[1], size);
+    const auto [entry, is_new] = views_.try_emplace({f[1], board_index});
     View& view = entry->second.view;
     if (entry->second.file != name_) entry->second.file = name_;
-    if (is_new) {
-      view.image = f[1];
-      view.size = size;
-    } else if (view.size != size) {
-      throw error("image '" + f[1] + "' with a different size", "the size in its previous rows");
-    }
+    if (is_new) view = {.image = f[1], .size = size, .corners = {}, .board = board_index};
     Corner corner;
-    corner.id = integer(f[5], "corner_id", 0, file_.board.numCorners() - 1);
-    const int column = integer(f[6], "col", 0, file_.board.columns() - 1);
-    const int row = integer(f[7], "row", 0, file_.board.rows() - 1);
-    if (corner.id != row * file_.board.columns() + column) {
+    corner.id = integer(f[5], "corner_id", 0, board.numCorners() - 1);
+    const int column = integer(f[6], "col", 0, board.columns() - 1);
+    const int row = integer(f[7], "row", 0, board.rows() - 1);
+    if (corner.id != row * board.columns() + column) {
       throw error("corner " + f[5] + " at col " + f[6] + ", row " + f[7], "corner_id = row * columns + col");
     }
     corner.pixel = {number(f[8], "u"), number(f[9], "v")};
@@ -166,12 +176,13 @@ class Parser {
   bool has_header_ = false;
   bool has_rows_ = false;
   bool has_camera_ = false;
-  std::string board_text_;
+  std::map<std::string, std::size_t> board_of_text_;
+  std::map<std::string, ImageSize> sizes_;  // of the images
   struct ReadView {
     View view;
     std::string file;  // the last one with corners of it
   };
-  std::map<std::string, ReadView> views_;
+  std::map<std::pair<std::string, std::size_t>, ReadView> views_;  // by image and board
   CornersFile file_;
 };
 
@@ -195,14 +206,14 @@ std::string cornersFileText(const CornersFile& file) {
   }
   std::replace(text.begin(), text.end(), '\r', ' ');
   text += std::string(kHeader) + "\n";
-  const std::string spec = file.board.spec();
   for (const View& view : file.views) {
+    const Board& board = file.boards[view.board];
     const std::string prefix =
         fmt::format("{},{},{},{},{},", nameField(file.camera, "camera"), nameField(view.image, "image"),
-                    view.size.width, view.size.height, spec);
+                    view.size.width, view.size.height, board.spec());
     for (const auto& [id, pixel, sigma_px] : view.corners) {
-      text += fmt::format("{}{},{},{},{},{},{}\n", prefix, id, id % file.board.columns(),
-                          id / file.board.columns(), exactText(pixel.x()), exactText(pixel.y()),
+      text += fmt::format("{}{},{},{},{},{},{}\n", prefix, id, id % board.columns(), id / board.columns(),
+                          exactText(pixel.x()), exactText(pixel.y()),
                           std::isnan(sigma_px) ? "" : exactText(sigma_px));
     }
   }

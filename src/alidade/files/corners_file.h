@@ -10,11 +10,11 @@
 
 namespace alidade {
 
-/// The corners of a board in many images: the interface between detection and calibration.
+/// The corners of boards in many images: the interface between detection and calibration.
 struct CornersFile {
   std::string camera = "camera";
-  Board board;
-  std::vector<View> views;            ///< in natural order of image name
+  std::vector<Board> boards;          ///< in the order in which rows name them
+  std::vector<View> views;            ///< in natural order of image name, then of the boards
   std::vector<std::string> comments;  ///< written as lines that start with '#'; not read
 };
 
@@ -28,11 +28,11 @@ struct CornersFile {
 void writeCornersFile(const std::string& path, const CornersFile& file);
 
 /// Reads a corners file. Concatenated files (with their headers) are read as one file.
-/// @throws Error (kInput) naming the line: unknown or missing columns, invalid numbers, several boards or
-/// cameras, or a repeated corner.
+/// @throws Error (kInput) naming the line: unknown or missing columns, invalid numbers, several cameras, ids
+/// that the row's board does not have, or a repeated corner.
 [[nodiscard]] CornersFile readCornersFile(const std::string& path);
 
-/// The corners of one camera from several files, whose images have different names.
+/// The corners of one camera from several files. Images of one board have different names.
 [[nodiscard]] CornersFile readCornersFiles(std::span<const std::string> paths);
 
 /// The same from text; messages use `name` as the file name.

@@ -260,7 +260,7 @@ std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibra
   return used;
 }
 
-CoverageReport coverageOf(const Calibration& calibration, const Board& board, std::span<const View> views) {
+CoverageReport coverageOf(const Calibration& calibration, std::span<const View> views) {
   const AnyCamera camera = calibration.camera();
   const Fit& fit = calibration.fit;
   const CellGrid grid(calibration.imageSize());
@@ -275,9 +275,12 @@ CoverageReport coverageOf(const Calibration& calibration, const Board& board, st
       ++report.num_corners[grid.cellOf(pixel)];
       box.extend(pixel);
     }
-    report.views.push_back({.image = fit.views[v].image,
-                            .sighting = sightBoard(camera, board, cameraFromBoard(fit, fit.views[v])),
-                            .fill = fillOf(box, grid.size)});
+    const FitView& view = fit.views[v];
+    report.views.push_back(
+        {.image = view.image,
+         .board = boardIndex(fit, view),
+         .sighting = sightBoard(camera, boardOf(fit, view).target, cameraFromBoard(fit, view)),
+         .fill = fillOf(box, grid.size)});
     countTilt(report.views.back().sighting.tilt, report);
   }
   measureCells(camera, grid, report);

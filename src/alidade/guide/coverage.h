@@ -69,6 +69,7 @@ struct ImageRegion {
 /// How one view shows the board.
 struct ViewCoverage {
   std::string image;
+  std::size_t board = 0;  ///< index into Fit::boards
   BoardSighting sighting;
   double fill = 0;  ///< fillOf() its corners
 };
@@ -113,8 +114,7 @@ struct CoverageReport {
                                                                     std::span<const View> views);
 
 /// @param views  those that were given to the calibration; of them count what the result used
-[[nodiscard]] CoverageReport coverageOf(const Calibration& calibration, const Board& board,
-                                        std::span<const View> views);
+[[nodiscard]] CoverageReport coverageOf(const Calibration& calibration, std::span<const View> views);
 
 /// For people: one line where nothing is missing, otherwise a line more for each thing that is; without an
 /// indent and with a line end each.

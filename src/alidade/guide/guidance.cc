@@ -232,13 +232,28 @@ class WorstPixel {
 
 constexpr double kReach = 2;  // how much nearer and farther than so far a user can go
 
-// Whether the board's columns run along the image's height in most views.
-bool isHeldUpright(const Fit& fit) {
+// The first one of those with the most views.
+std::size_t mostSeenBoard(const Fit& fit) {
+  std::size_t most = 0;
+  for (std::size_t board = 1; board < fit.boards.size(); ++board) {
+    if (numViews(fit, board) > numViews(fit, most)) most = board;
+  }
+  return most;
+}
+
+// Whether the board's columns run along the image's height in most of its views.
+bool isHeldUpright(const Fit& fit, std::size_t board) {
   const auto num_upright = std::count_if(fit.views.begin(), fit.views.end(), [&](const FitView& view) {
+    if (boardIndex(fit, view) != board) return false;
     const Eigen::Vector3d along_columns = cameraFromBoard(fit, view).rotation * Eigen::Vector3d::UnitX();
     return std::abs(along_columns.y()) > std::abs(along_columns.x());
   });
-  return 2 * static_cast<std::size_t>(num_upright) > fit.views.size();
+  return 2 * static_cast<std::size_t>(num_upright) > numViews(fit, board);
+}
+
+// The board, with its SPEC if there are several.
+std::string boardName(const Guidance& guidance) {
+  return guidance.is_chosen ? "the board " + guidance.board.spec() : "the board";
 }
 
 // Worst uncertainty by the stated covariance over that by noise alone, 1 or more.
@@ -363,19 +378,28 @@ std::optional<NextView> NextViewSearch::best() const {
                   .candidate = *chosen};
 }
 
-Guidance guide(const Calibration& calibration, const Board& board, const CoverageReport& coverage,
+Guidance guide(const Calibration& calibration, const CoverageReport& coverage,
                std::optional<double> target_px) {
+  const Fit& fit = calibration.fit;
+  const std::size_t board = mostSeenBoard(fit);
   const Uncertainty& known = calibration.uncertainty;
   const CameraKnowledge knowledge{.camera = calibration.camera(),
                                   .size = calibration.imageSize(),
                                   .information = known.information,
                                   .directions = known.free_directions,
                                   .variance = known.coordinate_sigma_px * known.coordinate_sigma_px};
-  const NextViewSearch search(knowledge, board,
-                              {.nearest_m = coverage.nearest_m / kReach,
-                               .farthest_m = coverage.farthest_m * kReach,
-                               .is_upright = isHeldUpright(calibration.fit)});
-  Guidance guidance;
+  double nearest_m = kInfinity;
+  double farthest_m = 0;
+  for (const ViewCoverage& view : coverage.views) {
+    if (view.board != board) continue;
+    nearest_m = std::min(nearest_m, view.sighting.distance_m);
+    farthest_m = std::max(farthest_m, view.sighting.distance_m);
+  }
+  const NextViewSearch search(knowledge, fit.boards[board].target,
+                              {.nearest_m = nearest_m / kReach,
+                               .farthest_m = farthest_m * kReach,
+                               .is_upright = isHeldUpright(fit, board)});
+  Guidance guidance{.board = fit.boards[board].target, .is_chosen = fit.boards.size() > 1};
   guidance.is_determined = search.isDetermined();
   guidance.inflation = inflationOf(knowledge.camera, knowledge.size, known);
   guidance.worst_px =
@@ -391,11 +415,11 @@ std::string nextViewText(const Guidance& guidance, ImageSize size) {
   const NextView& next = *guidance.next;
   const BoardSighting& at = next.sighting;
   std::string text = fmt::format(
-      "the board{} {} of the image, its centre at pixel ({:.0f}, {:.0f}), {:.2g} m away so that it fills "
+      "{}{} {} of the image, its centre at pixel ({:.0f}, {:.0f}), {:.2g} m away so that it fills "
       "{:.0f} % of the image{}, {}\n",
-      next.is_on_end ? ", upright (portrait)," : "", placeName(regionAt(at.middle_px, size)),
-      at.middle_px.x(), at.middle_px.y(), at.distance_m, 100 * next.fill,
-      next.is_whole ? "" : " and extends beyond it", tiltText(at.tilt));
+      boardName(guidance), next.is_on_end ? ", upright (portrait)," : "",
+      placeName(regionAt(at.middle_px, size)), at.middle_px.x(), at.middle_px.y(), at.distance_m,
+      100 * next.fill, next.is_whole ? "" : " and extends beyond it", tiltText(at.tilt));
   text += guidance.is_determined
               ? fmt::format("reduces the worst projection uncertainty from {:.2g} to {:.2g} px\n",
                             guidance.worst_px, next.worst_px)
@@ -406,7 +430,7 @@ std::string nextViewText(const Guidance& guidance, ImageSize size) {
 std::string shortNextViewText(const Guidance& guidance, ImageSize size) {
   if (!guidance.next) return "no further view of this board would improve the camera";
   const BoardSighting& at = guidance.next->sighting;
-  return fmt::format("put the board{} {} of the image, {:.2g} m away, {}",
+  return fmt::format("put {}{} {} of the image, {:.2g} m away, {}", boardName(guidance),
                      guidance.next->is_on_end ? " upright" : "", placeName(regionAt(at.middle_px, size)),
                      at.distance_m, tiltText(at.tilt));
 }

@@ -119,6 +119,8 @@ struct TargetReport {
 
 /// What to do next.
 struct Guidance {
+  Board board;             ///< that `next` shows: of several, the one with the most views
+  bool is_chosen = false;  ///< there are several
   /// False where the views leave some direction of the parameters undetermined: `next` is then the view that
   /// tells most about it, and there is no uncertainty yet.
   bool is_determined = false;
@@ -132,8 +134,8 @@ struct Guidance {
 };
 
 /// @param target_px  positive
-[[nodiscard]] Guidance guide(const Calibration& calibration, const Board& board,
-                             const CoverageReport& coverage, std::optional<double> target_px = std::nullopt);
+[[nodiscard]] Guidance guide(const Calibration& calibration, const CoverageReport& coverage,
+                             std::optional<double> target_px = std::nullopt);
 
 /// Text for users: where to put the board, and the gain. Lines are not indented and end with a newline.
 [[nodiscard]] std::string nextViewText(const Guidance& guidance, ImageSize size);

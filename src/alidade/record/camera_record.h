@@ -17,9 +17,10 @@
 
 namespace alidade {
 
-/// The bend of the board, estimated together with the camera.
+/// The bend of a board, estimated together with the camera.
 struct WarpRecord {
-  BoardShape shape;
+  std::size_t board = 0;  ///< index into CalibrationRecord::boards
+  BoardShape shape = {};
   Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< standard deviation of bend_x and bend_y
 };
 
@@ -36,8 +37,8 @@ struct CalibrationRecord {
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< NaN = unknown
   int num_views = 0;
   int num_corners = 0;
-  std::string board;                       ///< SPEC
-  std::optional<WarpRecord> warp = {};     ///< empty: the board was assumed flat
+  std::vector<std::string> boards;     ///< SPECs of the boards that the views show
+  std::vector<WarpRecord> warps = {};  ///< in the order of the boards; those without one were assumed flat
   std::vector<std::string> findings = {};  ///< ids of the findings behind the verdict
   std::vector<double> parameter_std = {};  ///< standard deviations, in parameter order; empty = unknown
   std::vector<double> covariance = {};     ///< lower triangle row by row, in parameter order; empty = unknown

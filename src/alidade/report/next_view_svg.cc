@@ -98,7 +98,7 @@ void addNextView(const AnyCamera& camera, const Board& board, const NextView& ne
 
 }  // namespace
 
-std::string nextViewSvg(const Calibration& calibration, const Board& board, std::span<const View> views,
+std::string nextViewSvg(const Calibration& calibration, std::span<const View> views,
                         const Guidance& guidance) {
   constexpr double kMargin = 10;  // for a board that sticks out of the image
   const AnyCamera camera = calibration.camera();
@@ -110,7 +110,7 @@ std::string nextViewSvg(const Calibration& calibration, const Board& board, std:
   }
   drawing.addFrame();
   for (const auto& corners : usedCorners(calibration, views)) drawing.addDots(corners, "#34568b", 0.25);
-  if (guidance.next) addNextView(camera, board, *guidance.next, drawing);
+  if (guidance.next) addNextView(camera, guidance.board, *guidance.next, drawing);
   drawing.addCaption("Next: " + nextViewText(guidance, size));
   return drawing.text();
 }

@@ -15,7 +15,7 @@ namespace alidade {
 /// coarse map of colours (left out where it is not determined), and where the board goes next, with the sides
 /// marked that are nearer to the camera.
 /// @param views  those that were given to the calibration
-[[nodiscard]] std::string nextViewSvg(const Calibration& calibration, const Board& board,
-                                      std::span<const View> views, const Guidance& guidance);
+[[nodiscard]] std::string nextViewSvg(const Calibration& calibration, std::span<const View> views,
+                                      const Guidance& guidance);
 
 }  // namespace alidade

@@ -49,14 +49,14 @@ Counts countBends(double common_m, double scatter_m, int num_views) {
   });
   Counts counts;
   for (const Calibration& result : results) {
-    const ShapeReport& shape = result.choice.shape;
+    const ShapeReport& shape = result.choice.shapes.front();
     const bool is_estimated = isShapeEstimated(result.fit);
     EXPECT_TRUE(shape.by_views);
     counts.num_by_noise += shape.f > kBendF ? 1 : 0;
     counts.num_by_views += shape.by_views && shape.by_views->chance < 0.05 ? 1 : 0;
     counts.num_estimated += is_estimated ? 1 : 0;
-    if (is_estimated &&
-        std::abs(onlyBoard(result.fit).shape.bend_x_m - common_m) < 2 * result.uncertainty.bend_std_m.x())
+    if (is_estimated && std::abs(onlyBoard(result.fit).shape.bend_x_m - common_m) <
+                            2 * result.uncertainty.bend_std_m.front().x())
       ++counts.num_within_2_sigma;
   }
   return counts;

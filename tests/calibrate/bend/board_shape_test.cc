@@ -41,13 +41,13 @@ TEST(BoardShape, OfABentBoardIsFoundAndTheFocalLengthIsRight) {
         i % 2 == 0 ? BoardShape{.bend_x_m = 0.001} : BoardShape{.bend_x_m = 0.0006, .bend_y_m = 0.001};
     const auto views = viewsOf(truth, 20, 0.1, static_cast<std::uint64_t>(i));
     const Calibration bent = calibrate(kBoard, views, {.model = "radtan"});
-    ASSERT_TRUE(isShapeEstimated(bent.fit)) << "set " << i << ", F " << bent.choice.shape.f;
+    ASSERT_TRUE(isShapeEstimated(bent.fit)) << "set " << i << ", F " << bent.choice.shapes.front().f;
     EXPECT_TRUE(bent.isUsable());
     EXPECT_TRUE(bent.dropped.outliers.empty());
     EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_x_m - truth.bend_x_m),
-              5 * bent.uncertainty.bend_std_m.x());
+              5 * bent.uncertainty.bend_std_m.front().x());
     EXPECT_LT(std::abs(onlyBoard(bent.fit).shape.bend_y_m - truth.bend_y_m),
-              5 * bent.uncertainty.bend_std_m.y());
+              5 * bent.uncertainty.bend_std_m.front().y());
     const double z = (onlyCamera(bent.fit).params[0] - kFocal) / bent.uncertainty.parameterStdByNoise(0);
     sum_z2 += z * z;
     sum_bent += onlyCamera(bent.fit).params[0] - kFocal;
@@ -57,9 +57,9 @@ TEST(BoardShape, OfABentBoardIsFoundAndTheFocalLengthIsRight) {
     EXPECT_GT(rms(flat.fit), 1.2 * rms(bent.fit));
     // What the report says of a flat board is what a calibration with one finds, but for the robust loss,
     // which was made for the smaller errors.
-    EXPECT_NEAR(bent.choice.shape.flat_rms_px, rms(flat.fit), 0.03 * rms(flat.fit));
+    EXPECT_NEAR(bent.choice.shapes.front().flat_rms_px, rms(flat.fit), 0.03 * rms(flat.fit));
     const double moved = std::abs(onlyCamera(flat.fit).params[0] - onlyCamera(bent.fit).params[0]);
-    EXPECT_NEAR(bent.choice.shape.flat_params[0], onlyCamera(flat.fit).params[0], 0.1 * moved);
+    EXPECT_NEAR(bent.choice.shapes.front().flat_params[0], onlyCamera(flat.fit).params[0], 0.1 * moved);
     sum_flat += std::abs(onlyCamera(flat.fit).params[0] - kFocal);
   }
   std::printf("fx off by %.3f px on average with the bend, by %.3f px with the board held flat\n",
@@ -75,7 +75,7 @@ TEST(BoardShape, OfAFlatBoardIsFlat) {
   for (int i = 0; i < kNumSets; ++i) {
     const Calibration result =
         calibrate(kBoard, viewsOf({}, 12, 0.1, 500 + static_cast<std::uint64_t>(i)), {.model = "radtan"});
-    EXPECT_TRUE(std::isfinite(result.choice.shape.f));
+    EXPECT_TRUE(std::isfinite(result.choice.shapes.front().f));
     num_flat += isShapeEstimated(result.fit) ? 0 : 1;
   }
   EXPECT_GE(num_flat, kNumSets - 1);  // once in a thousand by chance
@@ -85,9 +85,9 @@ TEST(BoardShape, IsEstimatedOfAFlatBoardToo) {
   const Calibration result =
       calibrate(kBoard, viewsOf({}, 15, 0.1, 7), {.model = "radtan", .board_shape = BoardShapeMode::kWarp});
   ASSERT_TRUE(isShapeEstimated(result.fit));
-  EXPECT_LT(std::abs(onlyBoard(result.fit).shape.bend_x_m), 4 * result.uncertainty.bend_std_m.x());
-  EXPECT_LT(std::abs(onlyBoard(result.fit).shape.bend_y_m), 4 * result.uncertainty.bend_std_m.y());
-  EXPECT_LT(result.uncertainty.bend_std_m.maxCoeff(), 1e-4);
+  EXPECT_LT(std::abs(onlyBoard(result.fit).shape.bend_x_m), 4 * result.uncertainty.bend_std_m.front().x());
+  EXPECT_LT(std::abs(onlyBoard(result.fit).shape.bend_y_m), 4 * result.uncertainty.bend_std_m.front().y());
+  EXPECT_LT(result.uncertainty.bend_std_m.front().maxCoeff(), 1e-4);
 }
 
 TEST(BoardShape, IsNotFeignedByOutliers) {
@@ -113,7 +113,7 @@ TEST(BoardShape, SaysSoWhereTheBoardCannotTell) {
   const SimulatedSet set = simulateSet(camera, kSize, 12, 0.1, 1, {}, kNarrow);
   const Calibration result =
       calibrate(kNarrow, set.views, {.model = "pinhole", .board_shape = BoardShapeMode::kWarp});
-  EXPECT_FALSE(result.choice.shape.is_determined);
+  EXPECT_FALSE(result.choice.shapes.front().is_determined);
   EXPECT_FALSE(isShapeEstimated(result.fit));
   bool is_told = false;
   for (const Diagnosis& finding : result.diagnoses) is_told = is_told || finding.id == "bend_unknown";

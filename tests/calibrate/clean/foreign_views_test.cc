@@ -138,8 +138,9 @@ TEST(ForeignViews, NoisyOnesStay) {
 
 TEST(ForeignViews, OneThatFitsAfterAllComesBackToItsPlace) {
   const SimulatedSet set = cleanSet("radtan", 12, 9);
-  const PreparedViews given = prepareViews(set.board, set.views);
-  SettledFit now = settledFromStart(startedFit(set.board, given, {.model = "radtan"}).fit, nullptr);
+  const Board board = set.board;
+  const PreparedViews given = prepareViews(std::span(&board, 1), set.views);
+  SettledFit now = settledFromStart(startedFit(given, {.model = "radtan"}).fit, nullptr);
   now.fit = withoutView(withoutView(now.fit, 5), 2);
   ASSERT_EQ(viewsLeftOut(given, now.fit), (std::vector<std::size_t>{2, 5}));
   EXPECT_TRUE(readmitViews(now, given, nullptr));
@@ -155,7 +156,8 @@ TEST(ForeignViews, OneThatFitsAfterAllComesBackToItsPlace) {
 TEST(ForeignViews, WhenHalfOfThemDisagreeTheAnswerIsNo) {
   Calibration result = run(cleanSet("radtan", 10, 10));
   for (int i = 0; i < 10; ++i)
-    result.dropped.views.push_back({"other_" + std::to_string(i), "does not fit", /*is_misfit=*/true});
+    result.dropped.views.push_back(
+        {.image = "other_" + std::to_string(i), .reason = "does not fit", .is_misfit = true});
   result.diagnoses = judge(result);
   EXPECT_FALSE(result.isUsable());
   EXPECT_EQ(result.diagnoses.front().id, "views_disagree");

@@ -17,49 +17,156 @@
 namespace alidade {
 namespace {
 
+// For the board at the end of those of the information.
 std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info) {
   const FitCamera& camera = onlyCamera(fit);
-  const BoardShape& shape = onlyBoard(fit).shape;
-  return bendByViews(info, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + info.step_m,
+  const BoardShape& shape = fit.boards[info.boards.back()].shape;
+  const Eigen::Vector2d step_m = info.step_m.tail<kNumBends>();
+  return bendByViews(info, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + step_m,
                      freeDirections(static_cast<int>(camera.params.size()), camera.constraint),
-                     meanSlope(weightedErrors(fit), fit.loss));
+                     meanSlope(weightedErrors(fit), fit.loss), info.boards.size() - 1);
 }
 
-// Twice the cost by the degrees of freedom that are left with the bend free: the variance of a coordinate.
-double varianceLeft(const Fit& fit, double drop) {
+// Twice the cost by the degrees of freedom that are left with so many boards' bends free: the variance of a
+// coordinate.
+double varianceLeft(const Fit& fit, double drop, std::size_t num_bent) {
   const auto num_corners = static_cast<double>(numCorners(fit));
   const double freedom = 2.0 * num_corners - static_cast<double>(onlyCamera(fit).params.size()) -
-                         6.0 * static_cast<double>(fit.views.size()) - kNumBends;
+                         6.0 * static_cast<double>(fit.views.size()) -
+                         kNumBends * static_cast<double>(num_bent);
   const double floor = 2 * kMinSigmaPx * kMinSigmaPx * num_corners;
   return std::max(2 * fit.summary.cost - drop, floor) / freedom;
 }
 
-// Sigmas and agreement of the views; nothing where these do not determine the bend.
-std::optional<ShapeInformation> describeBend(const Fit& fit, ShapeReport& report) {
-  auto info = shapeInformation(fit);
+double varianceLeft(const Fit& fit, const ShapeInformation& info) {
+  return varianceLeft(fit, info.drop, info.boards.size());
+}
+
+// These boards, the given one last.
+std::vector<std::size_t> endingWith(std::vector<std::size_t> boards, std::size_t board) {
+  std::erase(boards, board);
+  boards.push_back(board);
+  return boards;
+}
+
+// Sigmas and agreement of the views for a board, beside the bends that are estimated; nothing where the views
+// do not determine it. The board is the last one of the information.
+std::optional<ShapeInformation> describeBend(const Fit& fit, std::size_t board, ShapeReport& report) {
+  auto info = shapeInformation(fit, endingWith(estimatedShapes(fit), board));
   report.is_determined = info.has_value();
   if (!info) return info;
-  report.std_m = (varianceLeft(fit, info->drop) * info->bend_inverse.diagonal()).cwiseSqrt();
+  const Eigen::VectorXd variances = varianceLeft(fit, *info) * info->bend_inverse.diagonal();
+  report.std_m = variances.tail<kNumBends>().cwiseSqrt();
   report.by_views = byViews(fit, *info);
   return info;
 }
 
 // On the same corners.
-Fit flattened(Fit fit, const std::vector<double>& params) {
-  onlyBoard(fit) = {.target = onlyBoard(fit).target};
+Fit flattened(Fit fit, std::size_t board, const std::vector<double>& params) {
+  fit.boards[board] = {.target = fit.boards[board].target};
   onlyCamera(fit).params = params;
   return fit;
+}
+
+// A bend that is not in the fit yet, and its first estimate.
+struct FurtherBend {
+  std::size_t board = 0;
+  double f = 0;
+  Eigen::Vector2d step_m;
+};
+
+// Describes the boards that are still open, and of those that count as bent returns the one whose bend is
+// most significant.
+std::optional<FurtherBend> mostBent(BentFit& bent, const std::vector<bool>& is_open, BoardShapeMode mode) {
+  const Fit& fit = bent.settled.fit;
+  std::optional<FurtherBend> most;
+  for (std::size_t b = 0; b < is_open.size(); ++b) {
+    if (!is_open[b]) continue;
+    ShapeReport& report = bent.reports[b];
+    const auto info = describeBend(fit, b, report);
+    if (!info) continue;
+    report.f = info->drop / kNumBends / varianceLeft(fit, *info);
+    if (mode == BoardShapeMode::kAuto && !isBent(report.f, report.by_views)) continue;
+    if (!most || report.f > most->f) most = {.board = b, .f = report.f, .step_m = info->step_m.tail<2>()};
+  }
+  return most;
+}
+
+// Solves with a further bend, unless a larger lens model explains more.
+void bend(BentFit& bent, const FurtherBend& further, BoardShapeMode mode, const CancelFlag* cancel) {
+  SettledFit& now = bent.settled;
+  ShapeReport& report = bent.reports[further.board];
+  const auto larger = mode == BoardShapeMode::kAuto ? betterModel(now.fit, cancel) : std::nullopt;
+  const Fit before = now.fit;
+  FitBoard& board = now.fit.boards[further.board];
+  board.is_shape_fixed = false;
+  board.shape = {.bend_x_m = further.step_m.x(), .bend_y_m = further.step_m.y()};
+  now.fit = solve(std::move(now.fit), {.cancel = cancel});
+  // What looked like noise was the bend: weights and loss are settled anew.
+  now = settledWeights(std::move(now.fit), cancel);
+  const bool is_determined = describeBend(now.fit, further.board, report).has_value();
+  // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
+  if (is_determined && !(larger && larger->rms_px < weightedRms(now.fit))) {
+    report.flat_params = onlyCamera(before).params;
+    return;
+  }
+  now.fit.boards = before.boards;
+  onlyCamera(now.fit).params = onlyCamera(before).params;
+  now.fit.placements = before.placements;
+  now.fit = solve(std::move(now.fit), {.cancel = cancel});
+  now = settledWeights(std::move(now.fit), cancel);
+}
+
+// See bendTestedAgain(); false where the board is taken as flat.
+bool isStillBent(BentFit& bent, std::size_t board, BoardShapeMode mode, const CancelFlag* cancel) {
+  constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
+  Fit& fit = bent.settled.fit;
+  ShapeReport& report = bent.reports[board];
+  const bool is_determined = describeBend(fit, board, report).has_value();
+  Fit flat = solve(flattened(fit, board, report.flat_params),
+                   {.function_tolerance = kFlatTolerance, .cancel = cancel});
+  report.f = 2 * (flat.summary.cost - fit.summary.cost) / kNumBends /
+             varianceLeft(fit, 0, estimatedShapes(fit).size());
+  report.flat_params = onlyCamera(flat).params;
+  report.flat_rms_px = weightedRms(flat);
+  if (is_determined && (mode == BoardShapeMode::kWarp || isBent(report.f, report.by_views))) return true;
+  // What looked like a bend was outliers.
+  report.flat_params.clear();
+  report.flat_rms_px = std::numeric_limits<double>::quiet_NaN();
+  fit = solve(std::move(flat), {.cancel = cancel});
+  return false;
+}
+
+// What one more bend would do beside others, of a fit in which all boards are flat.
+std::optional<ShapeInformation> furtherBend(const Fit& fit, const std::vector<std::size_t>& others,
+                                            double drop_by_others) {
+  std::optional<ShapeInformation> most;
+  double most_f = 0;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    if (std::ranges::find(others, b) != others.end()) continue;
+    auto info = shapeInformation(fit, endingWith(others, b));
+    if (!info) continue;
+    const double f = (info->drop - drop_by_others) / kNumBends / varianceLeft(fit, *info);
+    if (!isBent(f, byViews(fit, *info)) || (most && f <= most_f)) continue;
+    most = std::move(info);
+    most_f = f;
+  }
+  return most;
 }
 
 }  // namespace
 
 std::optional<BendByViews> bendByViews(const ShapeInformation& information, const Eigen::Vector2d& bend_m,
-                                       const Eigen::MatrixXd& directions, double mean_slope) {
+                                       const Eigen::MatrixXd& directions, double mean_slope,
+                                       std::size_t which) {
   constexpr double kFewest = 2;  // degrees of freedom; below, not even a strong bend would be significant
+  const Eigen::Index num_params = directions.rows();
+  const Eigen::Index num_bends = information.pulls.front().gradient.size() - num_params;
   const auto shares =
-      ViewShares::make(information.pulls, withBend(directions), mean_slope, information.prior);
+      ViewShares::make(information.pulls, withBends(directions, num_bends), mean_slope, information.prior);
   if (!shares) return std::nullopt;
-  const Eigen::MatrixXd bend = shares->basis().bottomRows<kNumBends>();
+  const Eigen::MatrixXd bend =
+      shares->basis().middleRows<kNumBends>(num_params + kNumBends * static_cast<Eigen::Index>(which));
   const Eigen::Vector2d freedoms(shares->freedomOf(bend.row(0).transpose()),
                                  shares->freedomOf(bend.row(1).transpose()));
   BendByViews result{.freedom = freedoms.minCoeff()};
@@ -79,68 +186,53 @@ bool isBent(double f, const std::optional<BendByViews>& by_views) {
   return f > kBendF && !(by_views && by_views->chance > kChance);
 }
 
+std::vector<std::size_t> estimatedShapes(const Fit& fit) {
+  std::vector<std::size_t> boards;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    if (!fit.boards[b].is_shape_fixed) boards.push_back(b);
+  }
+  return boards;
+}
+
 bool isShapeEstimated(const Fit& fit) {
-  return !onlyBoard(fit).is_shape_fixed;
+  return !estimatedShapes(fit).empty();
 }
 
 BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel) {
-  BentFit result{.settled = std::move(flat), .report = {}};
+  const std::size_t num_boards = flat.fit.boards.size();
+  BentFit result{.settled = std::move(flat), .reports = std::vector<ShapeReport>(num_boards)};
   if (mode == BoardShapeMode::kFlat) return result;
-  ShapeReport& report = result.report;
-  SettledFit& now = result.settled;
-  report.is_requested = mode == BoardShapeMode::kWarp;
-  const auto info = describeBend(now.fit, report);
-  if (!info) return result;
-  report.f = info->drop / kNumBends / varianceLeft(now.fit, info->drop);
-  if (mode == BoardShapeMode::kAuto && !isBent(report.f, report.by_views)) return result;
-  const auto larger = mode == BoardShapeMode::kAuto ? betterModel(now.fit, cancel) : std::nullopt;
-  const Fit before = now.fit;
-  FitBoard& board = onlyBoard(now.fit);
-  board.is_shape_fixed = false;
-  board.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()};
-  now.fit = solve(std::move(now.fit), {.cancel = cancel});
-  // What looked like noise was the bend: weights and loss are settled anew.
-  now = settledWeights(std::move(now.fit), cancel);
-  const bool is_determined = describeBend(now.fit, report).has_value();
-  // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
-  if (is_determined && !(larger && larger->rms_px < weightedRms(now.fit))) {
-    report.flat_params = onlyCamera(before).params;
-    return result;
+  for (ShapeReport& report : result.reports) report.is_requested = mode == BoardShapeMode::kWarp;
+  std::vector<bool> is_open(num_boards, true);
+  while (const auto further = mostBent(result, is_open, mode)) {
+    is_open[further->board] = false;
+    bend(result, *further, mode, cancel);
   }
-  now.fit = flattened(std::move(now.fit), onlyCamera(before).params);
-  now.fit.placements = before.placements;
-  now.fit = solve(std::move(now.fit), {.cancel = cancel});
-  now = settledWeights(std::move(now.fit), cancel);
   return result;
 }
 
 BentFit bendTestedAgain(BentFit bent, BoardShapeMode mode, const CancelFlag* cancel) {
-  constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
-  Fit& fit = bent.settled.fit;
-  ShapeReport& report = bent.report;
-  if (!isShapeEstimated(fit)) return bent;
-  const bool is_determined = describeBend(fit, report).has_value();
-  Fit flat =
-      solve(flattened(fit, report.flat_params), {.function_tolerance = kFlatTolerance, .cancel = cancel});
-  report.f = 2 * (flat.summary.cost - fit.summary.cost) / kNumBends / varianceLeft(fit, 0);
-  report.flat_params = onlyCamera(flat).params;
-  report.flat_rms_px = weightedRms(flat);
-  if (is_determined && (mode == BoardShapeMode::kWarp || isBent(report.f, report.by_views))) return bent;
-  // What looked like a bend was outliers.
-  report.flat_params.clear();
-  report.flat_rms_px = std::numeric_limits<double>::quiet_NaN();
-  fit = solve(std::move(flat), {.cancel = cancel});
+  // Without a bend that was none the others look different.
+  const auto isAllBent = [&] {
+    const std::vector<std::size_t> boards = estimatedShapes(bent.settled.fit);
+    return std::ranges::all_of(boards,
+                               [&](std::size_t board) { return isStillBent(bent, board, mode, cancel); });
+  };
+  while (!isAllBent()) continue;
   return bent;
 }
 
 std::optional<IgnoredBend> ignoredBend(const Fit& fit) {
-  const auto info = shapeInformation(fit);
+  std::optional<ShapeInformation> info = furtherBend(fit, {}, 0);
   if (!info) return std::nullopt;
-  const double f = info->drop / kNumBends / varianceLeft(fit, info->drop);
-  if (!isBent(f, byViews(fit, *info))) return std::nullopt;
-  return IgnoredBend{.shape = {.bend_x_m = info->step_m.x(), .bend_y_m = info->step_m.y()},
-                     .params_step = info->params_step,
-                     .cost_share = 1 - info->drop / (2 * fit.summary.cost)};
+  while (auto further = furtherBend(fit, info->boards, info->drop)) info = std::move(further);
+  IgnoredBend ignored{.boards = info->boards,
+                      .shapes = {},
+                      .params_step = info->params_step,
+                      .cost_share = 1 - info->drop / (2 * fit.summary.cost)};
+  for (Eigen::Index i = 0; i < info->step_m.size(); i += kNumBends)
+    ignored.shapes.push_back({.bend_x_m = info->step_m(i), .bend_y_m = info->step_m(i + 1)});
+  return ignored;
 }
 
 }  // namespace alidade

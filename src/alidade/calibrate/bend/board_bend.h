@@ -29,13 +29,15 @@ struct BendByViews {
 /// much: Pustejovsky and Tipton 2018, Small-sample methods for cluster-robust variance estimation and
 /// hypothesis testing in fixed effects models, Journal of Business and Economic Statistics 36(4),
 /// section 3.2; here those of the one of bend_x and bend_y that has fewer.
-/// @param bend_m      bend_x and bend_y where `information` says what is left to pull
+/// @param bend_m      bend_x and bend_y of the board where `information` says what is left to pull
 /// @param directions  see freeDirections()
 /// @param mean_slope  see meanSlope()
+/// @param which       index of the board among those of `information`
 /// @returns nothing where the views are too few to say
 [[nodiscard]] std::optional<BendByViews> bendByViews(const ShapeInformation& information,
                                                      const Eigen::Vector2d& bend_m,
-                                                     const Eigen::MatrixXd& directions, double mean_slope);
+                                                     const Eigen::MatrixXd& directions, double mean_slope,
+                                                     std::size_t which = 0);
 
 /// F statistic from which a board counts as bent by the corners' noise. A flat one exceeds it once in a
 /// thousand times where there is nothing else.
@@ -45,17 +47,18 @@ inline constexpr double kBendF = 6.9;
 /// @param f  F statistic by the corners' noise
 [[nodiscard]] bool isBent(double f, const std::optional<BendByViews>& by_views);
 
-/// A bend of the board that the views show and the fit has left out, and the change of the parameters that it
+/// Bends of boards that the views show and the fit has left out, and the change of the parameters that they
 /// would make, to first order.
 struct IgnoredBend {
-  BoardShape shape;
-  DenseMatrix params_step;  ///< N x 1
-  double cost_share = 1;    ///< of the corners' cost, what the bend would leave
-  /// N x N: the covariance by the corners' noise of the camera with the bend.
+  std::vector<std::size_t> boards;  ///< that are bent, indices into Fit::boards
+  std::vector<BoardShape> shapes;   ///< one for each of these
+  DenseMatrix params_step;          ///< N x 1
+  double cost_share = 1;            ///< of the corners' cost, what the bends would leave
+  /// N x N: the covariance by the corners' noise of the camera with the bends.
   std::optional<DenseMatrix> covariance = {};
 };
 
-/// What the views say of the board's shape. The shape itself is the fit's.
+/// What the views say of a board's shape. The shape itself is the fit's.
 struct ShapeReport {
   bool is_requested = false;  ///< whether or not a test sees a bend
   bool is_determined = true;  ///< false: these views and this board cannot tell a bend
@@ -64,30 +67,34 @@ struct ShapeReport {
   std::optional<BendByViews> by_views;  ///< the same by views; nothing if nobody asked or they are too few
   /// One sigma of bend_x and bend_y, or with the board held flat what it would be; NaN if unknown.
   Eigen::Vector2d std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  /// Where it was estimated: the camera that the same corners give under the same loss with the board held
+  /// Where it was estimated: the camera that the same corners give under the same loss with this board held
   /// flat.
   std::vector<double> flat_params;
   double flat_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< and its weighted RMS
 };
 
-/// Whether the board's shape is estimated with everything else.
+/// The boards whose shapes are estimated with everything else, indices into Fit::boards.
+[[nodiscard]] std::vector<std::size_t> estimatedShapes(const Fit& fit);
+/// Whether there is any.
 [[nodiscard]] bool isShapeEstimated(const Fit& fit);
 
 struct BentFit {
   SettledFit settled;
-  ShapeReport report;
+  std::vector<ShapeReport> reports;  ///< one for each board of the fit
 };
 
-/// Estimates the bend of the board together with everything else, from the solution for a flat one, if it is
-/// asked for and, when that is left open, the tests say that the board is bent, see isBent().
+/// Estimates the bends of the boards together with everything else, from the solution for flat ones, if it is
+/// asked for and, when that is left open, the tests say that a board is bent, see isBent(). Boards are tested
+/// one by one, each beside those that are estimated already, and the most significant bend goes first: a
+/// board whose bend is not in the fit makes others look bent.
 [[nodiscard]] BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel);
 
-/// Looks at the bend again on the corners now in use, if it is estimated at all, and compares with a flat
-/// board on the same corners. Where those speak of a bend no more, the board is taken as flat, and what is an
-/// outlier is to be judged anew.
+/// Looks at each bend that is estimated again, on the corners now in use, and compares with a flat board on
+/// the same corners. Where those speak of a bend no more, the board is taken as flat, and what is an outlier
+/// is to be judged anew.
 [[nodiscard]] BentFit bendTestedAgain(BentFit bent, BoardShapeMode mode, const CancelFlag* cancel);
 
-/// Where the board is held flat by the user's wish, looks whether it is bent all the same, and what that does
+/// Where the boards are held flat by the user's wish, looks which are bent all the same, and what that does
 /// to the parameters.
 [[nodiscard]] std::optional<IgnoredBend> ignoredBend(const Fit& fit);
 

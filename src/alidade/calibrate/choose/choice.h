@@ -42,7 +42,7 @@ struct ModelChoice {
 /// What was decided on the way to a fit.
 struct Choice {
   StartReport start = {};
-  ShapeReport shape = {};
+  std::vector<ShapeReport> shapes = {};  ///< one for each board of the fit
   bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   std::optional<ModelChoice> model = {};         ///< where the model was not named
   std::optional<BetterModel> better_model = {};  ///< where it was

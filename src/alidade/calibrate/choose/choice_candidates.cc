@@ -27,13 +27,12 @@ constexpr double kVeryWideFieldRad = 110 * std::numbers::pi / 180;
 constexpr double kNeededDrop = 0.02;
 static_assert(kNeededDrop < 2 * 3 * kShareOfParameter);
 
-void fit(Candidate& candidate, const Board& board, const PreparedViews& given,
-         const CalibratorOptions& options) {
+void fit(Candidate& candidate, const PreparedViews& given, const CalibratorOptions& options) {
   CalibratorOptions own = options;
   own.model = candidate.id;
   own.jobs = 1;
   try {
-    candidate.solution = fittedPlainly(board, given, own);
+    candidate.solution = fittedPlainly(given, own);
   } catch (const Error&) {
     candidate.error = std::current_exception();
   }
@@ -43,10 +42,9 @@ void fit(Candidate& candidate, const Board& board, const PreparedViews& given,
       Unsoundness{.id = "no_solution", .text = "no camera of this model explains the views"};
 }
 
-void fitAll(std::span<Candidate> candidates, const Board& board, const PreparedViews& given,
-            const CalibratorOptions& options) {
+void fitAll(std::span<Candidate> candidates, const PreparedViews& given, const CalibratorOptions& options) {
   parallelFor(
-      candidates.size(), options.jobs, [&](std::size_t i) { fit(candidates[i], board, given, options); },
+      candidates.size(), options.jobs, [&](std::size_t i) { fit(candidates[i], given, options); },
       options.cancel);
 }
 
@@ -133,7 +131,7 @@ bool foldsInsideImage(const Candidate& candidate) {
 
 // The models that contain radtan, each after a glance at what it gains over the one before it. One that folds
 // leaves something to gain that the errors do not show.
-void addLargerThanRadtan(Candidates& candidates, const Board& board, const PreparedViews& given,
+void addLargerThanRadtan(Candidates& candidates, const PreparedViews& given,
                          const CalibratorOptions& options) {
   std::string lean(Radtan::kId);
   for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
@@ -143,7 +141,7 @@ void addLargerThanRadtan(Candidates& candidates, const Board& board, const Prepa
     Candidate larger(id);
     if (!isAllowed(lean, options) || !fitsRoughly(*at, candidates) || foldsInsideImage(*at) ||
         dropAtAGlance(at->solution->fit, larger.id, options.cancel) > kNeededDrop) {
-      fit(larger, board, given, options);
+      fit(larger, given, options);
       if (larger.solution) lean = larger.id;
     } else {
       larger.not_better_than = lean;
@@ -156,14 +154,13 @@ void addLargerThanRadtan(Candidates& candidates, const Board& board, const Prepa
 
 Candidate::Candidate(std::string_view model_id) : id(model_id), num_params(parameterNames(model_id).size()) {}
 
-Candidates fitCandidates(const Board& board, const PreparedViews& given, const CalibratorOptions& options,
-                         ModelChoice& choice) {
+Candidates fitCandidates(const PreparedViews& given, const CalibratorOptions& options, ModelChoice& choice) {
   // Two lenses that stand for all: one of them explains the views of any, at least roughly, and tells how
   // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
   Candidates candidates;
   candidates.emplace_back(Radtan::kId);
   candidates.emplace_back(KannalaBrandt::kId);
-  fitAll(candidates, board, given, options);
+  fitAll(candidates, given, options);
   requireAny(candidates);
   const Candidate& better = fittest(candidates, given);
   const Fit& widest = better.solution->fit;
@@ -180,7 +177,7 @@ Candidates fitCandidates(const Board& board, const PreparedViews& given, const C
     for (const std::string_view id : {Fov::kId, Ucm::kId, Eucm::kId, DoubleSphere::kId, Omni::kId}) {
       if (isAllowed(id, options)) fisheyes.emplace_back(id);
     }
-    fitAll(fisheyes, board, given, options);
+    fitAll(fisheyes, given, options);
     std::move(fisheyes.begin(), fisheyes.end(), std::back_inserter(candidates));
   } else if (candidates.front().solution) {
     candidates.pop_back();
@@ -193,7 +190,7 @@ Candidates fitCandidates(const Board& board, const PreparedViews& given, const C
           .id = "corners_outside_domain", .text = "some corners lie 90 degrees from the axis or more"};
     }
   } else {
-    addLargerThanRadtan(candidates, board, given, options);
+    addLargerThanRadtan(candidates, given, options);
   }
   for (Candidate& candidate : candidates) {
     if (!isAllowed(candidate.id, options))

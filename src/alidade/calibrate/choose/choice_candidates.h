@@ -42,8 +42,8 @@ using Candidates = std::vector<Candidate>;
 
 /// Fits the models that come into question, by number of parameters.
 /// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
-[[nodiscard]] Candidates fitCandidates(const Board& board, const PreparedViews& given,
-                                       const CalibratorOptions& options, ModelChoice& choice);
+[[nodiscard]] Candidates fitCandidates(const PreparedViews& given, const CalibratorOptions& options,
+                                       ModelChoice& choice);
 
 /// The smallest of the fitted models that fits all corners about as well as any; there is one.
 [[nodiscard]] Candidate& fittest(Candidates& candidates, const PreparedViews& given);

@@ -17,11 +17,11 @@
 namespace alidade {
 namespace {
 
-// The reference's corners, weights, loss and board, with the candidate's camera and, where it has them,
+// The reference's corners, weights, loss and boards, with the candidate's camera and, where it has them,
 // poses.
 Fit onCornersOf(const Fit& reference, const Candidate& candidate, const PreparedViews& given) {
   Fit fit = reference;
-  onlyBoard(fit).is_shape_fixed = true;
+  fixShapes(fit);
   FitCamera& camera = onlyCamera(fit);
   camera.model = candidate.id;
   camera.constraint = candidate.constraint;
@@ -167,9 +167,9 @@ ModelCandidate report(const Candidate& c, const Candidates& candidates, const Ca
 
 }  // namespace
 
-ChosenModel chooseModel(const Board& board, const PreparedViews& given, const CalibratorOptions& options) {
+ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
   ModelChoice choice;
-  Candidates candidates = fitCandidates(board, given, options, choice);
+  Candidates candidates = fitCandidates(given, options, choice);
   Candidate& reference = fittest(candidates, given);
   reference.solution = withDataSettled(*std::move(reference.solution), given, options);
   choice.reference = reference.id;
@@ -190,7 +190,7 @@ ChosenModel chooseModel(const Board& board, const PreparedViews& given, const Ca
   if (&winner != &reference) {
     CalibratorOptions own = options;
     own.model = winner.id;
-    if (!winner.solution) winner.solution = fittedPlainly(board, given, own);
+    if (!winner.solution) winner.solution = fittedPlainly(given, own);
     winner.solution = withDataSettled(*std::move(winner.solution), given, own);
   }
   return {.solution = *std::move(winner.solution), .choice = std::move(choice), .rivals = std::move(rivals)};

@@ -26,7 +26,6 @@ struct ChosenModel {
 /// fits as well as any settles on: a lean model would leave out as outliers what a better one explains.
 /// The chosen model then settles by itself what an outlier is, as if it had been named.
 /// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
-[[nodiscard]] ChosenModel chooseModel(const Board& board, const PreparedViews& given,
-                                      const CalibratorOptions& options);
+[[nodiscard]] ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& options);
 
 }  // namespace alidade

@@ -9,13 +9,12 @@
 
 namespace alidade {
 
-ModelSolution fittedPlainly(const Board& board, const PreparedViews& given,
-                            const CalibratorOptions& options) {
-  StartedFit started = startedFit(board, given, options);
+ModelSolution fittedPlainly(const PreparedViews& given, const CalibratorOptions& options) {
+  StartedFit started = startedFit(given, options);
   SettledFit settled = settledFromStart(std::move(started.fit), options.cancel);
   ComparedFit compared = comparedWithRivals(std::move(settled.fit), started.rivals, options.cancel);
   return {.fit = std::move(compared.fit),
-          .choice = {.start = started.report, .shape = {}, .is_settled = settled.is_settled},
+          .choice = {.start = started.report, .shapes = {}, .is_settled = settled.is_settled},
           .close_params = std::move(compared.close_params)};
 }
 
@@ -26,14 +25,14 @@ ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given
                      .is_settled = solution.choice.is_settled};
   BentFit now = bent(std::move(settled), options.board_shape, cancel);
   now.settled = withoutOutliers(std::move(now.settled), given, cancel);
-  const bool was_bent = isShapeEstimated(now.settled.fit);
+  const std::vector<std::size_t> bent_boards = estimatedShapes(now.settled.fit);
   now = bendTestedAgain(std::move(now), options.board_shape, cancel);
-  if (was_bent && !isShapeEstimated(now.settled.fit))
+  if (estimatedShapes(now.settled.fit) != bent_boards)
     now.settled = withoutOutliers(std::move(now.settled), given, cancel);
   // On the corners that are left.
   solution.fit = regularised(std::move(now.settled.fit), cancel);
   solution.choice.is_settled = now.settled.is_settled;
-  solution.choice.shape = std::move(now.report);
+  solution.choice.shapes = std::move(now.reports);
   return solution;
 }
 

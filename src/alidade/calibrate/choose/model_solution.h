@@ -20,10 +20,9 @@ struct ModelSolution {
 /// From views to a camera that fits them, all corners counting by the robust loss alone.
 /// @param options  with a model that is named
 /// @throws Error (kInput) if no camera of the model explains the views
-[[nodiscard]] ModelSolution fittedPlainly(const Board& board, const PreparedViews& given,
-                                          const CalibratorOptions& options);
+[[nodiscard]] ModelSolution fittedPlainly(const PreparedViews& given, const CalibratorOptions& options);
 
-/// Settles what the corners are: the board's bend, outliers, views that do not fit, weights. Regularises a
+/// Settles what the corners are: the boards' bends, outliers, views that do not fit, weights. Regularises a
 /// lens that they do not determine.
 [[nodiscard]] ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
                                             const CalibratorOptions& options);

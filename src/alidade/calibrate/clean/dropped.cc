@@ -27,12 +27,12 @@ namespace {
 std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFlag* cancel) {
   constexpr double kOther = 0.02;  // closer ones are the same lens with the focus moved, or chance
   Fit alone{.cameras = fit.cameras, .boards = fit.boards, .loss = fit.loss};
-  onlyBoard(alone).is_shape_fixed = true;
+  fixShapes(alone);
   FitCamera& camera = onlyCamera(alone);
   camera.weak_prior = {};
   camera.constraint = {.held = {}, .same_focal = true};
   for (int i = 2; i < static_cast<int>(camera.params.size()); ++i) camera.constraint.held.push_back(i);
-  addView(alone, 0, view.corners, view.camera_from_board);
+  addView(alone, 0, view.corners, view.camera_from_board, view.board);
   alone = solve(std::move(alone), {.function_tolerance = 1e-9, .cancel = cancel});
   if (alone.summary.termination != Termination::kConverged) return std::nullopt;
   view.errors = alone.views.front().errors;
@@ -53,7 +53,7 @@ std::string misfitReason(const Fit& used, const View& view, const CancelFlag* ca
            " times as long: another camera, zoom, focus or crop";
   const std::size_t num_outliers = countOutliers(*fit, noiseSigma(used));
   const std::string share = std::to_string(num_outliers) + " of " + std::to_string(fit->errors.size());
-  if (isSmooth(onlyBoard(used).target, *fit)) {
+  if (isSmooth(used.boards[view.board].target, *fit)) {
     double largest = 0;
     for (const auto& error : fit->errors) largest = std::max(largest, error.norm());
     return "its corners are displaced together, smoothly and by up to " + numberText("%.1f", largest) +
@@ -72,7 +72,11 @@ std::vector<Outlier> outliersOf(const Fit& fit, const PreparedViews& given) {
       if (used != fit.views[v].corners.end() && used->id == all.corners[i].id) {
         ++used;
       } else {
-        outliers.push_back({fit.views[v].source, view.image, all.corners[i].id, all.errors[i]});
+        outliers.push_back({.source = fit.views[v].source,
+                            .image = view.image,
+                            .board = view.board,
+                            .corner_id = all.corners[i].id,
+                            .error_px = all.errors[i]});
       }
     }
   }
@@ -94,11 +98,15 @@ double Dropped::outlierShare(const Fit& fit) const {
 Dropped droppedFrom(const Fit& fit, const PreparedViews& given, const CancelFlag* cancel) {
   Dropped dropped{.views = given.excluded, .repeated = given.repeated, .outliers = outliersOf(fit, given)};
   for (const std::size_t v : viewsLeftOut(given, fit)) {
-    dropped.views.push_back(
-        {given.views[v].image, misfitReason(fit, given.views[v], cancel), /*is_misfit=*/true});
+    const View& view = given.views[v];
+    dropped.views.push_back({.image = view.image,
+                             .board = view.board,
+                             .reason = misfitReason(fit, view, cancel),
+                             .is_misfit = true});
   }
-  std::sort(dropped.views.begin(), dropped.views.end(),
-            [](const auto& a, const auto& b) { return naturalLess(a.image, b.image); });
+  std::sort(dropped.views.begin(), dropped.views.end(), [](const auto& a, const auto& b) {
+    return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);
+  });
   return dropped;
 }
 

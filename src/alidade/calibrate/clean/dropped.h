@@ -16,13 +16,14 @@ namespace alidade {
 struct Outlier {
   std::size_t source = 0;  ///< see FitView
   std::string image;
+  std::size_t board = 0;  ///< see View
   int corner_id = 0;
   Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
 };
 
 /// What of the given views is not in the fit.
 struct Dropped {
-  std::vector<ExcludedView> views;  ///< in order of image name
+  std::vector<ExcludedView> views;  ///< in order of image name and board
   std::vector<RepeatedView> repeated;
   std::vector<Outlier> outliers;  ///< of the views in use, in their order
 

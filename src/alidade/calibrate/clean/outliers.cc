@@ -34,7 +34,7 @@ std::optional<std::size_t> worstForeignView(const Fit& fit, const PreparedViews&
   const Misfits misfits = misfitsInUse(fit, given);
   std::optional<std::size_t> worst;
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    if (!isForeign(onlyBoard(fit).target, misfits.fits[v], noiseSigma(fit), misfits.stand_out)) continue;
+    if (!isForeign(fit, misfits.fits[v], misfits.stand_out)) continue;
     if (!worst || misfits.ratios[v] > misfits.ratios[*worst]) worst = v;
   }
   return worst;
@@ -83,12 +83,12 @@ bool readmitViews(SettledFit& now, const PreparedViews& given, const CancelFlag*
   std::vector<std::pair<std::size_t, ViewFit>> fitting;
   for (const std::size_t v : left_out) {
     auto view = fitAlone(now.fit, given.views[v]);
-    if (!view || isForeign(onlyBoard(now.fit).target, *view, noiseSigma(now.fit), stand_out)) continue;
+    if (!view || isForeign(now.fit, *view, stand_out)) continue;
     fitting.emplace_back(v, *std::move(view));
   }
   if (fitting.empty()) return false;
   for (auto& [source, view] : fitting)
-    addView(now.fit, source, std::move(view.corners), view.camera_from_board);
+    addView(now.fit, source, std::move(view.corners), view.camera_from_board, view.board);
   now = settled(std::move(now.fit), cancel);
   return true;
 }

@@ -39,7 +39,7 @@ std::vector<Renumbering> renumberings(const Board& board, const View& view) {
 }
 
 std::optional<std::string> fittingOrder(const Fit& fit, const View& view) {
-  for (const Renumbering& renumbering : renumberings(onlyBoard(fit).target, view)) {
+  for (const Renumbering& renumbering : renumberings(fit.boards[view.board].target, view)) {
     const auto alone = fitAlone(fit, renumbering.view);
     if (alone && isExplained(*alone, noiseSigma(fit))) return renumbering.how;
   }

@@ -7,6 +7,7 @@
 
 #include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/errors.h"
+#include "alidade/adjust/robust_weighting.h"
 #include "alidade/adjust/view_pose.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/core/median.h"
@@ -15,15 +16,19 @@ namespace alidade {
 namespace {
 
 std::vector<Observation> weightedCorners(const Fit& fit, const View& view) {
-  std::vector<Observation> corners = observationsOf(onlyBoard(fit).target, view);
+  std::vector<Observation> corners = observationsOf(fit.boards[view.board].target, view);
   for (Observation& corner : corners) corner.weight = onlyCamera(fit).noise.weight(corner.sigma_px);
   return corners;
 }
 
-ViewFit viewFit(const Fit& fit, const SE3& camera_from_board, std::vector<Observation> corners) {
+ViewFit viewFit(const Fit& fit, std::size_t board_index, const SE3& camera_from_board,
+                std::vector<Observation> corners) {
   const FitCamera& camera = onlyCamera(fit);
-  const FitBoard& board = onlyBoard(fit);
-  ViewFit of{.camera_from_board = camera_from_board, .corners = std::move(corners), .errors = {}};
+  const FitBoard& board = fit.boards[board_index];
+  ViewFit of{.board = board_index,
+             .camera_from_board = camera_from_board,
+             .corners = std::move(corners),
+             .errors = {}};
   of.errors = reprojectionErrors(camera.model, camera.params, camera_from_board,
                                  onShape(board.target, board.shape, of.corners));
   return of;
@@ -32,19 +37,19 @@ ViewFit viewFit(const Fit& fit, const SE3& camera_from_board, std::vector<Observ
 }  // namespace
 
 ViewFit fitInUse(const Fit& fit, std::size_t v, const View& view) {
-  return viewFit(fit, cameraFromBoard(fit, fit.views[v]), weightedCorners(fit, view));
+  return viewFit(fit, view.board, cameraFromBoard(fit, fit.views[v]), weightedCorners(fit, view));
 }
 
 std::optional<ViewFit> fitAlone(const Fit& fit, const View& view) {
   const FitCamera& camera = onlyCamera(fit);
-  const FitBoard& board = onlyBoard(fit);
+  const FitBoard& board = fit.boards[view.board];
   std::vector<Observation> corners = weightedCorners(fit, view);
   const auto pose = poseFromCorners(AnyCamera::make(camera.model, camera.params), corners);
   if (!pose) return std::nullopt;
   const auto refined =
       refitPose(camera.model, camera.params, onShape(board.target, board.shape, corners), fit.loss, *pose);
   if (!refined) return std::nullopt;
-  return viewFit(fit, *refined, std::move(corners));
+  return viewFit(fit, view.board, *refined, std::move(corners));
 }
 
 bool isOutlier(const Observation& corner, const Eigen::Vector2d& error, double sigma_px) {
@@ -74,14 +79,14 @@ bool isExplained(const ViewFit& fit, double sigma_px) {
   return countOutliers(fit, sigma_px) == 0 && misfitRatio(fit, sigma_px) < kExplained;
 }
 
-bool isSmooth(const Board& board, const ViewFit& fit) {
+bool isSmooth(const Board& board, const ViewFit& view) {
   constexpr double kSmooth = 1.5;  // times what neighbours differ by
   double sum = 0;
-  for (std::size_t i = 0; i < fit.errors.size(); ++i)
-    sum += fit.corners[i].weight * fit.errors[i].squaredNorm();
-  const double rms = std::sqrt(0.5 * sum / static_cast<double>(fit.errors.size()));
-  NeighbourDifferences local(board);
-  local.add(fit.corners, fit.errors);
+  for (std::size_t i = 0; i < view.errors.size(); ++i)
+    sum += view.corners[i].weight * view.errors[i].squaredNorm();
+  const double rms = std::sqrt(0.5 * sum / static_cast<double>(view.errors.size()));
+  NeighbourDifferences local;
+  local.add(board, view.corners, view.errors);
   return rms > kSmooth * local.sigma();
 }
 
@@ -94,12 +99,14 @@ double standOutRatio(std::vector<double> ratios) {
   return std::max(kTimes * std::max(1.0, typical), typical + kDeviations * kNormal * medianOf(ratios));
 }
 
-bool isForeign(const Board& board, const ViewFit& fit, double sigma_px, double stand_out_ratio) {
+bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio) {
   constexpr std::size_t kMaxOutlierShare = 4;  // one in so many
-  const std::size_t num_outliers = countOutliers(fit, sigma_px);
-  if (fit.errors.size() - num_outliers < kMinCornersPerView) return true;
-  if (misfitRatio(fit, sigma_px) < stand_out_ratio) return false;
-  return kMaxOutlierShare * num_outliers > fit.errors.size() || isSmooth(board, fit);
+  const double sigma_px = noiseSigma(fit);
+  const std::size_t num_outliers = countOutliers(view, sigma_px);
+  if (view.errors.size() - num_outliers < kMinCornersPerView) return true;
+  if (misfitRatio(view, sigma_px) < stand_out_ratio) return false;
+  return kMaxOutlierShare * num_outliers > view.errors.size() ||
+         isSmooth(fit.boards[view.board].target, view);
 }
 
 }  // namespace alidade

@@ -14,6 +14,7 @@ namespace alidade {
 
 /// How a view fits a camera: that of the fit, or another one.
 struct ViewFit {
+  std::size_t board = 0;  ///< see View
   SE3 camera_from_board;
   std::vector<Observation> corners;     ///< all that the view has, weighted; on the flat board
   std::vector<Eigen::Vector2d> errors;  ///< one a corner; NaN where it does not project
@@ -41,13 +42,14 @@ inline constexpr double kOutlierSigmas = 8.0;
 [[nodiscard]] bool isExplained(const ViewFit& fit, double sigma_px);
 
 /// Do the errors vary smoothly over the board, other than noise?
-[[nodiscard]] bool isSmooth(const Board& board, const ViewFit& fit);
+/// @param board  of the view
+[[nodiscard]] bool isSmooth(const Board& board, const ViewFit& view);
 
 /// The misfit ratio beyond which a view stands out among views of these. Where no lens of the model follows
 /// the real one, ratios differ from view to view without any view being to blame.
 [[nodiscard]] double standOutRatio(std::vector<double> ratios);
 
 /// Does the view not fit where others do: does its misfit stand out, and is it no mere noise?
-[[nodiscard]] bool isForeign(const Board& board, const ViewFit& fit, double sigma_px, double stand_out_ratio);
+[[nodiscard]] bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio);
 
 }  // namespace alidade

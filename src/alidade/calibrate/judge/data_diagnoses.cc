@@ -8,6 +8,7 @@
 
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -16,6 +17,11 @@ constexpr double kTwoSided95 = 1.96;
 
 std::string percent(double share) {
   return numberText("%.2g", 100 * share) + " %";
+}
+
+// The image of a view, and its board if there are several.
+std::string nameOf(const Fit& fit, const FitView& view) {
+  return view.image + boardSuffix(fit, boardIndex(fit, view));
 }
 
 std::string counted(std::size_t count, const char* what) {
@@ -51,7 +57,7 @@ void viewsLeftOut(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   for (const ExcludedView& view : of.dropped.views) {
     diagnoses.push_back({.severity = Severity::kNote,
                          .id = "view_left_out",
-                         .cause = view.image,
+                         .cause = view.image + boardSuffix(of.fit, view.board),
                          .evidence = view.reason,
                          .next_step = "check the image; remove it, or correct its corners"});
   }
@@ -97,7 +103,8 @@ void repeatedViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                        .id = "repeated_views",
                        .cause = "views of the same board position were averaged and count as one",
                        .evidence = counted(count, "view") + (count == 1 ? ", " : ", for example ") +
-                                   first.image + " (same as " + first.same_as + ")",
+                                   first.image + boardSuffix(of.fit, first.board) + " (same as " +
+                                   first.same_as + ")",
                        .next_step = "move the board or the camera between photographs"});
 }
 
@@ -111,7 +118,7 @@ void influentialViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
     if (!(surprise_sigmas > kSurprise) || !(move_sigmas > kMove)) continue;
     addByEffect(of,
                 {.id = "influential_view",
-                 .cause = of.fit.views[v].image,
+                 .cause = nameOf(of.fit, of.fit.views[v]),
                  .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
                              " standard deviations",
                  .next_step = "check the image for motion, blur or a bent board, and calibrate without it"},
@@ -125,7 +132,7 @@ void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   std::vector<std::string> mirrored;
   for (const FitView& view : of.fit.views) {
     const SE3 pose = cameraFromBoard(of.fit, view);
-    if (pose.rotation.matrix().col(2).dot(pose.translation) < 0) mirrored.push_back(view.image);
+    if (pose.rotation.matrix().col(2).dot(pose.translation) < 0) mirrored.push_back(nameOf(of.fit, view));
   }
   if (mirrored.size() == of.fit.views.size()) mirrored = {"all views"};
   for (const std::string& which : mirrored) {
@@ -139,12 +146,13 @@ void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 
 namespace {
 
-// The error of this cause, if it is significant.
-std::optional<CommonError> significantError(const Evidence& of, CommonCause cause) {
+// The errors of this cause that are significant: one a board at most, or one for all views.
+std::vector<CommonError> significantErrors(const Evidence& of, CommonCause cause) {
+  std::vector<CommonError> errors;
   for (const CommonError& error : of.uncertainty.common_errors) {
-    if (error.cause == cause && error.isSignificant()) return error;
+    if (error.cause == cause && error.isSignificant()) errors.push_back(error);
   }
-  return std::nullopt;
+  return errors;
 }
 
 double effectOf(const Evidence& of, const CommonError& error) {
@@ -170,80 +178,81 @@ void addCommonError(const Evidence& of, Diagnosis diagnosis, const CommonError& 
 }  // namespace
 
 void boardNotSquare(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  const auto error = significantError(of, CommonCause::kStretch);
-  if (!error) return;
-  addCommonError(of,
-                 {.id = "board_not_square",
-                  .cause = "the board's squares are not square",
-                  .evidence = "width / height = " + numberText("%.4f", 1 + error->value) + " +- " +
-                              numberText("%.4f", error->sigma),
-                  .next_step = "measure many squares in both directions; reprint if they are not square"},
-                 *error, diagnoses);
+  for (const CommonError& error : significantErrors(of, CommonCause::kStretch)) {
+    addCommonError(of,
+                   {.id = "board_not_square",
+                    .cause = "the board's squares are not square" + boardSuffix(of.fit, error.board),
+                    .evidence = "width / height = " + numberText("%.4f", 1 + error.value) + " +- " +
+                                numberText("%.4f", error.sigma),
+                    .next_step = "measure many squares in both directions; reprint if they are not square"},
+                   error, diagnoses);
+  }
 }
 
 void boardGraded(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   for (const CommonCause cause : {CommonCause::kGradingX, CommonCause::kGradingY}) {
-    const auto error = significantError(of, cause);
-    if (!error) continue;
-    addCommonError(of,
-                   {.id = "board_graded",
-                    .cause = std::string("the board's squares grow along its ") +
-                             (cause == CommonCause::kGradingX ? "rows" : "columns"),
-                    .evidence = "by " + percent(4 * std::abs(error->value)) + " from edge to edge",
-                    .next_step = "measure squares at both ends; reprint if they differ"},
-                   *error, diagnoses);
+    for (const CommonError& error : significantErrors(of, cause)) {
+      addCommonError(
+          of,
+          {.id = "board_graded",
+           .cause = std::string("the board's squares grow along its ") +
+                    (cause == CommonCause::kGradingX ? "rows" : "columns") + boardSuffix(of.fit, error.board),
+           .evidence = "by " + percent(4 * std::abs(error.value)) + " from edge to edge",
+           .next_step = "measure squares at both ends; reprint if they differ"},
+          error, diagnoses);
+    }
   }
 }
 
 void boardTwisted(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  const auto error = significantError(of, CommonCause::kTwist);
-  if (!error) return;
-  const double height_m = std::abs(error->value) * onlyBoard(of.fit).target.middle().x();
-  addCommonError(
-      of,
-      {.id = "board_twisted",
-       .cause = "the board is twisted",
-       .evidence = "its corners are " + numberText("%.2g", 1e3 * height_m) + " mm out of its plane",
-       .next_step = "mount the board on something flat and rigid, and photograph it again"},
-      *error, diagnoses);
+  for (const CommonError& error : significantErrors(of, CommonCause::kTwist)) {
+    const double height_m = std::abs(error.value) * of.fit.boards[error.board].target.middle().x();
+    addCommonError(
+        of,
+        {.id = "board_twisted",
+         .cause = "the board is twisted" + boardSuffix(of.fit, error.board),
+         .evidence = "its corners are " + numberText("%.2g", 1e3 * height_m) + " mm out of its plane",
+         .next_step = "mount the board on something flat and rigid, and photograph it again"},
+        error, diagnoses);
+  }
 }
 
 void focusBreathes(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  const auto error = significantError(of, CommonCause::kFocus);
-  if (!error) return;
+  const auto errors = significantErrors(of, CommonCause::kFocus);
+  if (errors.empty()) return;
   addCommonError(
       of,
       {.id = "focus_breathes",
        .cause = "the focal length depends on the distance to the board, as with autofocus",
-       .evidence = "it changes by " + percent(std::abs(error->value) / of.uncertainty.board_distance_m) +
+       .evidence = "it changes by " + percent(std::abs(errors[0].value) / of.uncertainty.board_distance_m) +
                    " from the boards' distance to distant points",
        .next_step = "lock the focus; if it is locked, use a larger board farther away"},
-      *error, diagnoses);
+      errors[0], diagnoses);
 }
 
 void cornersBiased(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  const auto error = significantError(of, CommonCause::kOutward);
-  if (!error) return;
+  const auto errors = significantErrors(of, CommonCause::kOutward);
+  if (errors.empty()) return;
   addCommonError(of,
                  {.id = "corners_biased",
                   .cause = std::string("corners at the edges of the board appear too ") +
-                           (error->value > 0 ? "far out" : "far in"),
-                  .evidence = "by " + numberText("%.2g", std::abs(error->value)) + " px",
+                           (errors[0].value > 0 ? "far out" : "far in"),
+                  .evidence = "by " + numberText("%.2g", std::abs(errors[0].value)) + " px",
                   .next_step = "light the board evenly, do not overexpose, and leave a wide margin"},
-                 *error, diagnoses);
+                 errors[0], diagnoses);
 }
 
 void centreMoves(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  const auto error = significantError(of, CommonCause::kPupil);
-  if (!error) return;
+  const auto errors = significantErrors(of, CommonCause::kPupil);
+  if (errors.empty()) return;
   addCommonError(
       of,
       {.id = "centre_moves",
        .cause = "the rays do not meet at one point, as behind glass or with a wide lens close to the board",
-       .evidence = "the point moves along the axis by " + numberText("%.2g", 1e3 * std::abs(error->value)) +
-                   " mm at 57 degrees",
+       .evidence = "the point moves along the axis by " +
+                   numberText("%.2g", 1e3 * std::abs(errors[0].value)) + " mm at 57 degrees",
        .next_step = "photograph a larger board from farther away, without glass in front of the lens"},
-      *error, diagnoses);
+      errors[0], diagnoses);
 }
 
 namespace {
@@ -281,9 +290,10 @@ void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kHarmless = 2e-3;  // of the image height
   // Distortion that the model lacks looks different from each pose, and squares that are not square shear
   // each view according to its roll.
-  const auto stretch = significantError(of, CommonCause::kStretch);
   const bool is_stretched =
-      stretch && severityOf(effectOf(of, *stretch), of.tolerance_px) >= Severity::kWarning;
+      std::ranges::any_of(significantErrors(of, CommonCause::kStretch), [&](const CommonError& stretch) {
+        return severityOf(effectOf(of, stretch), of.tolerance_px) >= Severity::kWarning;
+      });
   if (of.choice.better_model || of.uncertainty.hasBias() || of.uncertainty.two_cameras || is_stretched)
     return;
   const ViewVariations& variations = of.uncertainty.variations;
@@ -316,37 +326,49 @@ void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kBentShare = 0.005;
   // Of a strong bend, what is taken to deviate from that paraboloid.
   constexpr double kOtherShape = 0.25;
-  if (!isShapeEstimated(of.fit)) return;
-  const double share = bendShare(onlyBoard(of.fit));
-  const std::vector<double>& flat = of.choice.shape.flat_params;
-  if (!(share > kBentShare) || flat.empty()) return;
-  const double bend_effect = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, flat));
-  addByEffect(of,
-              {.id = "bent_board",
-               .cause = "the board is strongly bent",
-               .evidence = "by " + numberText("%.2g", 100 * share) + " % of its size",
-               .next_step = "mount the board on something flat and rigid, and photograph it again"},
-              kOtherShape * bend_effect, diagnoses);
+  for (const std::size_t board : estimatedShapes(of.fit)) {
+    const double share = bendShare(of.fit.boards[board]);
+    const std::vector<double>& flat = of.choice.shapes[board].flat_params;
+    if (!(share > kBentShare) || flat.empty()) continue;
+    const double bend_effect = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, flat));
+    addByEffect(of,
+                {.id = "bent_board",
+                 .cause = "the board is strongly bent" + boardSuffix(of.fit, board),
+                 .evidence = "by " + numberText("%.2g", 100 * share) + " % of its size",
+                 .next_step = "mount the board on something flat and rigid, and photograph it again"},
+                kOtherShape * bend_effect, diagnoses);
+  }
 }
 
 void bendIgnored(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!of.uncertainty.ignored_bend) return;
   const IgnoredBend& ignored = *of.uncertainty.ignored_bend;
+  std::vector<std::string> bends;
+  for (std::size_t i = 0; i < ignored.boards.size(); ++i) {
+    bends.push_back(numberText("%.2g", 1e3 * ignored.shapes[i].bend_x_m) + " and " +
+                    numberText("%.2g", 1e3 * ignored.shapes[i].bend_y_m) + " mm" +
+                    boardSuffix(of.fit, ignored.boards[i]));
+  }
+  const bool is_one = bends.size() == 1;
   addByEffect(of,
               {.id = "bend_ignored",
-               .cause = "the board is bent, but --board-shape flat ignores it",
-               .evidence = numberText("%.2g", 1e3 * ignored.shape.bend_x_m) + " and " +
-                           numberText("%.2g", 1e3 * ignored.shape.bend_y_m) + " mm",
+               .cause = is_one ? "the board is bent, but --board-shape flat ignores it"
+                               : "boards are bent, but --board-shape flat ignores it",
+               .evidence = join(bends, "; "),
                .next_step = "use --board-shape auto"},
               effectOfStep(of, ignored.params_step.view().col(0)), diagnoses);
 }
 
 void bendUnknown(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (of.choice.shape.is_determined || !of.choice.shape.is_requested) return;
-  diagnoses.push_back({.severity = Severity::kNote,
-                       .id = "bend_unknown",
-                       .cause = "the views do not show whether the board is bent; it is assumed flat",
-                       .next_step = "add views tilted in both directions"});
+  for (std::size_t board = 0; board < of.choice.shapes.size(); ++board) {
+    const ShapeReport& shape = of.choice.shapes[board];
+    if (shape.is_determined || !shape.is_requested || numViews(of.fit, board) == 0) continue;
+    diagnoses.push_back({.severity = Severity::kNote,
+                         .id = "bend_unknown",
+                         .cause = "the views do not show whether the board" + boardSuffix(of.fit, board) +
+                                  " is bent; it is assumed flat",
+                         .next_step = "add views tilted in both directions"});
+  }
 }
 
 }  // namespace alidade

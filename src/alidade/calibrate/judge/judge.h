@@ -16,7 +16,7 @@ namespace alidade {
 
 /// What a calibration is judged by.
 struct Evidence {
-  const Fit& fit;  ///< of one camera and one board
+  const Fit& fit;  ///< of one camera
   const Dropped& dropped;
   const Choice& choice;
   const Uncertainty& uncertainty;

@@ -20,9 +20,16 @@
 namespace alidade {
 namespace {
 
-void checkView(const Board& board, const View& view, ImageSize size) {
+void checkView(std::span<const Board> boards, const View& view, ImageSize size) {
   if (view.image.empty())
     throw inputError({.where = "views", .found = "a view without a name", .expected = "View::image"});
+  if (view.board >= boards.size()) {
+    throw inputError({.where = view.image,
+                      .found = "a view of board " + std::to_string(view.board),
+                      .expected = "an index of the boards that are given, of which there are " +
+                                  std::to_string(boards.size())});
+  }
+  const Board& board = boards[view.board];
   if (view.size.width <= 0 || view.size.height <= 0) {
     throw inputError({.where = view.image,
                       .found = "an image of " + sizeText(view.size),
@@ -86,9 +93,7 @@ std::vector<std::string> reasonsOf(const PreparedViews& given) {
   return reasons;
 }
 
-// Checks views and puts them and their corners in order.
-// @returns the index that each has had
-std::vector<std::size_t> sortViews(const Board& board, std::vector<View>& views) {
+void checkBoard(const Board& board) {
   if (board.columns() < 2 || board.rows() < 2 ||
       !(board.spacing() > 0)) {  // corners need not be a detector's
     throw inputError({.where = "calibration",
@@ -97,6 +102,17 @@ std::vector<std::size_t> sortViews(const Board& board, std::vector<View>& views)
                                " m apart",
                       .expected = "two or more corners in each direction, some distance apart"});
   }
+}
+
+// By image, and by board in each.
+bool isBefore(const View& a, const View& b) {
+  return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);
+}
+
+// Checks boards and views and puts the views and their corners in order.
+// @returns the index that each has had
+std::vector<std::size_t> sortViews(std::span<const Board> boards, std::vector<View>& views) {
+  for (const Board& board : boards) checkBoard(board);
   if (views.size() < kMinViews) {
     throw inputError(
         {.where = "calibration",
@@ -108,10 +124,10 @@ std::vector<std::size_t> sortViews(const Board& board, std::vector<View>& views)
   std::vector<std::size_t> order(views.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return naturalLess(views[a].image, views[b].image); });
+                   [&](std::size_t a, std::size_t b) { return isBefore(views[a], views[b]); });
   views = mapped(order, [&](std::size_t v) { return std::move(views[v]); });
   for (View& view : views) {
-    checkView(board, view, views.front().size);
+    checkView(boards, view, views.front().size);
     std::sort(view.corners.begin(), view.corners.end(),
               [](const Corner& a, const Corner& b) { return a.id < b.id; });
     const auto same = std::adjacent_find(view.corners.begin(), view.corners.end(),
@@ -121,11 +137,13 @@ std::vector<std::size_t> sortViews(const Board& board, std::vector<View>& views)
                       .found = "corner " + std::to_string(same->id) + " twice",
                       .expected = "each corner once"});
   }
-  const auto twin = std::adjacent_find(views.begin(), views.end(),
-                                       [](const View& a, const View& b) { return a.image == b.image; });
+  const auto twin = std::adjacent_find(views.begin(), views.end(), [](const View& a, const View& b) {
+    return a.image == b.image && a.board == b.board;
+  });
   if (twin == views.end()) return order;
-  throw inputError(
-      {.where = twin->image, .found = "two views with this name", .expected = "one view per image"});
+  throw inputError({.where = twin->image,
+                    .found = "two views with this name",
+                    .expected = boards.size() == 1 ? "one view per image" : "one view per image and board"});
 }
 
 constexpr double kFarPx = 10;            // no noise of a corner that was found moves it as far
@@ -159,6 +177,7 @@ bool areFarApart(const View& a, const View& b) {
 }
 
 bool repeats(const View& a, const View& b) {
+  if (a.board != b.board) return false;
   if (areFarApart(a, b)) return false;
   Displacements d;
   forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
@@ -222,14 +241,16 @@ std::vector<Corner> mergedCorners(const std::vector<View>& views, const std::vec
 
 }  // namespace
 
-PreparedViews prepareViews(const Board& board, std::vector<View> views) {
-  const std::vector<std::size_t> order = sortViews(board, views);
-  PreparedViews given;
+PreparedViews prepareViews(std::span<const Board> boards, std::vector<View> views) {
+  const std::vector<std::size_t> order = sortViews(boards, views);
+  PreparedViews given{.boards = {boards.begin(), boards.end()}};
   for (std::size_t v = 0; v < views.size(); ++v) {
     View& view = views[v];
     if (view.corners.size() < kMinCornersPerView) {
-      given.excluded.push_back({view.image, std::to_string(view.corners.size()) + " corners; at least " +
-                                                std::to_string(kMinCornersPerView) + " are needed"});
+      given.excluded.push_back({.image = view.image,
+                                .board = view.board,
+                                .reason = std::to_string(view.corners.size()) + " corners; at least " +
+                                          std::to_string(kMinCornersPerView) + " are needed"});
     } else {
       given.views.push_back(std::move(view));
       given.sources.push_back(order[v]);
@@ -238,6 +259,11 @@ PreparedViews prepareViews(const Board& board, std::vector<View> views) {
   mergeRepeatedViews(given);
   checkEnoughUsable(given.views.size(), reasonsOf(given));
   return given;
+}
+
+std::vector<std::vector<Observation>> cornersOf(const PreparedViews& given) {
+  return mapped(given.views,
+                [&](const View& view) { return observationsOf(given.boards[view.board], view); });
 }
 
 std::vector<std::size_t> viewsLeftOut(const PreparedViews& given, const Fit& fit) {
@@ -281,7 +307,7 @@ void mergeRepeatedViews(PreparedViews& given) {
     View view = views[group.front()];
     if (group.size() > 1) view.corners = mergedCorners(views, group);
     for (std::size_t i = 1; i < group.size(); ++i)
-      given.repeated.push_back({.image = views[group[i]].image, .same_as = view.image});
+      given.repeated.push_back({.image = views[group[i]].image, .board = view.board, .same_as = view.image});
     merged.push_back(std::move(view));
     sources.push_back(given.sources[group.front()]);
   }

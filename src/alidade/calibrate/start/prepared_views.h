@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ inline constexpr std::size_t kMinCornersPerView = 6;
 /// A view that was given but not used.
 struct ExcludedView {
   std::string image;
+  std::size_t board = 0;  ///< see View
   std::string reason;
   bool is_misfit = false;  ///< it does not fit the camera of the others
 };
@@ -28,13 +30,15 @@ struct ExcludedView {
 /// A view that was taken together with another one of the same pose, see mergeRepeatedViews().
 struct RepeatedView {
   std::string image;
-  std::string same_as;  ///< the view that stands for both
+  std::size_t board = 0;  ///< see View
+  std::string same_as;    ///< the image whose view stands for both
 };
 
 /// What a calibration is made from.
 struct PreparedViews {
-  std::vector<View> views;  ///< in order of their names, corners in order of their ids; FitView::source is
-                            ///< an index into these
+  std::vector<Board> boards;  ///< View::board is an index into these
+  std::vector<View> views;  ///< in order of names and boards, corners in order of their ids; FitView::source
+                            ///< is an index into these
   std::vector<std::size_t> sources;    ///< of each, its index among those that were given
   std::vector<ExcludedView> excluded;  ///< with too few corners
   std::vector<RepeatedView> repeated;
@@ -42,7 +46,10 @@ struct PreparedViews {
 
 /// Checks what was given, puts it in order, and leaves out views with too few corners and copies of others.
 /// @throws Error (kInput), see calibrate()
-[[nodiscard]] PreparedViews prepareViews(const Board& board, std::vector<View> views);
+[[nodiscard]] PreparedViews prepareViews(std::span<const Board> boards, std::vector<View> views);
+
+/// The corners of each view, see observationsOf().
+[[nodiscard]] std::vector<std::vector<Observation>> cornersOf(const PreparedViews& given);
 
 /// The views that a fit does not use, in their order.
 [[nodiscard]] std::vector<std::size_t> viewsLeftOut(const PreparedViews& given, const Fit& fit);
@@ -50,7 +57,7 @@ struct PreparedViews {
 /// @throws Error (kInput) with the reasons of the views left out if the fit has fewer than kMinViews
 void requireViews(const PreparedViews& given, const Fit& fit);
 
-/// Makes one view of all views in which the board stands at the same place: copies of an image, a stored
+/// Makes one view of all views in which a board stands at the same place: copies of an image, a stored
 /// again or a retouched one, a series from a tripod. What the lens, the board's shape and blur do there is
 /// the same in all of them, and only the corners' noise may differ; taken for as many views they would feign
 /// more certainty than there is and outweigh the rest.
@@ -58,9 +65,10 @@ void requireViews(const PreparedViews& given, const Fit& fit);
 /// The view keeps the first one's name (in order of names). Each corner is put at the median, axis by axis,
 /// of where the group's views have it; its sigma stays that of one view.
 ///
-/// Two views repeat each other if they have most corners in common, and the corners' displacements from one
-/// to the other, as far as they are an affine function of the place in the image, as a change of pose makes
-/// them, are within kSamePlacePx and those that are left scatter by no more than noise does.
+/// Two views of one board repeat each other if they have most corners in common, and the corners'
+/// displacements from one to the other, as far as they are an affine function of the place in the image, as a
+/// change of pose makes them, are within kSamePlacePx and those that are left scatter by no more than noise
+/// does.
 /// @param given  with views in order of their names; those that repeat others go to `repeated`
 void mergeRepeatedViews(PreparedViews& given);
 

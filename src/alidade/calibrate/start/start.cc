@@ -37,9 +37,8 @@ constexpr double kFine = 1e-6;  // relative change of the cost: tells optima apa
 class StartSolver {
  public:
   // @param views  the corners of each view
-  StartSolver(const Board& board, ImageSize size, std::vector<std::vector<Observation>> views,
-              const CancelFlag* cancel)
-      : board_(board), size_(size), views_(std::move(views)), loss_(startLoss(size)), cancel_(cancel) {}
+  StartSolver(ImageSize size, std::vector<std::vector<Observation>> views, const CancelFlag* cancel)
+      : size_(size), views_(std::move(views)), loss_(startLoss(size)), cancel_(cancel) {}
 
   [[nodiscard]] std::span<const std::vector<Observation>> views() const { return views_; }
   [[nodiscard]] ImageSize size() const { return size_; }
@@ -91,7 +90,8 @@ class StartSolver {
   // Once, with parameters held or under a prior. False if the candidate is none.
   bool solve(std::string_view model_id, StartCandidate& candidate, double tolerance, std::vector<int> held,
              const LensPrior& prior = {}) const {
-    Fit fit = emptyFit(std::string(model_id), size_, candidate.params, board_, loss_);
+    // All boards are flat here, and the corners know their places on them.
+    Fit fit = emptyFit(std::string(model_id), size_, candidate.params, Board(), loss_);
     onlyCamera(fit).constraint.held = std::move(held);
     onlyCamera(fit).weak_prior.prior = prior;
     double missing_cost = 0;
@@ -157,7 +157,6 @@ class StartSolver {
     return 0.5 * static_cast<double>(num_corners) * loss_.rho(error * error);
   }
 
-  Board board_;
   ImageSize size_;
   std::vector<std::vector<Observation>> views_;
   HuberLoss loss_;
@@ -244,9 +243,8 @@ void eraseFailed(std::vector<Reshaped>& shapes, const std::vector<char>& is_good
 // The search on some of the views.
 class Search {
  public:
-  Search(const Board& board, ImageSize size, std::vector<std::vector<Observation>> views,
-         const StartOptions& options)
-      : solver_(board, size, std::move(views), options.cancel), jobs_(resolveJobs(options.jobs)) {}
+  Search(ImageSize size, std::vector<std::vector<Observation>> views, const StartOptions& options)
+      : solver_(size, std::move(views), options.cancel), jobs_(resolveJobs(options.jobs)) {}
 
   std::optional<Start> run(std::string_view model_id) const {
     const std::string leading_id = leadingModel(model_id);
@@ -378,36 +376,30 @@ class Search {
   int jobs_;
 };
 
-std::vector<std::vector<Observation>> cornersOf(const Board& board, std::span<const View> views) {
-  return mapped(views, [&](const View& view) { return observationsOf(board, view); });
-}
-
 }  // namespace
 
-std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params, const Board& board,
-                               std::span<const View> views) {
+std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
+                               std::span<const std::vector<Observation>> views, ImageSize size) {
   Start start{.camera = {.params = std::move(params), .poses = {}}, .rivals = {}, .report = {}};
   start.camera.poses.resize(views.size());
-  improvePoses(model_id, cornersOf(board, views), startLoss(views.front().size), start.camera);
+  improvePoses(model_id, views, startLoss(size), start.camera);
   const auto num_posed = std::count_if(start.camera.poses.begin(), start.camera.poses.end(),
                                        [](const auto& pose) { return pose.has_value(); });
   if (static_cast<std::size_t>(num_posed) < kMinPosedViews) return std::nullopt;
   return start;
 }
 
-std::optional<Start> findStart(std::string_view model_id, const Board& board, std::span<const View> views,
-                               const StartOptions& options) {
-  const auto corners = cornersOf(board, views);
-  const ImageSize size = views.front().size;
+std::optional<Start> findStart(std::string_view model_id, std::span<const std::vector<Observation>> views,
+                               ImageSize size, const StartOptions& options) {
   std::vector<std::size_t> chosen = spreadOf(views.size());
   const HuberLoss loss = startLoss(size);
   constexpr int kMaxRounds = 3;
   for (int round = 1;; ++round) {
-    auto some = mapped(chosen, [&](std::size_t v) { return corners[v]; });
-    auto start = Search(board, size, std::move(some), options).run(model_id);
+    auto some = mapped(chosen, [&](std::size_t v) { return views[v]; });
+    auto start = Search(size, std::move(some), options).run(model_id);
     if (!start) return std::nullopt;
-    poseAll(model_id, corners, chosen, loss, start->camera);
-    for (PosedCamera& rival : start->rivals) poseAll(model_id, corners, chosen, loss, rival);
+    poseAll(model_id, views, chosen, loss, start->camera);
+    for (PosedCamera& rival : start->rivals) poseAll(model_id, views, chosen, loss, rival);
     // A camera that was fitted to some views may fold where others have corners; those then join.
     std::vector<std::size_t> lacking;
     for (std::size_t v = 0; v < views.size(); ++v) {

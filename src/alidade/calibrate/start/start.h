@@ -8,8 +8,7 @@
 
 #include "alidade/adjust/pose_search.h"
 #include "alidade/core/cancel.h"
-#include "alidade/target/board.h"
-#include "alidade/target/view.h"
+#include "alidade/core/image.h"
 
 namespace alidade {
 
@@ -34,8 +33,9 @@ struct StartOptions {
 };
 
 /// A start at a given camera: poses by the corners' rays. Nothing if it explains fewer than three views.
+/// @param views  the corners of each view
 [[nodiscard]] std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
-                                             const Board& board, std::span<const View> views);
+                                             std::span<const std::vector<Observation>> views, ImageSize size);
 
 /// A camera and poses to start from, without any guess, for lenses of 15 to 210 degrees.
 ///
@@ -45,7 +45,9 @@ struct StartOptions {
 /// from the corners' rays. Then all lenses of the model that look like this one are solved in turn
 /// (lensShapes), and the one with the lowest robust cost wins. Corners count alike, whatever their sigma: a
 /// start need not be precise. Nothing if no start can explain the views at all.
-[[nodiscard]] std::optional<Start> findStart(std::string_view model_id, const Board& board,
-                                             std::span<const View> views, const StartOptions& options = {});
+/// @param views  the corners of each view
+[[nodiscard]] std::optional<Start> findStart(std::string_view model_id,
+                                             std::span<const std::vector<Observation>> views, ImageSize size,
+                                             const StartOptions& options = {});
 
 }  // namespace alidade

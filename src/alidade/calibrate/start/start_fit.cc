@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/start/start_fit.h"
 
+#include <span>
 #include <utility>
 
 #include "alidade/adjust/solve.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/core/error.h"
-#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
 
-std::optional<Start> searchedOrGivenStart(const Board& board, const PreparedViews& given,
+std::optional<Start> searchedOrGivenStart(std::span<const std::vector<Observation>> corners, ImageSize size,
                                           const CalibratorOptions& options) {
-  if (!options.initial) {
-    return findStart(options.model, board, given.views, {.jobs = options.jobs, .cancel = options.cancel});
-  }
-  return startFrom(options.model, initialParameters(options, given.views.front().size), board, given.views);
+  if (!options.initial)
+    return findStart(options.model, corners, size, {.jobs = options.jobs, .cancel = options.cancel});
+  return startFrom(options.model, initialParameters(options, size), corners, size);
 }
 
 // The fit with the camera and the poses of another solution; nothing if that explains fewer views.
@@ -40,30 +39,31 @@ bool isClose(const Fit& fit, double cost) {
 
 }  // namespace
 
-StartedFit startedFit(const Board& board, const PreparedViews& given, const CalibratorOptions& options) {
-  auto start = searchedOrGivenStart(board, given, options);
+StartedFit startedFit(const PreparedViews& given, const CalibratorOptions& options) {
+  std::vector<std::vector<Observation>> corners = cornersOf(given);
+  const ImageSize size = given.views.front().size;
+  auto start = searchedOrGivenStart(corners, size, options);
   if (!start) {
     throw inputError({.where = "calibration",
                       .found = "no " + options.model + " camera that explains these views even roughly",
                       .expected = "views of one flat board by one camera",
                       .next_step = "check the board's size; a wide-angle lens may need another model"});
   }
-  const ImageSize size = given.views.front().size;
   const HuberLoss loss = startLoss(size);
   const ParamConstraint constraint = constraintOf(options);
-  const auto corners = mapped(given.views, [&](const View& view) { return observationsOf(board, view); });
   const auto constrain = [&](PosedCamera& camera) {
     if (applyConstraint(options, constraint, size, camera.params))
       improvePoses(options.model, corners, loss, camera);
   };
   constrain(start->camera);
   for (PosedCamera& rival : start->rivals) constrain(rival);
-  StartedFit started{.fit = emptyFit(options.model, size, start->camera.params, board, loss),
+  StartedFit started{.fit = emptyFit(options.model, size, start->camera.params, given.boards, loss),
                      .rivals = std::move(start->rivals),
                      .report = start->report};
   onlyCamera(started.fit).constraint = constraint;
   for (std::size_t v = 0; v < corners.size(); ++v) {
-    if (const auto& pose = start->camera.poses[v]) addView(started.fit, v, std::move(corners[v]), *pose);
+    if (const auto& pose = start->camera.poses[v])
+      addView(started.fit, v, std::move(corners[v]), *pose, given.views[v].board);
   }
   requireViews(given, started.fit);
   return started;

@@ -20,8 +20,7 @@ struct StartedFit {
 /// Finds a camera and poses to start from.
 /// @param options  with a model that is named
 /// @throws Error (kInput) if no camera explains the views, or too few of them
-[[nodiscard]] StartedFit startedFit(const Board& board, const PreparedViews& given,
-                                    const CalibratorOptions& options);
+[[nodiscard]] StartedFit startedFit(const PreparedViews& given, const CalibratorOptions& options);
 
 /// A fit beside the other optima of its start.
 struct ComparedFit {

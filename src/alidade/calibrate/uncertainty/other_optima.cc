@@ -26,10 +26,10 @@ double variance(const Uncertainty& known) {
   return known.isNoiseExceeded() ? by_noise * std::max(1.0, known.by_views->excess) : by_noise;
 }
 
-// Of twice the cost, what a bend of the other camera's own would save.
-double savedByBend(const Fit& fit, const Fit& other) {
+// Of twice the cost, what bends of the other camera's own would save.
+double savedByBends(const Fit& fit, const Fit& other) {
   if (!isShapeEstimated(fit)) return 0;
-  const auto info = shapeInformation(other);
+  const auto info = shapeInformation(other, estimatedShapes(fit));
   return info ? info->drop : 0;
 }
 
@@ -55,13 +55,13 @@ std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<doubl
   // Poses by the corners' rays: since the search, views may have gone out of use or come back.
   Fit start = fit;
   onlyCamera(start).params = params;
-  onlyBoard(start).is_shape_fixed = true;
+  fixShapes(start);
   auto posed = posedAnew(std::move(start));
   if (!posed) return std::nullopt;
   const Fit at = solve(*std::move(posed), {.cancel = cancel});
   if (unsoundnessOf(at)) return std::nullopt;
   const FitCamera& camera = onlyCamera(at);
-  const double twice_more = 2 * (at.summary.cost - fit.summary.cost) - savedByBend(fit, at);
+  const double twice_more = 2 * (at.summary.cost - fit.summary.cost) - savedByBends(fit, at);
   OtherOptimum other{.params = camera.params,
                      .rms_px = weightedRms(at),
                      .excess_chi2 = twice_more / variance(known),

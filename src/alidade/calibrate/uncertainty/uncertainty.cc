@@ -65,7 +65,7 @@ struct Residuals {
             freeDirections(static_cast<int>(onlyCamera(fit).params.size()), onlyCamera(fit).constraint)),
         weighted(weightedErrors(fit)),
         slope(meanSlope(weighted, fit.loss)) {
-    const int num_bends = isShapeEstimated(fit) ? kNumBends : 0;
+    const int num_bends = kNumBends * static_cast<int>(estimatedShapes(fit).size());
     const int num_free =
         static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.views.size())) + num_bends;
     variance = coordinateVariance(weighted, fit.loss, num_free);
@@ -76,7 +76,7 @@ struct Residuals {
   double variance = 0;  // of the coordinate of a corner of weight 1, px^2; infinite if unknown
 };
 
-// With the board's shape as it is.
+// With the boards' shapes as they are.
 Known withShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information) {
   const Eigen::MatrixXd& directions = residuals.directions;
   Known known{.variance = residuals.variance, .information = information.information};
@@ -89,7 +89,7 @@ Known withShapeGiven(const Fit& fit, const Residuals& residuals, const Intrinsic
   return known;
 }
 
-// With the bend among the unknowns.
+// With the bends among the unknowns.
 Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
                     const ShapeInformation& bent) {
   const FitCamera& camera = onlyCamera(fit);
@@ -98,22 +98,28 @@ Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
               .information = informationOf(bent.params_inverse, directions) -
                              precisionOn(directions, camera.weak_prior.prior),
               .covariance = variance * bent.params_inverse};
-  known.by_views = viewCovariance(bent.pulls, withBend(directions), static_cast<int>(directions.rows()),
-                                  variance, residuals.slope);
+  known.by_views = viewCovariance(bent.pulls, withBends(directions, bent.step_m.size()),
+                                  static_cast<int>(directions.rows()), variance, residuals.slope);
   applyPrior(camera, known);
   return known;
 }
 
-// The sigmas of a bend that was estimated: where the views disagree, theirs if larger.
+// The sigmas of bends that were estimated: where the views disagree, theirs if larger.
 void setBendStd(const Fit& fit, const Residuals& residuals, const ShapeInformation& bent,
                 Uncertainty& result) {
-  const Eigen::Vector2d by_noise = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
-  if (!by_noise.allFinite()) return;
-  result.bend_std_m = by_noise;
-  const BoardShape& shape = onlyBoard(fit).shape;
-  const auto by_views = bendByViews(bent, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + bent.step_m,
-                                    residuals.directions, residuals.slope);
-  if (by_views && result.isNoiseExceeded()) result.bend_std_m = result.bend_std_m.cwiseMax(by_views->std_m);
+  const Eigen::VectorXd all_by_noise = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
+  for (std::size_t i = 0; i < bent.boards.size(); ++i) {
+    const Eigen::Index column = kNumBends * static_cast<Eigen::Index>(i);
+    const Eigen::Vector2d by_noise = all_by_noise.segment<kNumBends>(column);
+    if (!by_noise.allFinite()) continue;
+    Eigen::Vector2d& std_m = result.bend_std_m[bent.boards[i]];
+    std_m = by_noise;
+    const BoardShape& shape = fit.boards[bent.boards[i]].shape;
+    const Eigen::Vector2d step_m = bent.step_m.segment<kNumBends>(column);
+    const auto by_views = bendByViews(bent, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + step_m,
+                                      residuals.directions, residuals.slope, i);
+    if (by_views && result.isNoiseExceeded()) std_m = std_m.cwiseMax(by_views->std_m);
+  }
 }
 
 void setCovariances(const Fit& fit, const Residuals& residuals, Uncertainty& result) {
@@ -124,8 +130,10 @@ void setCovariances(const Fit& fit, const Residuals& residuals, Uncertainty& res
   // Without a corner more than are needed there is no telling how good they are.
   if (!std::isfinite(residuals.variance)) return;
   const bool is_estimated = isShapeEstimated(fit);
-  const auto bent = is_estimated || result.ignored_bend ? shapeInformation(fit) : std::nullopt;
-  // Without the bend's share the covariance would be too small, so there is none then.
+  const auto bent = is_estimated          ? shapeInformation(fit, estimatedShapes(fit))
+                    : result.ignored_bend ? shapeInformation(fit, result.ignored_bend->boards)
+                                          : std::nullopt;
+  // Without the bends' share the covariance would be too small, so there is none then.
   if (is_estimated && !bent) return;
   Known known = is_estimated ? withShapeFree(fit, residuals, residuals.variance, *bent)
                              : withShapeGiven(fit, residuals, information);
@@ -134,8 +142,8 @@ void setCovariances(const Fit& fit, const Residuals& residuals, Uncertainty& res
   result.by_views = std::move(known.by_views);
   if (is_estimated) setBendStd(fit, residuals, *bent, result);
   if (!result.ignored_bend || !bent || !result.covariance) return;
-  // Where the views show a bend that the user wants ignored, what is missing is known: the camera with the
-  // bend has the uncertainty that it states, and the one without lies so far from it.
+  // Where the views show bends that the user wants ignored, what is missing is known: the camera with the
+  // bends has the uncertainty that it states, and the one without lies so far from it.
   IgnoredBend& ignored = *result.ignored_bend;
   const Known with_bend = withShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent);
   ignored.covariance = with_bend.covariance;
@@ -154,8 +162,8 @@ double unexplainedSigma(const Fit& fit, double variance) {
 
 void setProjection(const Fit& fit, const AnyCamera& camera, Uncertainty& result) {
   std::vector<double> distances;
-  const Eigen::Vector3d middle = onlyBoard(fit).target.middle();
-  for (const FitView& view : fit.views) distances.push_back((cameraFromBoard(fit, view) * middle).norm());
+  for (const FitView& view : fit.views)
+    distances.push_back((cameraFromBoard(fit, view) * boardOf(fit, view).target.middle()).norm());
   result.board_distance_m = medianOf(distances);
   if (!result.covariance) return;
   const Eigen::MatrixXd stated = result.statedCovariance();
@@ -169,26 +177,23 @@ void setProjection(const Fit& fit, const AnyCamera& camera, Uncertainty& result)
 }  // namespace
 
 Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
-                          const Eigen::Vector2d& bend_std_m,
+                          std::vector<Eigen::Vector2d> bend_std_m,
                           const std::vector<std::vector<double>>& close_params, const CancelFlag* cancel) {
   const Residuals residuals(fit);
   const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
   Uncertainty result;
   result.ignored_bend = std::move(ignored_bend);
-  result.bend_std_m = bend_std_m;
+  result.bend_std_m = std::move(bend_std_m);
   result.coordinate_sigma_px = std::sqrt(residuals.variance);
   result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
   result.local_sigma_px = localSigma(fit);
   result.smoothness = std::fmax(1.0, weightedRms(fit) / std::sqrt(2.0) / result.local_sigma_px);
   result.num_places = numPlaces(fit);
   setCovariances(fit, residuals, result);
-  const auto scoresOf = [](const Fit& of) {
-    return reduced(of, LossWeights::kUse, CommonColumns(onlyBoard(of).target, onlyCamera(of).params));
-  };
-  const auto scores = scoresOf(fit);
+  const auto scores = viewScores(fit);
   const auto flexible = isStiff(onlyCamera(fit).model) ? flexibleFit(fit) : std::nullopt;
   result.common_errors =
-      commonErrors(scores, residuals.directions, flexible ? scoresOf(*flexible) : std::vector<Reduced>(),
+      commonErrors(scores, residuals.directions, flexible ? viewScores(*flexible) : std::vector<Reduced>(),
                    residuals.variance, result.smoothness);
   result.influences = viewInfluences(scores, residuals.directions, residuals.variance);
   result.variations = viewVariations(fit);

@@ -51,21 +51,21 @@ struct Uncertainty {
   /// The errors over those that neighbouring corners do not share, at least 1: large where the lens or the
   /// board deviates from its model.
   double smoothness = 1;
-  std::size_t num_places = 0;  ///< of the board, see placesOf()
+  std::size_t num_places = 0;  ///< of the boards, see placesOf()
   /// N x N covariance of the parameters in storage order; nothing where the views do not determine them.
   std::optional<DenseMatrix> covariance;
   /// The same without assuming that the corners of a view are independent, and with an ignored bend as a
   /// common error; empty without a covariance or with too few views. Where it is much larger,
   /// the views have errors that the model and the noise do not explain.
   std::optional<ViewCovariance> by_views;
-  /// Where the board was held flat although a test says that it is bent.
+  /// Where boards were held flat although tests say that they are bent.
   std::optional<IgnoredBend> ignored_bend;
-  /// One sigma of the board's bend_x and bend_y, or with the board held flat what it would be; NaN if
-  /// unknown.
-  Eigen::Vector2d bend_std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  /// N x N, per px^2: what the corners say about the parameters with all poses free, and the board's bend
-  /// where that is estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 * its
-  /// inverse.
+  /// One sigma of bend_x and bend_y of each board of the fit, or with the board held flat what it would be;
+  /// NaN if unknown.
+  std::vector<Eigen::Vector2d> bend_std_m;
+  /// N x N, per px^2: what the corners say about the parameters with all poses free, and the boards' bends
+  /// where these are estimated and determined; along free_directions, covariance = coordinate_sigma_px^2 *
+  /// its inverse.
   DenseMatrix information;
   DenseMatrix free_directions;  ///< N x M: what was estimated of the parameters, one direction per column
   double scaled_condition = 0;  ///< of `information`, its diagonal scaled to 1; near 0: undetermined
@@ -108,12 +108,13 @@ struct Uncertainty {
   [[nodiscard]] bool hasBias() const;
 };
 
-/// Of a fit of one camera and one board, solved.
+/// Of a fit of one camera, solved.
 /// @param ignored_bend  see ignoredBend()
-/// @param bend_std_m    see ShapeReport; where the bend is estimated, the result is more accurate
+/// @param bend_std_m    of each board, see ShapeReport; where the bend is estimated, the result is more
+///                      accurate
 /// @param close_params  see ModelSolution
 [[nodiscard]] Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_bend,
-                                        const Eigen::Vector2d& bend_std_m,
+                                        std::vector<Eigen::Vector2d> bend_std_m,
                                         const std::vector<std::vector<double>>& close_params,
                                         const CancelFlag* cancel);
 

@@ -8,12 +8,15 @@
 
 #include "alidade/adjust/covariance.h"
 #include "alidade/calibrate/uncertainty/view_covariance.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
+
+constexpr int kNumOtherCauses = static_cast<int>(kCommonCauses.size()) - kNumBoardCauses;
 
 // A view beside the others, in coordinates in which noise gives the result the covariance 1.
 struct OneView {
@@ -88,13 +91,13 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
 
 namespace {
 
-// Estimates of common errors from what all views say together.
+// Estimates of common errors from what all views say together. Causes are named by their columns.
 class CommonEstimate {
  public:
   CommonEstimate(std::span<const Reduced> scores, const Eigen::MatrixXd& directions, double variance,
                  double smoothness)
       : scores_(scores), directions_(directions), variance_(variance), smoothness_(smoothness) {
-    const Eigen::Index size = directions.rows() + CommonColumns::size();
+    const Eigen::Index size = scores.front().gradient.size();
     information_ = Eigen::MatrixXd::Zero(size, size);
     gradient_ = Eigen::VectorXd::Zero(size);
     for (const Reduced& score : scores) {
@@ -103,11 +106,12 @@ class CommonEstimate {
     }
   }
 
+  [[nodiscard]] int numColumns() const { return static_cast<int>(gradient_.size() - directions_.rows()); }
+
   // Of one cause, with others free beside it; without what follows from it.
-  [[nodiscard]] std::optional<CommonError> of(CommonCause cause,
-                                              const std::vector<CommonCause>& others) const {
-    std::vector<CommonCause> free = others;
-    free.push_back(cause);
+  [[nodiscard]] std::optional<CommonError> of(int column, const std::vector<int>& others) const {
+    std::vector<int> free = others;
+    free.push_back(column);
     const Eigen::MatrixXd all = basis(free);
     const auto inverse = inverseOf(all.transpose() * information_ * all);
     if (!inverse) return std::nullopt;
@@ -122,34 +126,38 @@ class CommonEstimate {
     // The step's own freedom makes the views' shares agree a little too well.
     const auto num_views = static_cast<double>(scores_.size());
     by_views *= num_views / std::max(1.0, num_views - 1);
+    const int beyond_boards = column - (numColumns() - kNumOtherCauses);
+    const bool is_of_board = beyond_boards < 0;
     return CommonError{
-        .cause = cause,
-        .value = step(all.rows() - CommonColumns::size() + static_cast<Eigen::Index>(cause)),
+        .cause = static_cast<CommonCause>(is_of_board ? column % kNumBoardCauses
+                                                      : kNumBoardCauses + beyond_boards),
+        .board = is_of_board ? static_cast<std::size_t>(column / kNumBoardCauses) : 0,
+        .value = step(directions_.rows() + column),
         .sigma = smoothness_ * std::sqrt(std::max(by_views, variance_ * (*inverse)(last, last)))};
   }
 
   // How far the intrinsics are off where an error of this size is not taken into account.
-  [[nodiscard]] std::vector<double> stepFor(const CommonError& error) const {
+  [[nodiscard]] std::vector<double> stepFor(int column, double value) const {
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(directions_.rows());
     const Eigen::MatrixXd intrinsics = basis({});
     if (intrinsics.cols() > 0) {
-      const Eigen::VectorXd column = information_ * basis({error.cause}).rightCols<1>();
+      const Eigen::VectorXd pull = information_ * basis({column}).rightCols<1>();
       if (const auto known = inverseOf(intrinsics.transpose() * information_ * intrinsics))
-        moved = -error.value * directions_ * (*known * (intrinsics.transpose() * column));
+        moved = -value * directions_ * (*known * (intrinsics.transpose() * pull));
     }
     return {moved.begin(), moved.end()};
   }
 
  private:
   // What is free: the intrinsics, and these.
-  [[nodiscard]] Eigen::MatrixXd basis(const std::vector<CommonCause>& causes) const {
+  [[nodiscard]] Eigen::MatrixXd basis(const std::vector<int>& columns) const {
     const Eigen::Index n = directions_.rows();
     const Eigen::Index m = directions_.cols();
     Eigen::MatrixXd free =
-        Eigen::MatrixXd::Zero(n + CommonColumns::size(), m + static_cast<Eigen::Index>(causes.size()));
+        Eigen::MatrixXd::Zero(n + numColumns(), m + static_cast<Eigen::Index>(columns.size()));
     free.topLeftCorner(n, m) = directions_;
-    for (std::size_t i = 0; i < causes.size(); ++i)
-      free(n + static_cast<Eigen::Index>(causes[i]), m + static_cast<Eigen::Index>(i)) = 1;
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      free(n + columns[i], m + static_cast<Eigen::Index>(i)) = 1;
     return free;
   }
 
@@ -163,35 +171,42 @@ class CommonEstimate {
 
 }  // namespace
 
+std::vector<Reduced> viewScores(const Fit& fit) {
+  return mapped(fit.views, [&](const FitView& view) {
+    return reduced(fit, view, LossWeights::kUse, CommonColumns(fit, boardIndex(fit, view)));
+  });
+}
+
 std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
                                       std::span<const Reduced> flexible, double variance, double smoothness) {
   const CommonEstimate own(scores, directions, variance, smoothness);
   const Eigen::Index num_flexible =
-      flexible.empty() ? 0 : flexible.front().gradient.size() - CommonColumns::size();
+      flexible.empty() ? 0 : flexible.front().gradient.size() - own.numColumns();
   const CommonEstimate estimate =
       flexible.empty() ? own
                        : CommonEstimate(flexible, Eigen::MatrixXd::Identity(num_flexible, num_flexible),
                                         variance, smoothness);
-  std::vector<CommonCause> found;
+  std::vector<int> found;
   for (;;) {
     std::vector<CommonError> errors;
-    const CommonError* surest = nullptr;
-    errors.reserve(kCommonCauses.size());
-    for (std::size_t i = 0; i < kCommonCauses.size(); ++i) {
-      const auto cause = static_cast<CommonCause>(i);
-      std::vector<CommonCause> others = found;
-      const bool is_new = std::erase(others, cause) == 0;
-      const auto error = estimate.of(cause, others);
+    std::vector<int> columns;  // of the errors
+    std::optional<std::size_t> surest;
+    for (int column = 0; column < own.numColumns(); ++column) {
+      std::vector<int> others = found;
+      const bool is_new = std::erase(others, column) == 0;
+      const auto error = estimate.of(column, others);
       if (!error) continue;
+      if (is_new && error->isSignificant() && (!surest || error->sigmas() > errors[*surest].sigmas()))
+        surest = errors.size();
       errors.push_back(*error);
-      if (is_new && error->isSignificant() && (surest == nullptr || error->sigmas() > surest->sigmas()))
-        surest = &errors.back();
+      columns.push_back(column);
     }
-    if (surest == nullptr) {
-      for (CommonError& error : errors) error.params_step = own.stepFor(error);
+    if (!surest) {
+      for (std::size_t i = 0; i < errors.size(); ++i)
+        errors[i].params_step = own.stepFor(columns[i], errors[i].value);
       return errors;
     }
-    found.push_back(surest->cause);
+    found.push_back(columns[*surest]);
   }
 }
 

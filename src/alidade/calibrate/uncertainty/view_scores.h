@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -10,11 +11,11 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/reduced.h"
-#include "alidade/target/board.h"
 
 namespace alidade {
 
-/// What a calibration takes for exact, the same in all views.
+/// What a calibration takes for exact, the same in all views. The first kNumBoardCauses are mistakes of a
+/// board: boards are printed and mounted one by one, so that each has its own.
 enum class CommonCause {
   kStretch,   ///< width over height of the squares, less 1
   kGradingX,  ///< of the squares along x: how far the edges are farther out, over the board's half width
@@ -28,13 +29,22 @@ enum class CommonCause {
 inline constexpr std::array<std::string_view, 7> kCommonCauses = {
     "stretch", "grading_x", "grading_y", "twist", "pupil_m", "focus_m", "outward_px"};
 
-/// One further column for each of them.
+inline constexpr int kNumBoardCauses = 4;
+
+/// One further column for each cause, in the order of CommonCause: first those of each board in turn, then
+/// the others. For the views of one board; the columns of other boards are zero.
 class CommonColumns {
  public:
-  CommonColumns(const Board& board, std::span<const double> params)
-      : middle_(board.middle()), focal_{params[0], params[1]} {}
+  /// @param board  index of the board that the view shows
+  CommonColumns(const Fit& fit, std::size_t board)
+      : first_(kNumBoardCauses * static_cast<int>(board)),
+        num_board_columns_(kNumBoardCauses * static_cast<int>(fit.boards.size())),
+        middle_(fit.boards[board].target.middle()),
+        focal_{onlyCamera(fit).params[0], onlyCamera(fit).params[1]} {}
 
-  static int size() { return static_cast<int>(kCommonCauses.size()); }
+  [[nodiscard]] int size() const {
+    return num_board_columns_ + static_cast<int>(kCommonCauses.size()) - kNumBoardCauses;
+  }
   [[nodiscard]] ExtraElements<kCommonCauses.size()> elements(const CornerRows& rows, int axis) const {
     // A point of the board moves as by a translation of the pose.
     using Row = Eigen::Map<const Eigen::RowVector3d>;
@@ -50,7 +60,8 @@ class CommonColumns {
     const double distance_m = (rows.camera_from_board * middle_).norm();
     const double* by_params = rows.J_px_params[at];
     const double outward = std::hypot(Row(rows.J_px_pose[0]).dot(out), Row(rows.J_px_pose[1]).dot(out));
-    return {.column = {0, 1, 2, 3, 4, 5, 6},
+    const int rest = num_board_columns_;
+    return {.column = {first_, first_ + 1, first_ + 2, first_ + 3, rest, rest + 1, rest + 2},
             .value = {J[0] * p.x(), J[0] * middle_.x() * X * X, J[1] * middle_.y() * Y * Y,
                       J[2] * middle_.x() * X * Y, -angle * angle * J.dot(optical_axis),
                       (focal_[0] * by_params[0] + focal_[1] * by_params[1]) / distance_m,
@@ -58,13 +69,19 @@ class CommonColumns {
   }
 
  private:
+  int first_;
+  int num_board_columns_;
   Eigen::Vector3d middle_;
   std::array<double, 2> focal_;
 };
 
-/// An error that all views have in common.
+/// The normal equations of each view with CommonColumns and the loss' weights, for the functions below.
+[[nodiscard]] std::vector<Reduced> viewScores(const Fit& fit);
+
+/// An error that all views of a board, or all views, have in common.
 struct CommonError {
   CommonCause cause;
+  std::size_t board = 0;                 ///< index of the board, for causes that belong to a board
   double value = 0;                      ///< in the unit of the cause
   double sigma = 0;                      ///< one standard deviation
   std::vector<double> params_step = {};  ///< N: what taking it into account would change
@@ -79,7 +96,7 @@ struct CommonError {
 /// larger of that by the corners' noise and that by how much the views disagree (White 1980, A
 /// heteroskedasticity-consistent covariance matrix estimator, by view), which a lens that does not follow its
 /// model raises. Without those that the views do not determine.
-/// @param scores  one a view, with CommonColumns and the loss' weights
+/// @param scores  see viewScores()
 /// @param directions  what is free among the intrinsics, see freeDirections()
 /// @param flexible  the same for a flexibleFit() of a stiff model, whose deviations from the lens would look
 /// like one of these errors; empty for other models

@@ -104,28 +104,33 @@ PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
 }
 
 // Poses the views for the camera as it is.
-PosedViews poseViews(const ComparedCamera& camera, const Board& board, const std::vector<View>& views,
-                     HuberLoss loss, HeldOutJudgement& judgement) {
+PosedViews poseViews(const ComparedCamera& camera, std::span<const Board> boards,
+                     const std::vector<View>& views, HuberLoss loss, HeldOutJudgement& judgement) {
   const auto given = camera.camera->parameters();
   PosedViews posed;
   Fit& fit = posed.fit;
-  fit = emptyFit(std::string(camera.camera->modelId()), camera.size, {given.begin(), given.end()}, board,
+  fit = emptyFit(std::string(camera.camera->modelId()), camera.size, {given.begin(), given.end()}, boards,
                  kNoLoss);
   FitCamera& fixed = onlyCamera(fit);
   fixed.constraint.held.resize(given.size());
   std::iota(fixed.constraint.held.begin(), fixed.constraint.held.end(), 0);
-  if (judgement.freed) onlyBoard(fit).shape = onlyBoard(judgement.freed->fit).shape;
+  if (judgement.freed) {
+    for (std::size_t b = 0; b < fit.boards.size(); ++b)
+      fit.boards[b].shape = judgement.freed->fit.boards[b].shape;
+  }
   for (std::size_t v = 0; v < views.size(); ++v) {
     judgement.views.push_back({.image = views[v].image});
     HeldOutView& view = judgement.views.back();
+    const FitBoard& of = fit.boards[views[v].board];
+    const Board& board = of.target;
     view.is_testable = isTestable(board, views[v]);
     std::vector<Observation> corners = observationsOf(board, views[v]);
-    const auto pose = poseOf(*camera.camera, board, onShape(board, onlyBoard(fit).shape, corners), loss);
+    const auto pose = poseOf(*camera.camera, board, onShape(board, of.shape, corners), loss);
     if (!pose) {
       if (view.is_testable) view.num_unseen = static_cast<int>(views[v].corners.size());
       continue;
     }
-    addView(fit, v, std::move(corners), *pose);
+    addView(fit, v, std::move(corners), *pose, views[v].board);
     posed.weights.push_back(judgement.freed ? weightOf(judgement.freed->fit, v) : 1);
   }
   for (FitView& view : fit.views) view.errors = viewErrors(fit, view);
@@ -223,8 +228,8 @@ void testAsItIs(const ComparedCamera& tested, const PosedViews& held, const Pose
 
 }  // namespace
 
-HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board, std::vector<View> views,
-                               const HeldOutOptions& options) {
+HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Board> boards,
+                               std::vector<View> views, const HeldOutOptions& options) {
   if (views.empty()) {
     throw inputError({.where = "held-out images",
                       .found = "no view of the board",
@@ -243,21 +248,22 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board,
                    "file; if the images were rotated, use alidade convert --rotate 90 or 270"
                  : "use images of this size, or adapt the camera with alidade convert --resize or --crop"});
   }
-  std::sort(views.begin(), views.end(),
-            [](const View& a, const View& b) { return naturalLess(a.image, b.image); });
+  std::sort(views.begin(), views.end(), [](const View& a, const View& b) {
+    return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);
+  });
   HeldOutJudgement judgement;
   judgement.num_views_given = static_cast<int>(views.size());
   CalibratorOptions how{.model = std::string(camera.camera->modelId())};
   how.jobs = options.jobs;
   how.cancel = options.cancel;
   try {
-    judgement.freed = calibrate(board, views, how);
+    judgement.freed = calibrate(boards, views, how);
   } catch (const Error& error) {
     judgement.freed_complaint = error.what();
   }
   const HuberLoss loss = judgement.freed ? judgement.freed->fit.loss : startLoss(camera.size);
   const std::vector<View> used = usedViews(views, judgement.freed);
-  const PosedViews held = poseViews(camera, board, used, loss, judgement);
+  const PosedViews held = poseViews(camera, boards, used, loss, judgement);
   std::optional<PosedViews> posed_by_freed;
   if (judgement.freed) posed_by_freed = posedByFreed(held, judgement.freed->fit);
   const PosedViews* const freed = posed_by_freed ? &*posed_by_freed : nullptr;
@@ -282,6 +288,11 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board,
     judgement.slips = mendedSlips(*camera.camera, all);
   }
   return judgement;
+}
+
+HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board, std::vector<View> views,
+                               const HeldOutOptions& options) {
+  return judgeOnImages(camera, std::span(&board, 1), std::move(views), options);
 }
 
 }  // namespace alidade

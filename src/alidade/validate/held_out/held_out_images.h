@@ -90,15 +90,18 @@ struct HeldOutJudgement {
 /// is that of the other (heldOutErrors()).
 ///
 /// Is it the camera that the images show? They are calibrated from scratch with the same model, with
-/// everything that goes with it (robust loss, outliers, the board's bend, covariance by the views where they
+/// everything that goes with it (robust loss, outliers, the boards' bends, covariance by the views where they
 /// disagree by more than noise), and the projection difference between the two cameras is taken over the part
 /// of the image where boards were. Whether that difference is more than chance is asked of the camera as it
 /// is (see HeldScores): of all its parameters together, and of single changes.
 ///
-/// Corners that the freed calibration took for outliers count for neither, and its bend of the board holds
+/// Corners that the freed calibration took for outliers count for neither, and its bends of the boards hold
 /// for both: none of that depends on the camera that is tested.
 ///
+/// @param boards  see calibrate()
 /// @throws Error (kInput) for no views, or views of another image size than the camera's; Cancelled
+[[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Board> boards,
+                                             std::vector<View> views, const HeldOutOptions& options = {});
 [[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board,
                                              std::vector<View> views, const HeldOutOptions& options = {});
 
