@@ -20,10 +20,12 @@
 #include "alidade/detect/board_set.h"
 #include "alidade/detect/draw_detection.h"
 #include "alidade/files/board_file.h"
+#include "alidade/files/content_cache.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/table_lines.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
+#include "alidade/imagery/image_set.h"
 #include "console.h"
 
 namespace alidade {
@@ -128,10 +130,23 @@ bool isElsewhere(DetectionReason reason) {
          reason == DetectionReason::kLargerBoard || reason == DetectionReason::kOtherBoard;
 }
 
+// What the inputs stand for, with progress on a terminal while videos are read.
+ImageSet openInputs(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel,
+                    const ContentCache* cache) {
+  ProgressBar bar("choosing frames", options.quiet);
+  return openImages(request.inputs,
+                    {.num_frames = request.detection.num_frames,
+                     .num_jobs = options.jobs,
+                     .progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); },
+                     .cancel = cancel,
+                     .cache = cache});
+}
+
 // For a guess: what is wrong with the inputs is said once there is a board.
-std::vector<std::string> imagesIn(const std::vector<std::string>& inputs) {
+std::string boardOfInputs(const ViewsRequest& request, const CommonOptions& options,
+                          const CancelFlag* cancel) {
   try {
-    return listImages(inputs);
+    return guessedBoard(openInputs(request, options, cancel, nullptr), cancel);
   } catch (const Error&) {
     return {};
   }
@@ -164,19 +179,23 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
     throw usageError({.where = request.command,
                       .found = "no --board",
                       .expected = "for example --board checkerboard:9x6:25mm",
-                      .next_step = guessedBoard(imagesIn(request.inputs), cancel)});
+                      .next_step = boardOfInputs(request, options, cancel)});
   }
   const std::vector<Board> boards = mapped(request.boards, readBoard);
   requireDistinguishable(boards);  // before any image is read
   const std::string debug_folder = request.debug_folder.value_or("");
-  const std::vector<std::string> paths = listImages(request.inputs);
+  std::optional<ContentCache> cache;
+  if (!request.detection.cache.empty()) cache.emplace(request.detection.cache);
   DetectImagesOptions detect_options;
   detect_options.num_jobs = options.jobs;
   detect_options.cancel = cancel;
+  detect_options.cache = cache ? &*cache : nullptr;
+  const ImageSet images = openInputs(request, options, cancel, detect_options.cache);
   std::map<std::string, std::string> debug_paths;
   std::mutex mutex;
   std::string debug_complaint;  // a drawing that cannot be written is no reason to lose the corners
   if (!debug_folder.empty()) {
+    const std::vector<std::string> paths = images.names();
     prepareDebugFolder(debug_folder, paths);
     debug_paths = debugPaths(debug_folder, paths, shortNames(paths));
     detect_options.inspect = [&](const GrayImage& image, std::span<const ImageOutcome> outcomes) {
@@ -192,13 +211,18 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
   {
     ProgressBar bar("detecting boards", options.quiet);
     detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
-    stage.surveys = surveyImages(paths, boards, detect_options);
+    stage.surveys = surveyImages(images, boards, detect_options);
   }
+  stage.notes = images.notes();
   for (const BoardSurvey& survey : stage.surveys) {
     for (const SurveyNote& note : survey.notes) stage.notes.push_back(diagnosisOf(note, survey).message());
   }
   if (!debug_complaint.empty())
     stage.notes.push_back("some debug images could not be written: " + debug_complaint);
+  // Not among the notes, which corners files hold: these do not depend on the cache.
+  if (cache && !options.quiet) {
+    for (const std::string& complaint : cache->complaints()) printMessage("note: " + oneLine(complaint));
+  }
   return stage;
 }
 

@@ -35,7 +35,8 @@ class CalibrateCommand final : public Command {
         "Several boards, in the same images or not: repeat --board.\n"
         "Exit code 3: done, but the camera must not be used; no camera file is written.");
     app.add_option("input", inputs_,
-                   "Folders, image files or patterns; or corners files of one camera (.csv)");
+                   "Folders, image files, patterns (*.jpg, frame%04d.png) or videos; or corners files of one "
+                   "camera (.csv)");
     addBoardOption(app, boards_);
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(
@@ -59,6 +60,7 @@ class CalibrateCommand final : public Command {
            "flat: assume a flat board; warp: estimate its bend; auto: estimate it if it is significant")
         ->check(CLI::IsMember({"flat", "warp", "auto"}))
         ->capture_default_str();
+    addDetectionOptions(app, detection_);
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
                    "Camera file to write (YAML); - for standard output instead of the summary");
@@ -104,9 +106,12 @@ class CalibrateCommand final : public Command {
     checkFurtherOutput("--evidence", evidence_, "evidence.json", sources);
     CalibratorOptions options = calibratorOptions();
     options.cancel = catchInterrupts();
-    const GivenViews given =
-        readViews({.command = "calibrate", .inputs = inputs_, .boards = boards_, .debug_folder = debug_},
-                  common_, options.cancel);
+    const GivenViews given = readViews({.command = "calibrate",
+                                        .inputs = inputs_,
+                                        .boards = boards_,
+                                        .debug_folder = debug_,
+                                        .detection = detection_},
+                                       common_, options.cancel);
     if (given.views.size() < kMinViews) {
       const std::size_t num_given = std::max(given.num_images, given.views.size());
       const std::string share = fmt::format("{}{} of {}", given.views.size() < num_given ? "only " : "",
@@ -235,6 +240,7 @@ class CalibrateCommand final : public Command {
   std::vector<std::string> fixed_;
   bool same_focal_ = false;
   std::string board_shape_ = "auto";
+  DetectionOptions detection_;
   std::string debug_;
   std::string output_;
   std::string format_ = "alidade";

@@ -76,9 +76,10 @@ class DetectCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
-    app.add_option("input", inputs_, "Folders, image files or patterns");
+    app.add_option("input", inputs_, "Folders, image files, patterns (*.jpg, frame%04d.png) or videos");
     addBoardOption(app, boards_);
     app.add_option("--camera", camera_, "Camera name to write into the corners file")->capture_default_str();
+    addDetectionOptions(app, detection_);
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_, "Corners file to write (CSV); standard output if omitted or -");
     addCommonOptions(app, common_, true);
@@ -94,9 +95,12 @@ class DetectCommand final : public Command {
     sources.push_back(common_.config);
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
-    const DetectionStage stage =
-        runDetection({.command = "detect", .inputs = inputs_, .boards = boards_, .debug_folder = debug_},
-                     common_, catchInterrupts());
+    const DetectionStage stage = runDetection({.command = "detect",
+                                               .inputs = inputs_,
+                                               .boards = boards_,
+                                               .debug_folder = debug_,
+                                               .detection = detection_},
+                                              common_, catchInterrupts());
     if (stage.numFound() == 0 && common_.json) {
       printResult(detectionJson(stage));
       has_answered_ = true;
@@ -153,6 +157,7 @@ class DetectCommand final : public Command {
   std::vector<std::string> boards_;
   bool has_answered_ = false;  // the error that follows has its reasons on standard output already
   std::string camera_ = "camera";
+  DetectionOptions detection_;
   std::string debug_;
   std::string output_;
 };

@@ -35,9 +35,11 @@ double finiteOrNaN(std::string_view text) {
 }
 
 // Flags that say how a result is shown or where it goes, not what it is.
-const std::set<std::string> kOutsideTheResult = {
-    "help",      "config",       "json",     "quiet", "jobs",   "output", "input", "keep-untrustworthy",
-    "next-view", "target-sigma", "evidence", "name",  "serial", "verbose"};
+const std::set<std::string> kOutsideTheResult = {"help",      "config",       "json",
+                                                 "quiet",     "jobs",         "cache",
+                                                 "output",    "input",        "keep-untrustworthy",
+                                                 "next-view", "target-sigma", "evidence",
+                                                 "name",      "serial",       "verbose"};
 
 std::string longName(const CLI::Option& option) {
   return option.get_lnames().empty() ? std::string() : option.get_lnames().front();
@@ -76,6 +78,23 @@ void addBoardOption(CLI::App& app, std::vector<std::string>& boards) {
                      ") or YAML file; repeat it for several boards")
       ->check(complaint, "")
       ->allow_extra_args(false);  // what follows a SPEC is an input
+}
+
+void addDetectionOptions(CLI::App& app, DetectionOptions& options) {
+  constexpr int kMostFrames = 10000;
+  const auto complaint = [](const std::string& text) {
+    const int count = parseInt(text).value_or(0);
+    return numberComplaint(text, count >= 1 && count <= kMostFrames, "a whole number from 1 to 10000");
+  };
+  // The default is not among the effective settings, as it means nothing for photographs.
+  app.add_option(
+         "--frames", options.num_frames,
+         fmt::format("How many frames of each video or image sequence to search for boards: sharp ones that "
+                     "differ from each other (default: {})",
+                     options.num_frames))
+      ->check(complaint, "");
+  app.add_option("--cache", options.cache,
+                 "Folder for the results of detection. Images that it knows are not searched again");
 }
 
 void addDebugOption(CLI::App& app, std::string& folder) {
@@ -201,8 +220,8 @@ Error noneUsableError(std::size_t num_images, const std::string& complaint, cons
 
 std::vector<std::string> withImages(std::vector<std::string> inputs) {
   try {
-    const std::vector<std::string> images = listImages(inputs);
-    inputs.insert(inputs.end(), images.begin(), images.end());
+    const std::vector<std::string> files = listInputs(inputs).all();
+    inputs.insert(inputs.end(), files.begin(), files.end());
   } catch (const Error&) {
     // A complaint about the output comes first; this one comes again when the images are read.
   }

@@ -62,6 +62,15 @@ void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs);
 /// command line or in a settings file.
 void addBoardOption(CLI::App& app, std::vector<std::string>& boards);
 
+/// How a command reads images and videos to find boards in them.
+struct DetectionOptions {
+  std::size_t num_frames = 100;  ///< to search, of each video or sequence
+  std::string cache;             ///< folder; empty: none
+};
+
+/// The flags --frames and --cache.
+void addDetectionOptions(CLI::App& app, DetectionOptions& options);
+
 /// The flag --debug, for commands that find boards.
 void addDebugOption(CLI::App& app, std::string& folder);
 

@@ -338,6 +338,7 @@ class ValidateCommand final : public Command {
                    "Images of a board that were not used for the calibration: folders, files or patterns, or "
                    "one corners file (.csv)");
     addBoardOption(app, boards_);
+    addDetectionOptions(app, detection_);
     app.add_option("--against", against_, "Camera file (any format) to compare with");
     takePixels(*app.add_option("--tolerance", tolerance_px_,
                                "Largest accepted error in pixels (95th percentile; --images: where boards "
@@ -401,7 +402,8 @@ class ValidateCommand final : public Command {
     if (!against_.empty()) other_ = readCameraTelling(against_, {}, common_.quiet);
     if (images_.empty()) return;
     cancel_ = catchInterrupts();
-    given_ = readViews({.command = "validate", .inputs = images_, .boards = boards_}, common_, cancel_);
+    given_ = readViews({.command = "validate", .inputs = images_, .boards = boards_, .detection = detection_},
+                       common_, cancel_);
     if (common_.quiet) return;
     for (const std::string& reason : given_->reasons) printMessage("  " + reason);
     for (const std::string& note : given_->notes) printMessage("note: " + note);
@@ -532,6 +534,7 @@ class ValidateCommand final : public Command {
   CameraOptions camera_;
   std::vector<std::string> images_;
   std::vector<std::string> boards_;
+  DetectionOptions detection_;
   std::string against_;
   double tolerance_px_ = kDefaultTolerancePx;
   const CancelFlag* cancel_ = nullptr;

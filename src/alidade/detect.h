@@ -5,11 +5,11 @@
 ///
 /// findBoard() finds a whole or partly visible board in a grey image, with the standard deviation of each
 /// corner in pixels. surveyImages() does this for many image files in parallel and excludes images that must
-/// not be used together. BoardSurvey::views() is the input of a calibration. listImages() lists the image
-/// files of a folder, and readGrayImage() reads one. Pixel (0, 0) is the centre of the top-left pixel. Errors
-/// are thrown as alidade::Error.
+/// not be used together. BoardSurvey::views() is the input of a calibration. openImages() gives the images of
+/// folders, files and videos, and readGrayImage() reads one. Pixel (0, 0) is the centre of the top-left
+/// pixel. Errors are thrown as alidade::Error.
 #include "alidade/core/error.h"
 #include "alidade/detect/detection.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_file.h"
-#include "alidade/imagery/image_list.h"
+#include "alidade/imagery/image_set.h"

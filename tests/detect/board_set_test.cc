@@ -78,7 +78,9 @@ TEST(BoardSet, RefusesBoardsThatLookAlike) {
 
 // A claim of so many corners in a row from a pixel on.
 ImageOutcome claimOf(int count, double first_px, DetectionReason reason) {
-  ImageOutcome outcome{.image = "a.png", .size = kSize};
+  ImageOutcome outcome;
+  outcome.image = "a.png";
+  outcome.size = kSize;
   outcome.detection.reason = reason;
   for (int id = 0; id < count; ++id)
     outcome.detection.corners.push_back({.id = id, .pixel = {first_px + 20 * id, 100}});
@@ -180,12 +182,13 @@ TEST(BoardSet, FindsTwoBoardsInOneImage) {
       ++num_loads;
       return LoadedImage{.image = two.image};
     };
-    DetectImagesOptions options{.num_jobs = 1};
+    DetectImagesOptions options;
+    options.num_jobs = 1;
     RasterImage drawing;
     options.inspect = [&](const GrayImage& image, std::span<const ImageOutcome> outcomes) {
       drawing = drawDetections(image, outcomes, two.boards);
     };
-    auto outcomes = detectInImages(names, load, two.boards, options);
+    auto outcomes = detectInImages(ImageSet(names, load), two.boards, options);
     settleClaims(two.boards, outcomes);
     EXPECT_EQ(num_loads, 1U) << "each image is loaded once";
     EXPECT_EQ(drawing.size, kSize);

@@ -339,7 +339,7 @@ TEST(DetectInImages, KeepsTheOrderAndReportsWhatCannotBeRead) {
       EXPECT_EQ(total, 4U);
       EXPECT_EQ(done, ++last_done);
     };
-    runs.push_back(detectInImages(names, load, kBoard, options));
+    runs.push_back(detectInImages(ImageSet(names, load), kBoard, options));
     EXPECT_EQ(last_done, 4U);
   }
   for (const auto& outcomes : runs) {

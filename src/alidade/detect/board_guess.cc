@@ -11,7 +11,6 @@
 #include "alidade/detect/board/checkerboard_detector.h"
 #include "alidade/detect/board/circle_grid_detector.h"
 #include "alidade/detect/board/marker_guess.h"
-#include "alidade/imagery/image_file.h"
 
 namespace alidade {
 namespace {
@@ -99,7 +98,7 @@ std::vector<std::size_t> spreadOrder(std::size_t count) {
 
 }  // namespace
 
-std::string guessedBoard(std::span<const std::string> paths, const CancelFlag* cancel) {
+std::string guessedBoard(const ImageSet& images, const CancelFlag* cancel) {
   // Bounds the time, whatever the images show.
   constexpr double kMostPixels = 6e7;
   constexpr int kMostImages = 30;
@@ -109,14 +108,14 @@ std::string guessedBoard(std::span<const std::string> paths, const CancelFlag* c
   CircleGuess circles;
   double num_pixels = 0;
   int num_images = 0;
-  for (const std::size_t i : spreadOrder(paths.size())) {
+  for (const std::size_t i : spreadOrder(images.size())) {
     const bool is_sure = markers.isSure() || squares.isSure() || circles.isSure();
     if (is_sure || num_pixels > kMostPixels || num_images >= kMostImages) break;
     throwIfCancelled(cancel);
     ++num_images;
     GrayImage image;
     try {
-      image = readGrayImage(paths[i]).image;
+      image = images.read(i).decode().image;
     } catch (const Error&) {
       continue;  // the run itself will say so
     }

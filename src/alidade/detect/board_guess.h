@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <span>
 #include <string>
 
 #include "alidade/core/cancel.h"
+#include "alidade/imagery/image_set.h"
 
 namespace alidade {
 
@@ -12,7 +12,6 @@ namespace alidade {
 /// of 9x6 inner corners: --board checkerboard:9x6:SQUARE". Empty if they show none that is certain; images
 /// that cannot be read are passed over. Of many images only some are searched.
 /// @throws Cancelled
-[[nodiscard]] std::string guessedBoard(std::span<const std::string> paths,
-                                       const CancelFlag* cancel = nullptr);
+[[nodiscard]] std::string guessedBoard(const ImageSet& images, const CancelFlag* cancel = nullptr);
 
 }  // namespace alidade

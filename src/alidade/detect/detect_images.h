@@ -9,7 +9,7 @@
 
 #include "alidade/core/cancel.h"
 #include "alidade/detect/detection.h"
-#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_set.h"
 
 namespace alidade {
 
@@ -21,6 +21,7 @@ struct ImageOutcome {
   Detection detection;
   std::optional<std::size_t> same_as =
       std::nullopt;  ///< kDuplicate: index of the outcome that shows the same
+  std::optional<std::size_t> sequence = std::nullopt;  ///< ImageSet::sequenceOf()
 
   [[nodiscard]] bool isReadable() const { return detection.reason != DetectionReason::kUnreadable; }
 };
@@ -32,23 +33,24 @@ struct DetectImagesOptions {
   /// possibly concurrently.
   std::function<void(const GrayImage&, std::span<const ImageOutcome>)> inspect;
   const CancelFlag* cancel = nullptr;
+  const ContentCache* cache = nullptr;  ///< of outcomes
 };
 
 /// Makes OpenCV use only the calling thread. For programs that distribute images over threads by
 /// detectInImages(): more threads per image would only compete. It applies to the whole process.
 void useOneThreadPerImage();
 
-/// Loads and searches images in parallel; a thread holds one image at a time. The result is in the order of
-/// `images`, regardless of the number of threads. An image that `load` cannot read (Error) becomes an outcome
-/// with reason kUnreadable; the others are still processed.
+/// Reads and searches images in parallel; a thread holds one image at a time. The result is in the order of
+/// `images`, regardless of the number of threads. An image that cannot be read (Error) becomes an outcome
+/// with reason kUnreadable; the others are still processed. An image is not decoded if all outcomes are in
+/// the cache, unless there is `inspect`.
 /// @throws Cancelled
-[[nodiscard]] std::vector<ImageOutcome> detectInImages(
-    std::span<const std::string> images, const std::function<LoadedImage(const std::string&)>& load,
-    const Board& board, const DetectImagesOptions& options = {});
+[[nodiscard]] std::vector<ImageOutcome> detectInImages(const ImageSet& images, const Board& board,
+                                                       const DetectImagesOptions& options = {});
 
-/// The same for several boards, each image loaded once: one list of outcomes for each board.
-[[nodiscard]] std::vector<std::vector<ImageOutcome>> detectInImages(
-    std::span<const std::string> images, const std::function<LoadedImage(const std::string&)>& load,
-    std::span<const Board> boards, const DetectImagesOptions& options = {});
+/// The same for several boards, each image read once: one list of outcomes for each board.
+[[nodiscard]] std::vector<std::vector<ImageOutcome>> detectInImages(const ImageSet& images,
+                                                                    std::span<const Board> boards,
+                                                                    const DetectImagesOptions& options = {});
 
 }  // namespace alidade

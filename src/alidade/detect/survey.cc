@@ -18,17 +18,6 @@
 namespace alidade {
 namespace {
 
-LoadedImage loadImage(const std::string& path) {
-  if (path.find_first_of("\r\n") != std::string::npos) {
-    throw inputError(
-        {.where = path,
-         .found = "a line break in the name",
-         .expected = "a name without line breaks, because corners files have one line per corner",
-         .next_step = "rename it"});
-  }
-  return readGrayImage(path);
-}
-
 void noteOrientations(BoardSurvey& survey) {
   std::map<int, std::vector<std::size_t>> images;
   for (std::size_t i = 0; i < survey.outcomes.size(); ++i)
@@ -91,26 +80,53 @@ void refuseOtherSizes(std::span<const std::span<ImageOutcome>> of_boards, std::v
   notes.push_back(std::move(note));
 }
 
-bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b) {
-  if (a.empty() || a.size() != b.size()) return false;
-  constexpr double kSamePx = 0.25;
-  const double most = kSamePx * kSamePx * static_cast<double>(a.size());
+// How near the corners of two images must be to show the same.
+struct Sameness {
+  double px = 0.25;           // root mean square
+  double common_share = 1.0;  // of the corners that both have
+};
+
+bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, const Sameness& limit) {
+  std::size_t num_common = 0;
   double sum = 0;
-  for (std::size_t i = 0; i < a.size() && sum <= most; ++i) {
-    if (a[i].id != b[i].id) return false;
-    sum += (a[i].pixel - b[i].pixel).squaredNorm();
+  for (auto i = a.begin(), k = b.begin(); i != a.end() && k != b.end();) {
+    if (i->id == k->id) {
+      sum += (i->pixel - k->pixel).squaredNorm();
+      ++num_common;
+    }
+    const int id = std::max(i->id, k->id);
+    const bool are_both = i->id == k->id;
+    if (i->id < id || are_both) ++i;
+    if (k->id < id || are_both) ++k;
   }
-  return sum <= most;
+  const auto count = static_cast<double>(num_common);
+  return num_common > 0 && count >= limit.common_share * static_cast<double>(std::max(a.size(), b.size())) &&
+         sum <= limit.px * limit.px * count;
+}
+
+// Frames of a video repeat their errors where the board hardly moves, unlike photographs.
+Sameness samenessOfFrames(const ImageSize& size) {
+  constexpr double kShare = 0.01;
+  constexpr double kCommonShare = 0.8;
+  return {.px = kShare * std::max(size.width, size.height), .common_share = kCommonShare};
 }
 
 void refuseDuplicates(std::span<ImageOutcome> outcomes) {
   for (auto outcome = outcomes.begin(); outcome != outcomes.end(); ++outcome) {
+    const std::vector<Corner>& corners = outcome->detection.corners;
+    const Sameness of_frames = samenessOfFrames(outcome->size);
     const auto original = std::find_if(outcomes.begin(), outcome, [&](const ImageOutcome& other) {
-      return showSame(other.detection.corners, outcome->detection.corners);
+      const bool are_frames = outcome->sequence && outcome->sequence == other.sequence;
+      return showSame(other.detection.corners, corners, {}) ||
+             (are_frames && showSame(other.detection.corners, corners, of_frames));
     });
     if (original == outcome) continue;
     outcome->same_as = static_cast<std::size_t>(original - outcomes.begin());
-    withdraw(outcome->detection, DetectionReason::kDuplicate, "shows the same corners as " + original->image);
+    withdraw(outcome->detection, DetectionReason::kDuplicate,
+             showSame(original->detection.corners, corners, {})
+                 ? "shows the same corners as " + original->image
+                 : fmt::format("shows the board within {:.0f} px of its place in {}", of_frames.px,
+                               original->image));
   }
 }
 
@@ -207,16 +223,16 @@ std::vector<View> BoardSurvey::views() const {
   return views;
 }
 
-BoardSurvey surveyImages(const std::vector<std::string>& paths, const Board& board,
-                         const DetectImagesOptions& options) {
-  return std::move(surveyImages(paths, std::span(&board, 1), options).front());
+BoardSurvey surveyImages(const ImageSet& images, const Board& board, const DetectImagesOptions& options) {
+  return std::move(surveyImages(images, std::span(&board, 1), options).front());
 }
 
-std::vector<BoardSurvey> surveyImages(const std::vector<std::string>& paths, std::span<const Board> boards,
+std::vector<BoardSurvey> surveyImages(const ImageSet& images, std::span<const Board> boards,
                                       const DetectImagesOptions& options) {
-  expect(!paths.empty() && !boards.empty(), "at least one image and one board");
+  expect(images.size() > 0 && !boards.empty(), "at least one image and one board");
   requireDistinguishable(boards);
-  std::vector<std::vector<ImageOutcome>> of_boards = detectInImages(paths, loadImage, boards, options);
+  std::vector<std::vector<ImageOutcome>> of_boards = detectInImages(images, boards, options);
+  const std::vector<std::string> paths = images.names();
   settleClaims(boards, of_boards);
   const std::vector<std::string> names = shortNames(paths);
   std::vector<BoardSurvey> surveys;

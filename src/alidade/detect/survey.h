@@ -43,7 +43,7 @@ struct SurveyNote {
 struct BoardSurvey {
   Board board;
   std::size_t index = 0;               ///< of the board among those that were looked for
-  std::vector<std::string> paths;      ///< of the images, as given
+  std::vector<std::string> paths;      ///< names of the images in their set
   std::vector<ImageOutcome> outcomes;  ///< one per path; names omit the folders that all paths share
   std::vector<SurveyNote> notes;
 
@@ -60,11 +60,12 @@ struct BoardSurvey {
 ///   either most complete boards in the images have other counts, or there are at least three images, none
 ///   shows all rows and columns, and most show the same smaller counts;
 /// - images whose corners agree with those of an earlier image to a quarter of a pixel (RMS; kDuplicate),
-///   because copies and frames of a static scene would make the uncertainty look too small.
+///   because copies and frames of a static scene would make the uncertainty look too small. For frames of one
+///   video, or images of one sequence, the limit is 1 % of the image's longer side.
 /// An image that cannot be read has the outcome kUnreadable; the others are still processed.
-/// @param paths  of image files in natural order, as listImages() gives them; at least one
+/// @param images  at least one: the result of openImages(), or paths of files
 /// @throws Cancelled
-[[nodiscard]] BoardSurvey surveyImages(const std::vector<std::string>& paths, const Board& board,
+[[nodiscard]] BoardSurvey surveyImages(const ImageSet& images, const Board& board,
                                        const DetectImagesOptions& options = {});
 
 /// The same for several boards: one survey for each, in their order. The images must have one size together,
@@ -72,8 +73,7 @@ struct BoardSurvey {
 /// image belong to the board that is certain, by its markers or because all of it is seen, or to neither.
 /// @param boards  that images can tell apart, see requireDistinguishable()
 /// @throws Error (kUsage) for boards that look alike; Cancelled
-[[nodiscard]] std::vector<BoardSurvey> surveyImages(const std::vector<std::string>& paths,
-                                                    std::span<const Board> boards,
+[[nodiscard]] std::vector<BoardSurvey> surveyImages(const ImageSet& images, std::span<const Board> boards,
                                                     const DetectImagesOptions& options = {});
 
 /// Compares the images of one camera and discards the corners of those that must not be used, see

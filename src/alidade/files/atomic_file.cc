@@ -165,7 +165,8 @@ WriteTarget findTarget(const std::string& path) {
   return {*target, exists ? std::optional(existing) : std::nullopt};
 }
 
-void replaceFile(const std::string& path, const WriteTarget& target, std::string_view content) {
+void replaceFile(const std::string& path, const WriteTarget& target, std::string_view content,
+                 Durability durability) {
   const SignalDelay delay;
   fs::path temporary;
   const fs::path folder = target.path.parent_path();
@@ -179,7 +180,7 @@ void replaceFile(const std::string& path, const WriteTarget& target, std::string
     if (::fchmod(file.get(), target.replaced->st_mode & kept) != 0) error = errno;
   }
   if (error == 0) error = writeAll(file.get(), content);
-  if (error == 0 && ::fsync(file.get()) != 0) error = errno;
+  if (error == 0 && durability == Durability::kSafe && ::fsync(file.get()) != 0) error = errno;
   if (error == 0) error = file.close();
   if (error == 0 && ::rename(temporary.c_str(), target.path.c_str()) != 0) error = errno;
   if (error == 0) return;
@@ -200,10 +201,10 @@ std::vector<std::string> namesIn(const fs::path& folder) {
 
 }  // namespace
 
-void writeFileAtomically(const std::string& path, std::string_view content) {
+void writeFileAtomically(const std::string& path, std::string_view content, Durability durability) {
   const WriteTarget target = findTarget(path);
   if (target.path.empty()) return writeStraight(path, content);
-  replaceFile(path, target, content);
+  replaceFile(path, target, content, durability);
 }
 
 void checkWritable(const std::string& path) {

@@ -9,12 +9,19 @@
 
 namespace alidade {
 
+/// Whether a file that was just written survives a loss of power.
+enum class Durability {
+  kSafe,   ///< flushed to the disk
+  kQuick,  ///< for files whose damage is noticed and does no harm
+};
+
 /// Writes `content` (text or bytes) to `path` so that a reader sees the old file or the whole new one, never
 /// a part: it goes to a temporary file in the same folder, is flushed to the disk and renamed. A replaced
 /// file keeps its permissions, and one without write permission is not replaced; symbolic links are followed.
 /// Where there is nothing to replace (/dev/stdout, a device, a pipe) `content` is written straight to it.
 /// @throws Error (kInput) when anything fails; the old file is then untouched and no temporary file is left.
-void writeFileAtomically(const std::string& path, std::string_view content);
+void writeFileAtomically(const std::string& path, std::string_view content,
+                         Durability durability = Durability::kSafe);
 
 /// Complains now about a path to which writeFileAtomically cannot write, as far as that can be known without
 /// writing: for before long work. @throws Error (kInput)

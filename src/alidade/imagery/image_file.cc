@@ -65,17 +65,6 @@ std::string describeStart(std::string_view bytes) {
   return "not an image, or an image in an unknown format";
 }
 
-void checkSize(const std::string& path, const ImageSize& size) {
-  const std::int64_t num_pixels = std::int64_t{size.width} * size.height;
-  if (size.width <= kMaxSide && size.height <= kMaxSide && num_pixels <= kMaxPixels) return;
-  throw inputError(
-      {.where = path,
-       .found = "an image of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
-       .expected = "at most " + std::to_string(kMaxPixels) + " pixels and " + std::to_string(kMaxSide) +
-                   " along a side",
-       .next_step = "check that the file is not damaged"});
-}
-
 ContainerInfo checkContainer(const std::string& path, std::string_view content) {
   const ContainerInfo info =
       parseImageContainer({reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
@@ -88,7 +77,7 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
     throw damagedError(path, "the image is truncated after " + std::to_string(content.size()) + " bytes");
   }
   if (!info.intact) throw damagedError(path, "the image is damaged: a checksum is wrong");
-  if (info.size) checkSize(path, *info.size);
+  if (info.size) checkDecodedSize(path, *info.size);
   if (info.format == ContainerInfo::Format::kJpeg) {
     if (const std::string damage = jpegDamage(content); !damage.empty())
       throw damagedError(path, "the image cannot be decoded without errors (" + damage + ")");
@@ -181,15 +170,7 @@ struct DecodedFile {
   int exif_orientation = 1;
 };
 
-DecodedFile decodeFile(const std::string& path, int flags) {
-  // A pipe would block a whole run for as long as nobody writes to it.
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (std::filesystem::is_other(status)) {
-    throw imageError(path, "this is a device or pipe, not a file", "save the image to a file");
-  }
-  std::string content = readBinaryFile(path, kMaxFileBytes);
-  if (content.empty()) throw damagedError(path, "the file is empty (0 bytes)");
+DecodedFile decodeBytes(const std::string& path, std::string content, int flags) {
   const ContainerInfo info = checkContainer(path, content);
   const cv::Mat image = decode(path, content, flags);
   if (image.empty())
@@ -224,14 +205,41 @@ RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
 
 }  // namespace
 
-LoadedImage readGrayImage(const std::string& path) {
-  const DecodedFile file =
-      decodeFile(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+std::string readImageBytes(const std::string& path) {
+  // A pipe would block a whole run for as long as nobody writes to it.
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_other(status)) {
+    throw imageError(path, "this is a device or pipe, not a file", "save the image to a file");
+  }
+  std::string bytes = readBinaryFile(path, kMaxFileBytes);
+  if (bytes.empty()) throw damagedError(path, "the file is empty (0 bytes)");
+  return bytes;
+}
+
+void checkDecodedSize(const std::string& path, const ImageSize& size) {
+  const std::int64_t num_pixels = std::int64_t{size.width} * size.height;
+  if (size.width <= kMaxSide && size.height <= kMaxSide && num_pixels <= kMaxPixels) return;
+  throw inputError(
+      {.where = path,
+       .found = "an image of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+       .expected = "at most " + std::to_string(kMaxPixels) + " pixels and " + std::to_string(kMaxSide) +
+                   " along a side",
+       .next_step = "check that the file is not damaged"});
+}
+
+LoadedImage decodeGrayImage(const std::string& path, std::string bytes) {
+  const DecodedFile file = decodeBytes(
+      path, std::move(bytes), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
   return {.image = toGrayImage(path, file.image), .exif_orientation = file.exif_orientation};
 }
 
+LoadedImage readGrayImage(const std::string& path) {
+  return decodeGrayImage(path, readImageBytes(path));
+}
+
 LoadedRaster readImage(const std::string& path) {
-  const DecodedFile file = decodeFile(path, cv::IMREAD_UNCHANGED);
+  const DecodedFile file = decodeBytes(path, readImageBytes(path), cv::IMREAD_UNCHANGED);
   return {.image = toRasterImage(path, file.image), .exif_orientation = file.exif_orientation};
 }
 

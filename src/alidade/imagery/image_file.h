@@ -21,6 +21,16 @@ struct LoadedImage {
 /// image, or if it is a TIFF file with an orientation tag.
 [[nodiscard]] LoadedImage readGrayImage(const std::string& path);
 
+/// The bytes of an image file, not yet decoded.
+/// @throws Error (kInput) if the file is missing, unreadable, empty or too large, or is a device or a pipe
+[[nodiscard]] std::string readImageBytes(const std::string& path);
+/// readGrayImage() for bytes that were read before; messages use `path` as the file name.
+[[nodiscard]] LoadedImage decodeGrayImage(const std::string& path, std::string bytes);
+
+/// Complains about an image that is too large to be decoded, whatever holds it.
+/// @throws Error (kInput)
+void checkDecodedSize(const std::string& path, const ImageSize& size);
+
 struct LoadedRaster {
   RasterImage image;
   int exif_orientation = 1;  ///< as in LoadedImage; not applied

@@ -17,6 +17,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
+#include "alidade/imagery/video_reader.h"
 
 namespace alidade {
 namespace {
@@ -25,10 +26,9 @@ namespace fs = std::filesystem;
 
 constexpr std::array<std::string_view, 10> kImageExtensions = {".jpg",  ".jpeg", ".png", ".bmp", ".tif",
                                                                ".tiff", ".pgm",  ".ppm", ".pnm", ".webp"};
-constexpr std::array<std::string_view, 5> kVideoExtensions = {".mp4", ".avi", ".mov", ".mkv", ".webm"};
 
-bool hasExtension(const fs::path& path, std::span<const std::string_view> extensions) {
-  return std::any_of(extensions.begin(), extensions.end(),
+bool hasImageName(const fs::path& path) {
+  return std::any_of(kImageExtensions.begin(), kImageExtensions.end(),
                      [&](std::string_view extension) { return boost::iends_with(path.native(), extension); });
 }
 
@@ -58,7 +58,7 @@ std::vector<fs::path> entriesOf(const fs::path& folder, std::error_code& error) 
 
 /// Links that lead nowhere count, so that reading complains about them rather than nobody.
 bool isImage(const fs::path& path) {
-  return hasExtension(path, kImageExtensions) && !isFolder(path);
+  return hasImageName(path) && !isFolder(path);
 }
 
 Error noImagesError(const fs::path& folder, const std::vector<fs::path>& entries) {
@@ -81,37 +81,29 @@ Error noImagesError(const fs::path& folder, const std::vector<fs::path>& entries
   }
   std::string expected = "files that end in";
   for (const std::string_view extension : kImageExtensions) expected += " " + std::string(extension);
-  return inputError({.where = folder.string(),
-                     .found = found,
-                     .expected = expected,
-                     .next_step = folder_with_images ? "there are images one level below: give '" +
-                                                           folder_with_images->string() + "'"
-                                                     : "give the folder that contains the images"});
+  const auto video =
+      std::ranges::find_if(files, [](const fs::path& file) { return hasVideoName(file.string()); });
+  std::string next_step = "give the folder that contains the images";
+  if (folder_with_images)
+    next_step = "there are images one level below: give '" + folder_with_images->string() + "'";
+  if (video != files.end()) next_step = "give videos by their names: '" + video->string() + "'";
+  return inputError({.where = folder.string(), .found = found, .expected = expected, .next_step = next_step});
 }
 
-Error videoError(const fs::path& path) {
-  return inputError({.where = path.string(),
-                     .found = "a video, which is not supported",
-                     .expected = "images",
-                     .next_step = "extract frames first: mkdir frames && ffmpeg -i '" + path.string() +
-                                  "' -vf fps=2 frames/%05d.png"});
-}
-
-void addFolder(const fs::path& folder, std::vector<std::string>& paths) {
+void addFolder(const fs::path& folder, InputFiles& files) {
   std::error_code error;
   const std::vector<fs::path> entries = entriesOf(folder, error);
   if (error) throw unreadableError(folder, error);
-  const std::size_t num_before = paths.size();
+  const std::size_t num_before = files.images.size();
   for (const fs::path& entry : entries) {
-    if (isImage(entry)) paths.push_back(entry.string());
+    if (isImage(entry)) files.images.push_back(entry.string());
   }
-  if (paths.size() == num_before) throw noImagesError(folder, entries);
+  if (files.images.size() == num_before) throw noImagesError(folder, entries);
 }
 
-void addExisting(const std::string& path, std::vector<std::string>& paths) {
-  if (isFolder(path)) return addFolder(path, paths);
-  if (hasExtension(path, kVideoExtensions)) throw videoError(path);
-  paths.push_back(path);
+void addExisting(const std::string& path, InputFiles& files) {
+  if (isFolder(path)) return addFolder(path, files);
+  (hasVideoName(path) ? files.videos : files.images).push_back(path);
 }
 
 std::vector<std::string> expandPattern(const std::string& pattern) {
@@ -129,39 +121,135 @@ std::vector<std::string> expandPattern(const std::string& pattern) {
   return paths;
 }
 
-void addInput(const std::string& input, std::vector<std::string>& paths) {
+// The parts of "img%04d.png" before and after the number, which has at least so many digits. The number is in
+// the file's name, not in a folder's.
+struct NumberedName {
+  fs::path folder;
+  std::string before;
+  std::string after;
+  std::size_t num_digits = 1;
+
+  // The number of a file's name; nothing for a name of another form.
+  [[nodiscard]] std::optional<int> numberOf(const std::string& name) const {
+    if (name.size() < before.size() + num_digits + after.size()) return std::nullopt;
+    if (!name.starts_with(before) || !name.ends_with(after)) return std::nullopt;
+    const std::string digits = name.substr(before.size(), name.size() - before.size() - after.size());
+    const bool is_padded = digits.size() > num_digits && digits.front() == '0';
+    const bool is_number = digits.find_first_not_of("0123456789") == std::string::npos;
+    return is_number && !is_padded ? parseInt(digits) : std::nullopt;
+  }
+};
+
+std::optional<NumberedName> parseNumberedName(const std::string& pattern) {
+  const fs::path path(pattern);
+  const std::string name = path.filename().string();
+  const std::size_t percent = name.find('%');
+  if (percent == std::string::npos) return std::nullopt;
+  const std::size_t end = name.find_first_not_of("0123456789", percent + 1);
+  if (end == std::string::npos || name[end] != 'd') return std::nullopt;
+  const std::string width = name.substr(percent + 1, end - percent - 1);
+  constexpr int kMostDigits = 9;
+  const int num_digits = width.empty() ? 1 : parseInt(width).value_or(0);
+  if (num_digits < 1 || num_digits > kMostDigits) return std::nullopt;
+  return NumberedName{.folder = path.parent_path(),
+                      .before = name.substr(0, percent),
+                      .after = name.substr(end + 1),
+                      .num_digits = static_cast<std::size_t>(num_digits)};
+}
+
+ImageSequence expandSequence(const std::string& pattern, const NumberedName& name) {
+  std::error_code error;
+  const fs::path folder = name.folder.empty() ? "." : name.folder;
+  std::vector<std::pair<int, std::string>> numbered;
+  const std::vector<fs::path> entries = entriesOf(folder, error);
+  if (error == std::errc::no_such_file_or_directory) throw missingPathError(folder.string());
+  if (error) throw unreadableError(folder, error);
+  for (const fs::path& entry : entries) {
+    const std::string file = entry.filename().string();
+    const std::optional<int> number = isFolder(entry) ? std::nullopt : name.numberOf(file);
+    if (number) numbered.emplace_back(*number, (name.folder / file).string());
+  }
+  if (numbered.empty()) {
+    throw inputError(
+        {.where = pattern,
+         .found = "no file matches this pattern",
+         .expected = "files with a number in place of %...d",
+         .next_step = "check the folder and the number of digits: %04d stands for 0012, %d for 12"});
+  }
+  std::sort(numbered.begin(), numbered.end());
+  return {.pattern = pattern, .files = mapped(numbered, [](const auto& file) { return file.second; })};
+}
+
+void addInput(const std::string& input, InputFiles& files) {
   std::error_code error;
   const fs::file_status status = fs::status(input, error);
-  if (fs::exists(status)) return addExisting(input, paths);
+  if (fs::exists(status)) return addExisting(input, files);
+  if (const std::optional<NumberedName> name = parseNumberedName(input)) {
+    files.sequences.push_back(expandSequence(input, *name));
+    return;
+  }
   if (input.find_first_of("*?[") != std::string::npos) {
-    for (const std::string& match : expandPattern(input)) addExisting(match, paths);
+    for (const std::string& match : expandPattern(input)) addExisting(match, files);
     return;
   }
   if (status.type() == fs::file_type::not_found) throw missingPathError(input);
   throw unreadableError(input, error);
 }
 
+// In natural order, and without files that are in `seen`, which then has these too.
+void sortOut(std::vector<std::string>& paths, std::set<fs::path>& seen) {
+  // Sorted first, so that which of two spellings of a path stays does not depend on the inputs' order.
+  std::sort(paths.begin(), paths.end(), naturalLess);
+  std::erase_if(paths, [&seen](const std::string& path) {
+    std::error_code error;
+    const fs::path canonical = fs::weakly_canonical(path, error);
+    return !seen.insert(error ? fs::path(path) : canonical).second;
+  });
+}
+
 }  // namespace
 
-std::vector<std::string> listImages(std::span<const std::string> inputs) {
+std::vector<std::string> InputFiles::all() const {
+  std::vector<std::string> files = images;
+  for (const ImageSequence& sequence : sequences)
+    files.insert(files.end(), sequence.files.begin(), sequence.files.end());
+  files.insert(files.end(), videos.begin(), videos.end());
+  return files;
+}
+
+InputFiles listInputs(std::span<const std::string> inputs) {
   if (inputs.empty()) {
     throw usageError({.where = "images",
                       .found = "no input",
                       .expected = "at least one folder, file or pattern",
                       .next_step = "give the folder that contains the images"});
   }
-  std::vector<std::string> paths;
-  for (const std::string& input : inputs) addInput(input, paths);
+  InputFiles files;
+  for (const std::string& input : inputs) addInput(input, files);
 
-  // Sorted first, so that which of two spellings of a path stays does not depend on the inputs' order.
-  std::sort(paths.begin(), paths.end(), naturalLess);
   std::set<fs::path> seen;
-  std::erase_if(paths, [&seen](const std::string& path) {
-    std::error_code error;
-    const fs::path canonical = fs::weakly_canonical(path, error);
-    return !seen.insert(error ? fs::path(path) : canonical).second;
-  });
-  return paths;
+  sortOut(files.images, seen);
+  std::sort(files.sequences.begin(), files.sequences.end(),
+            [](const ImageSequence& a, const ImageSequence& b) { return naturalLess(a.pattern, b.pattern); });
+  for (ImageSequence& sequence : files.sequences) sortOut(sequence.files, seen);
+  std::erase_if(files.sequences, [](const ImageSequence& sequence) { return sequence.files.empty(); });
+  sortOut(files.videos, seen);
+  return files;
+}
+
+std::vector<std::string> listImages(std::span<const std::string> inputs) {
+  const InputFiles files = listInputs(inputs);
+  if (files.videos.empty()) {
+    std::vector<std::string> images = files.all();
+    std::sort(images.begin(), images.end(), naturalLess);
+    return images;
+  }
+  const std::string& video = files.videos.front();
+  throw inputError({.where = video,
+                    .found = "a video",
+                    .expected = "images",
+                    .next_step = "extract frames first: mkdir frames && ffmpeg -i '" + video +
+                                 "' -vf fps=2 frames/%05d.png"});
 }
 
 std::vector<std::string> shortNames(const std::vector<std::string>& paths) {

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// What tells whether a frame is worth a search for boards.
+struct FrameLook {
+  static constexpr int kColumns = 16;
+  static constexpr int kRows = 12;
+  double sharpness = 0;  ///< mean square of the Laplacian of the grey values
+  std::array<std::uint8_t, std::size_t{kColumns} * kRows> thumbnail{};  ///< mean grey values, row by row
+};
+
+[[nodiscard]] FrameLook lookAt(const GrayImage& image);
+
+/// Chooses frames of a video that are sharp and show something new. It keeps at most eight times as many
+/// looks as frames are wanted, whatever the length of the video.
+class FrameChooser {
+ public:
+  /// @param num_wanted  at least 1
+  explicit FrameChooser(std::size_t num_wanted);
+
+  /// @param number  of the frame, higher than before
+  void add(std::size_t number, const FrameLook& look);
+
+  /// The numbers of the chosen frames, in rising order: those farthest from each other by their thumbnails,
+  /// where a frame less sharp than its neighbours counts less. Frames that look the same are chosen once, so
+  /// there may be fewer than wanted.
+  [[nodiscard]] std::vector<std::size_t> chosen() const;
+
+ private:
+  struct Candidate {
+    std::size_t number = 0;
+    FrameLook look;
+  };
+
+  void halve();
+  [[nodiscard]] std::vector<double> sharpnessWeights() const;
+
+  std::size_t num_wanted_;
+  std::size_t run_length_ = 1;  // successive frames of which the sharpest is a candidate
+  std::size_t num_in_run_ = 0;  // frames that the last candidate stands for
+  std::vector<Candidate> candidates_;
+};
+
+}  // namespace alidade

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/imagery/image_set.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/core/digest.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/parallel.h"
+#include "alidade/core/text.h"
+#include "alidade/files/content_cache.h"
+#include "alidade/imagery/frame_choice.h"
+#include "alidade/imagery/image_list.h"
+#include "alidade/imagery/video_reader.h"
+
+namespace alidade {
+namespace {
+
+EncodedImage readFile(const std::string& path) {
+  std::string bytes = readImageBytes(path);
+  std::string identity = digestOf(bytes);
+  return {.identity = std::move(identity), .decode = [path, bytes = std::move(bytes)]() mutable {
+            return decodeGrayImage(path, std::move(bytes));
+          }};
+}
+
+// The chosen frames of a video. Readers of several threads ask for them in about their order.
+class VideoFrames {
+ public:
+  VideoFrames(std::string path, std::string identity, std::vector<std::size_t> numbers)
+      : path_(std::move(path)), identity_(std::move(identity)), numbers_(numbers.begin(), numbers.end()) {}
+
+  [[nodiscard]] std::string identityOf(std::size_t number) const {
+    return identity_ + "#" + std::to_string(number);
+  }
+
+  LoadedImage load(std::size_t number) {
+    const std::lock_guard lock(mutex_);
+    if (const auto passed = passed_.find(number); passed != passed_.end()) {
+      LoadedImage image = std::move(passed->second);
+      passed_.erase(passed);
+      return image;
+    }
+    // One behind the reader: the video is read from its beginning again.
+    if (!reader_ || number < next_) {
+      reader_.emplace(path_);
+      next_ = 0;
+    }
+    while (reader_->advance()) {
+      next_ = reader_->number() + 1;
+      if (reader_->number() == number) return reader_->image();
+      keepPassed();
+    }
+    throw inputError({.where = path_,
+                      .found = fmt::format("frame {} cannot be read a second time", number),
+                      .expected = "a file that does not change while it is read"});
+  }
+
+ private:
+  void keepPassed() {
+    constexpr std::size_t kMost = 16;  // bounds the memory; what is not kept is read again
+    if (!numbers_.contains(reader_->number())) return;
+    if (passed_.size() == kMost) passed_.erase(passed_.begin());
+    passed_[reader_->number()] = reader_->image();
+  }
+
+  std::string path_;
+  std::string identity_;
+  std::set<std::size_t> numbers_;
+  std::mutex mutex_;
+  std::optional<VideoReader> reader_;
+  std::size_t next_ = 0;                       // the reader's next frame
+  std::map<std::size_t, LoadedImage> passed_;  // chosen frames before it that nobody took yet
+};
+
+// The frames that are worth a search, and what was met on the way.
+struct VideoChoice {
+  std::vector<std::size_t> numbers;
+  std::size_t num_frames = 0;
+  std::size_t num_damaged = 0;
+  std::size_t num_interlaced = 0;
+};
+
+std::string textOf(const VideoChoice& choice) {
+  std::string text = fmt::format("{} {} {}", choice.num_frames, choice.num_damaged, choice.num_interlaced);
+  for (const std::size_t number : choice.numbers) text += " " + std::to_string(number);
+  return text;
+}
+
+std::optional<VideoChoice> parseChoice(std::string_view text) {
+  std::vector<std::size_t> numbers;
+  for (const std::string_view word : split(text, ' ')) {
+    const std::optional<int> number = parseInt(word);
+    if (!number || *number < 0) return std::nullopt;
+    numbers.push_back(static_cast<std::size_t>(*number));
+  }
+  constexpr std::size_t kNumCounts = 3;
+  if (numbers.size() <= kNumCounts) return std::nullopt;
+  return VideoChoice{.numbers = {numbers.begin() + kNumCounts, numbers.end()},
+                     .num_frames = numbers[0],
+                     .num_damaged = numbers[1],
+                     .num_interlaced = numbers[2]};
+}
+
+Error unreadableVideo(const std::string& path, std::string found, std::string next_step) {
+  return inputError({.where = path,
+                     .found = std::move(found),
+                     .expected = "a video that can be decoded completely",
+                     .next_step = std::move(next_step)});
+}
+
+VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& options) {
+  VideoReader reader(path);
+  FrameChooser chooser(options.num_frames);
+  VideoChoice choice;
+  double last_seconds = 0;
+  while (reader.advance()) {
+    throwIfCancelled(options.cancel);
+    ++choice.num_frames;
+    last_seconds = std::max(last_seconds, reader.seconds());
+    if (reader.isInterlaced()) ++choice.num_interlaced;
+    if (reader.isIntact()) {
+      chooser.add(reader.number(), lookAt(reader.image().image));
+    } else {
+      ++choice.num_damaged;
+    }
+    if (options.progress) options.progress(choice.num_frames, reader.statedFrames());
+  }
+  const bool is_none_intact = choice.num_frames == choice.num_damaged;
+  choice.num_frames += reader.numLost();
+  choice.num_damaged += reader.numLost();
+  if (is_none_intact) {
+    throw unreadableVideo(path,
+                          choice.num_frames == 0
+                              ? "no frame can be decoded"
+                              : fmt::format("all {} frames are damaged", choice.num_frames),
+                          "copy or record the video again");
+  }
+  constexpr double kWhole = 0.9;  // headers may count frames that are not shown, or state a rounded duration
+  const std::size_t stated = reader.statedFrames();
+  const bool is_count_short = static_cast<double>(choice.num_frames) < kWhole * static_cast<double>(stated);
+  if (is_count_short && last_seconds < kWhole * reader.statedSeconds()) {
+    throw unreadableVideo(
+        path, fmt::format("only {} of {} frames can be read", choice.num_frames, stated),
+        "copy the video again, or convert it: ffmpeg -i '" + path + "' -map 0:v:0 -c copy whole.mp4");
+  }
+  choice.numbers = chooser.chosen();
+  return choice;
+}
+
+std::string digestOfFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  DigestOfParts digest;
+  std::vector<char> block(std::size_t{1} << 20U);
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
+    digest.add({block.data(), static_cast<std::size_t>(file.gcount())});
+  return digest.hex();
+}
+
+// The result of `compute`, from the cache if it is there in a form that `parse` takes.
+template <typename Parse, typename Compute, typename Write>
+auto cached(const ContentCache* cache, const std::string& key, const Parse& parse, const Write& write,
+            const Compute& compute) {
+  if (cache != nullptr) {
+    if (const std::optional<std::string> text = cache->find(key)) {
+      if (auto result = parse(*text)) return std::move(*result);
+    }
+  }
+  auto result = compute();
+  if (cache != nullptr) cache->keep(key, write(result));
+  return result;
+}
+
+std::string textOf(const FrameLook& look) {
+  std::string text = exactText(look.sharpness);
+  for (const std::uint8_t value : look.thumbnail) text += " " + std::to_string(value);
+  return text;
+}
+
+std::optional<FrameLook> parseLook(std::string_view text) {
+  const std::vector<std::string_view> words = split(text, ' ');
+  FrameLook look;
+  if (words.size() != look.thumbnail.size() + 1) return std::nullopt;
+  const std::optional<double> sharpness = parseDouble(words.front());
+  if (!sharpness) return std::nullopt;
+  look.sharpness = *sharpness;
+  for (std::size_t i = 0; i < look.thumbnail.size(); ++i) {
+    const std::optional<int> value = parseInt(words[i + 1]);
+    if (!value || *value < 0 || *value > std::numeric_limits<std::uint8_t>::max()) return std::nullopt;
+    look.thumbnail[i] = static_cast<std::uint8_t>(*value);
+  }
+  return look;
+}
+
+// Changes whenever frames may be chosen differently.
+constexpr std::string_view kChoiceVersion = "frames 1 ";
+
+class Opening {
+ public:
+  explicit Opening(const OpenImagesOptions& options) : options_(options) {}
+
+  void add(const std::vector<std::string>& files) {
+    for (const std::string& file : files) items_.push_back({.name = file, .read = readFile});
+  }
+
+  void add(const ImageSequence& sequence) {
+    // Files that cannot be read are among the images, so that the run says why.
+    std::vector<std::optional<FrameLook>> looks(sequence.files.size());
+    std::mutex mutex;
+    std::size_t num_done = 0;
+    parallelFor(
+        looks.size(), options_.num_jobs,
+        [&](std::size_t i) {
+          try {
+            looks[i] = lookAtFile(sequence.files[i]);
+          } catch (const Error&) {
+          }
+          const std::lock_guard lock(mutex);
+          if (options_.progress) options_.progress(++num_done, looks.size());
+        },
+        options_.cancel);
+    FrameChooser chooser(options_.num_frames);
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < looks.size(); ++i) {
+      if (looks[i]) {
+        chooser.add(i, *looks[i]);
+      } else {
+        numbers.push_back(i);
+      }
+    }
+    const std::vector<std::size_t> chosen = chooser.chosen();
+    noteChoice(sequence.pattern, chosen.size(), looks.size() - numbers.size(), "images");
+    numbers.insert(numbers.end(), chosen.begin(), chosen.end());
+    std::sort(numbers.begin(), numbers.end());
+    for (const std::size_t number : numbers)
+      items_.push_back({.name = sequence.files[number], .sequence = num_sequences_, .read = readFile});
+    ++num_sequences_;
+  }
+
+  void addVideo(const std::string& path) {
+    try {
+      addFrames(path);
+    } catch (const Error& error) {
+      items_.push_back({.name = path, .read = [error](const std::string&) -> EncodedImage { throw error; }});
+    }
+  }
+
+  ImageSet finish() { return {std::move(items_), std::move(notes_)}; }
+
+ private:
+  [[nodiscard]] FrameLook lookAtFile(const std::string& path) const {
+    const EncodedImage image = readFile(path);
+    return cached(
+        options_.cache, std::string(kChoiceVersion) + image.identity, parseLook,
+        [](const FrameLook& look) { return textOf(look); }, [&] { return lookAt(image.decode().image); });
+  }
+
+  void addFrames(const std::string& path) {
+    const std::string identity = options_.cache == nullptr ? "" : digestOfFile(path);
+    const VideoChoice choice = cached(
+        options_.cache, fmt::format("{}{} {}", kChoiceVersion, options_.num_frames, identity), parseChoice,
+        [](const VideoChoice& made) { return textOf(made); }, [&] { return chooseFrames(path, options_); });
+    noteChoice(path, choice.numbers.size(), choice.num_frames, "frames");
+    if (choice.num_damaged > 0) {
+      notes_.push_back(fmt::format("{}: {} of {} frames are damaged; they are not used", path,
+                                   choice.num_damaged, choice.num_frames));
+    }
+    if (2 * choice.num_interlaced > choice.num_frames) {
+      notes_.push_back(path +
+                       ": the video is interlaced: a frame shows two moments. If the board moved, "
+                       "convert it first: ffmpeg -i IN -vf bwdif -crf 10 OUT.mp4");
+    }
+    const auto frames = std::make_shared<VideoFrames>(path, identity, choice.numbers);
+    for (const std::size_t number : choice.numbers) {
+      items_.push_back(
+          {.name = path + "#" + std::to_string(number),
+           .sequence = num_sequences_,
+           .read = [frames, number, is_known = !identity.empty()](const std::string&) -> EncodedImage {
+             return {.identity = is_known ? frames->identityOf(number) : "",
+                     .decode = [frames, number] { return frames->load(number); }};
+           }});
+    }
+    ++num_sequences_;
+  }
+
+  void noteChoice(const std::string& name, std::size_t num_chosen, std::size_t num_all, const char* what) {
+    notes_.push_back(fmt::format("{}: {} of {} {} are searched (sharp, and different from each other)", name,
+                                 num_chosen, num_all, what));
+  }
+
+  OpenImagesOptions options_;
+  std::size_t num_sequences_ = 0;
+  std::vector<ImageSet::Item> items_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+ImageSet::ImageSet(std::vector<std::string> files) {
+  for (std::string& file : files) items_.push_back({.name = std::move(file), .read = readFile});
+}
+
+ImageSet::ImageSet(const std::vector<std::string>& names, const Load& load) {
+  for (const std::string& name : names) {
+    items_.push_back({.name = name, .read = [load](const std::string& asked) {
+                        return EncodedImage{.identity = "", .decode = [load, asked] { return load(asked); }};
+                      }});
+  }
+}
+
+ImageSet::ImageSet(std::vector<Item> items, std::vector<std::string> notes)
+    : items_(std::move(items)), notes_(std::move(notes)) {}
+
+std::vector<std::string> ImageSet::names() const {
+  return mapped(items_, &Item::name);
+}
+
+EncodedImage ImageSet::read(std::size_t i) const {
+  return items_[i].read(items_[i].name);
+}
+
+ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options) {
+  expect(options.num_frames > 0, "at least one frame of a video");
+  const InputFiles files = listInputs(inputs);
+  Opening opening(options);
+  opening.add(files.images);
+  for (const ImageSequence& sequence : files.sequences) opening.add(sequence);
+  for (const std::string& video : files.videos) opening.addVideo(video);
+  return opening.finish();
+}
+
+}  // namespace alidade

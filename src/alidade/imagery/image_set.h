@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "alidade/core/cancel.h"
+#include "alidade/core/error.h"
+#include "alidade/imagery/image_file.h"
+
+namespace alidade {
+
+class ContentCache;
+
+/// An image that is not decoded yet.
+struct EncodedImage {
+  std::string identity;  ///< a digest of all that its pixels depend on; empty if that is unknown
+  std::function<LoadedImage()> decode;  ///< @throws Error (kInput); to be called once
+};
+
+/// The images that a run looks at: files, and chosen frames of videos and of image sequences. An image is
+/// read when it is asked for, so a set needs little memory.
+class ImageSet {
+ public:
+  using Load = std::function<LoadedImage(const std::string&)>;
+
+  struct Item {
+    std::string name;
+    std::optional<std::size_t> sequence = std::nullopt;
+    std::function<EncodedImage(const std::string&)> read;  ///< of a name; from any thread
+  };
+
+  /// @param files  image files, for example of listImages()
+  ImageSet(std::vector<std::string> files);
+  /// Images that `load` makes from their names.
+  ImageSet(const std::vector<std::string>& names, const Load& load);
+  ImageSet(std::vector<Item> items, std::vector<std::string> notes);
+
+  [[nodiscard]] std::size_t size() const { return items_.size(); }
+  /// Paths of files; "clip.mp4#120" is frame 120 of a video, which counts from 0.
+  [[nodiscard]] const std::string& name(std::size_t i) const { return items_[i].name; }
+  [[nodiscard]] std::vector<std::string> names() const;
+  /// The number of the video or sequence that image i belongs to, if any. Successive frames of a video may
+  /// look nearly the same, unlike photographs.
+  [[nodiscard]] std::optional<std::size_t> sequenceOf(std::size_t i) const { return items_[i].sequence; }
+
+  /// Reads image i; from any thread. The frames of a video are read fastest in their order.
+  /// @throws Error (kInput)
+  [[nodiscard]] EncodedImage read(std::size_t i) const;
+
+  /// What to tell the user about videos and sequences, a sentence each.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  std::vector<Item> items_;
+  std::vector<std::string> notes_;
+};
+
+struct OpenImagesOptions {
+  std::size_t num_frames = 100;  ///< of each video or sequence, at most
+  int num_jobs = 0;              ///< threads; 0 = one per processor
+  /// (done, total) while the frames of a video or sequence are looked at; total = 0: unknown.
+  std::function<void(std::size_t, std::size_t)> progress = {};
+  const CancelFlag* cancel = nullptr;
+  const ContentCache* cache = nullptr;  ///< for the choice of frames
+};
+
+/// The images that inputs stand for (listInputs()). Of videos and sequences, all frames are looked at once
+/// and the sharpest that show something new are chosen (FrameChooser). A video that cannot be read becomes an
+/// image that cannot be read; so does one that ends before nine tenths of its stated length. Damaged frames
+/// of a video are not chosen.
+/// @throws Error as listInputs(); Cancelled
+[[nodiscard]] ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options = {});
+
+}  // namespace alidade

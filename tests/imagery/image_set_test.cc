@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/imagery/image_set.h"
+
+#include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include <algorithm>
+#include <numeric>
+
+#include "alidade/core/parallel.h"
+#include "alidade/files/content_cache.h"
+#include "imagery/video_files.h"
+#include "support/message_of.h"
+#include "support/scratch_test.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class OpenImages : public ScratchTest {
+ protected:
+  [[nodiscard]] ImageSet open(const std::vector<std::string>& names, OpenImagesOptions options = {}) const {
+    std::vector<std::string> inputs;
+    for (const std::string& name : names) inputs.push_back(path(name));
+    return openImages(inputs, options);
+  }
+  void writeImages(const std::string& folder, int first, int count) const {
+    std::filesystem::create_directories(path(folder));
+    for (int i = first; i < first + count; ++i)
+      cv::imwrite(path(cv::format("%s/img%03d.png", folder.c_str(), i)), movingSquare(i));
+  }
+};
+
+std::vector<std::uint8_t> pixelsOf(const ImageSet& images, std::size_t i) {
+  return images.read(i).decode().image.pixels;
+}
+
+TEST_F(OpenImages, ReadsChosenFramesOfAVideoInAnyOrder) {
+  writeVideo(path("clip.avi"), movingSquares(120));
+  const ImageSet images = open({"clip.avi"}, {.num_frames = 25});
+  ASSERT_EQ(images.size(), 25u);
+  EXPECT_THAT(images.notes(), ElementsAre(HasSubstr("25 of 120 frames are searched")));
+  std::vector<std::vector<std::uint8_t>> expected;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    expected.push_back(pixelsOf(images, i));
+    EXPECT_THAT(images.name(i), HasSubstr("clip.avi#"));
+    EXPECT_EQ(images.sequenceOf(i), 0u);
+    EXPECT_EQ(images.read(i).identity, "");  // not needed without a cache
+  }
+  std::size_t num_same = 0;
+  for (std::size_t i = images.size(); i-- > 0;) num_same += pixelsOf(images, i) == expected[i] ? 1 : 0;
+  EXPECT_EQ(num_same, images.size());
+  std::vector<int> are_same(images.size());
+  parallelFor(images.size(), 4,
+              [&](std::size_t i) { are_same[i] = pixelsOf(images, i) == expected[i] ? 1 : 0; });
+  EXPECT_EQ(std::accumulate(are_same.begin(), are_same.end(), 0), 25);
+}
+
+TEST_F(OpenImages, MakesAnUnreadableImageOfABadVideo) {
+  writeVideo(path("clip.avi"), movingSquares(60));
+  const std::string bytes = scratch_.read("clip.avi");
+  scratch_.write("short.avi", bytes.substr(0, bytes.size() / 2));
+  scratch_.write("text.mp4", "no video");
+  writeImages("d", 0, 2);
+  const ImageSet images = open({"short.avi", "text.mp4", "d"});
+  ASSERT_EQ(images.size(), 4u);
+  EXPECT_THAT(images.name(2), HasSubstr("short.avi"));
+  EXPECT_THAT(messageOf([&] { (void)images.read(2); }),
+              AllOf(HasSubstr("of 60 frames can be read"), HasSubstr("next: ")));
+  EXPECT_THAT(messageOf([&] { (void)images.read(3); }), HasSubstr("cannot be opened"));
+  EXPECT_FALSE(images.read(0).decode().image.empty());
+}
+
+TEST_F(OpenImages, DoesNotUseDamagedFrames) {
+  writeVideo(path("clip.avi"), movingSquares(60));
+  std::string bytes = scratch_.read("clip.avi");
+  const std::size_t begin = bytes.find("\xFF\xD8", bytes.size() / 2);
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(begin) + 2, 300, '\xFF');
+  scratch_.write("clip.avi", bytes);
+  const ImageSet images = open({"clip.avi"});
+  EXPECT_THAT(images.notes(),
+              ElementsAre(HasSubstr("frames are searched"), HasSubstr("1 of 60 frames are damaged")));
+}
+
+TEST_F(OpenImages, TakesNumberedImagesAsASequence) {
+  writeImages("d", 8, 5);
+  cv::imwrite(path("d/img013.png"), movingSquare(12));  // shows the same as the one before
+  scratch_.write("d/img014.png", "no image");
+  scratch_.write("d/img0015.png", "another number of digits");
+  scratch_.write("d/img15.png", "another number of digits");
+  const ImageSet images = open({"d/img%03d.png"});
+  std::vector<std::string> names = images.names();
+  for (std::string& name : names) name = name.substr(name.rfind('/') + 1);
+  EXPECT_THAT(
+      names, ElementsAre("img008.png", "img009.png", "img010.png", "img011.png", "img012.png", "img014.png"));
+  EXPECT_THAT(images.notes(), ElementsAre(HasSubstr("5 of 6 images are searched")));
+  EXPECT_EQ(images.sequenceOf(0), 0u);
+  EXPECT_NE(images.read(0).identity, images.read(1).identity);
+}
+
+TEST_F(OpenImages, SaysWhyASequenceIsEmpty) {
+  writeImages("d", 1, 2);
+  EXPECT_THAT(messageOf([&] { (void)open({"d/img%04d.png"}); }),
+              AllOf(HasSubstr("no file matches this pattern"), HasSubstr("next: ")));
+  EXPECT_THAT(messageOf([&] { (void)open({"e/img%04d.png"}); }), HasSubstr("no such file or folder"));
+  EXPECT_THAT(messageOf([&] { (void)open({"d/img%s.png"}); }), HasSubstr("no such file or folder"));
+}
+
+TEST_F(OpenImages, FindsTheChoiceInTheCache) {
+  writeVideo(path("clip.mp4"), movingSquares(90));
+  writeImages("d", 0, 12);
+  const ContentCache cache(path("cache"));
+  const std::vector<std::string> inputs = {"clip.mp4", "d/img%03d.png"};
+  const ImageSet plain = open(inputs, {.num_frames = 10});
+  const ImageSet cold = open(inputs, {.num_frames = 10, .cache = &cache});
+  const ImageSet warm = open(inputs, {.num_frames = 10, .cache = &cache});
+  EXPECT_EQ(plain.size(), 20u);
+  EXPECT_EQ(cold.names(), plain.names());
+  EXPECT_EQ(warm.names(), plain.names());
+  EXPECT_EQ(warm.notes(), plain.notes());
+  for (std::size_t i = 0; i < warm.size(); ++i) {
+    EXPECT_NE(warm.read(i).identity, "");
+    EXPECT_EQ(warm.read(i).identity, cold.read(i).identity);
+    EXPECT_EQ(pixelsOf(warm, i), pixelsOf(plain, i));
+  }
+}
+
+}  // namespace
+}  // namespace alidade
