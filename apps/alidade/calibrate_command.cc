@@ -17,6 +17,7 @@
 #include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/vnl_file.h"
 #include "alidade/report/next_view_svg.h"
 #include "alidade/target/board_spec.h"
 #include "board_views.h"
@@ -34,9 +35,13 @@ class CalibrateCommand final : public Command {
         "Example: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml\n"
         "Several boards, in the same images or not: repeat --board.\n"
         "Exit code 3: done, but the camera must not be used; no camera file is written.");
-    app.add_option("input", inputs_,
-                   "Folders, image files or patterns; or corners files of one camera (.csv)");
+    app.add_option(
+        "input", inputs_,
+        "Folders, image files or patterns; or corners files of one camera (.csv, or .vnl of mrcal)");
     addBoardOption(app, boards_);
+    app.add_option("--image-size", size_,
+                   "Image size in pixels (WIDTHxHEIGHT), for .vnl files, which do not state it")
+        ->check(sizeComplaint, "");
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(
         "--model", model_,
@@ -98,15 +103,24 @@ class CalibrateCommand final : public Command {
     std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
     sources.insert(sources.end(), boards_.begin(), boards_.end());
     sources.insert(sources.end(), {cameraFilePath(init_), common_.config});
+    if (!size_.empty() && !isVnlFile(inputs_.front())) {
+      throw usageError({.where = "--image-size " + size_,
+                        .found = "inputs that state their own size",
+                        .expected = "this flag only with .vnl files",
+                        .next_step = "remove it"});
+    }
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     checkFurtherOutput("--next-view", next_view_, "next.svg", sources);
     checkFurtherOutput("--evidence", evidence_, "evidence.json", sources);
     CalibratorOptions options = calibratorOptions();
     options.cancel = catchInterrupts();
-    const GivenViews given =
-        readViews({.command = "calibrate", .inputs = inputs_, .boards = boards_, .debug_folder = debug_},
-                  common_, options.cancel);
+    const GivenViews given = readViews({.command = "calibrate",
+                                        .inputs = inputs_,
+                                        .boards = boards_,
+                                        .debug_folder = debug_,
+                                        .image_size = parseSize(size_)},
+                                       common_, options.cancel);
     if (given.views.size() < kMinViews) {
       const std::size_t num_given = std::max(given.num_images, given.views.size());
       const std::string share = fmt::format("{}{} of {}", given.views.size() < num_given ? "only " : "",
@@ -230,6 +244,7 @@ class CalibrateCommand final : public Command {
 
   std::vector<std::string> inputs_;
   std::vector<std::string> boards_;
+  std::string size_;
   std::string model_ = kAutoModel;
   std::string init_;
   std::vector<std::string> fixed_;
