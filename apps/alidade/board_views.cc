@@ -23,6 +23,7 @@
 #include "alidade/files/content_cache.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/table_lines.h"
+#include "alidade/files/vnl_file.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
@@ -73,6 +74,25 @@ std::string specsText(std::span<const Board> boards) {
   return join(mapped(boards, &Board::spec), " and ");
 }
 
+// Corners of one board, with what the files do not state from the command line.
+CornersFile readVnl(const ViewsRequest& request) {
+  if (request.boards.size() != 1) {
+    throw usageError(
+        {.where = request.command,
+         .found = request.boards.empty() ? "no --board" : "several boards",
+         .expected = "one, for example --board checkerboard:9x6:25mm",
+         .next_step = request.inputs.front() + " has the corners of one board and does not state it"});
+  }
+  if (!request.image_size) {
+    throw usageError(
+        {.where = request.command,
+         .found = "no --image-size",
+         .expected = "for example --image-size 640x480",
+         .next_step = request.inputs.front() + " does not state it; give width and height in pixels"});
+  }
+  return readVnlFiles(request.inputs, readBoard(request.boards.front()), *request.image_size);
+}
+
 GivenViews readCorners(const ViewsRequest& request) {
   const auto other = std::ranges::find_if_not(request.inputs, isCornersFile);
   if (other != request.inputs.end()) {
@@ -81,7 +101,14 @@ GivenViews readCorners(const ViewsRequest& request) {
                       .expected = "corners files alone, or images alone",
                       .next_step = "write the corners of the images with alidade detect first"});
   }
-  CornersFile file = readCornersFiles(request.inputs);
+  const bool is_vnl = isVnlFile(request.inputs.front());
+  const auto mixed = std::ranges::find(request.inputs, !is_vnl, isVnlFile);
+  if (mixed != request.inputs.end()) {
+    throw usageError({.where = *mixed,
+                      .found = "a corners file of another format than " + request.inputs.front(),
+                      .expected = "only .csv files, or only .vnl files"});
+  }
+  CornersFile file = is_vnl ? readVnl(request) : readCornersFiles(request.inputs);
   const std::vector<Board> asked = mapped(request.boards, readBoard);
   const auto isAsked = [&](const Board& board) { return std::ranges::find(asked, board) != asked.end(); };
   const bool are_same = asked.size() == file.boards.size() && std::ranges::all_of(file.boards, isAsked);
@@ -322,7 +349,7 @@ std::string measuresText(const BoardSurvey& survey) {
 }
 
 bool isCornersFile(const std::string& path) {
-  return path.ends_with(".csv") || path.ends_with(".CSV");
+  return path.ends_with(".csv") || path.ends_with(".CSV") || isVnlFile(path);
 }
 
 GivenViews readViews(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {

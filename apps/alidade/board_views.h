@@ -32,11 +32,12 @@ struct DetectionStage {
 struct ViewsRequest {
   std::string command;              ///< its name, for messages
   std::vector<std::string> inputs;  ///< folders, image files, patterns or videos; or corners files
-  std::vector<std::string> boards;  ///< SPECs or board files; a corners file knows its own
+  std::vector<std::string> boards;  ///< SPECs or board files; a .csv corners file knows its own
   /// Where to write the images with what was found drawn on them; empty: nowhere. Nothing: the command has no
   /// flag for it.
   std::optional<std::string> debug_folder = std::nullopt;
   DetectionOptions detection = {};
+  std::optional<ImageSize> image_size = std::nullopt;  ///< for .vnl files, which do not state it
 };
 
 /// Finds the boards in all images that the inputs stand for, with progress on a terminal, and sorts out those

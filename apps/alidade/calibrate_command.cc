@@ -17,6 +17,7 @@
 #include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/vnl_file.h"
 #include "alidade/report/next_view_svg.h"
 #include "alidade/target/board_spec.h"
 #include "board_views.h"
@@ -36,8 +37,11 @@ class CalibrateCommand final : public Command {
         "Exit code 3: done, but the camera must not be used; no camera file is written.");
     app.add_option("input", inputs_,
                    "Folders, image files, patterns (*.jpg, frame%04d.png) or videos; or corners files of one "
-                   "camera (.csv)");
+                   "camera (.csv, or .vnl of mrcal)");
     addBoardOption(app, boards_);
+    app.add_option("--image-size", size_,
+                   "Image size in pixels (WIDTHxHEIGHT), for .vnl files, which do not state it")
+        ->check(sizeComplaint, "");
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(
         "--model", model_,
@@ -100,6 +104,12 @@ class CalibrateCommand final : public Command {
     std::vector<std::string> sources = isCornersFile(inputs_.front()) ? inputs_ : withImages(inputs_);
     sources.insert(sources.end(), boards_.begin(), boards_.end());
     sources.insert(sources.end(), {cameraFilePath(init_), common_.config});
+    if (!size_.empty() && !isVnlFile(inputs_.front())) {
+      throw usageError({.where = "--image-size " + size_,
+                        .found = "inputs that state their own size",
+                        .expected = "this flag only with .vnl files",
+                        .next_step = "remove it"});
+    }
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
     checkFurtherOutput("--next-view", next_view_, "next.svg", sources);
@@ -110,7 +120,8 @@ class CalibrateCommand final : public Command {
                                         .inputs = inputs_,
                                         .boards = boards_,
                                         .debug_folder = debug_,
-                                        .detection = detection_},
+                                        .detection = detection_,
+                                        .image_size = parseSize(size_)},
                                        common_, options.cancel);
     if (given.views.size() < kMinViews) {
       const std::size_t num_given = std::max(given.num_images, given.views.size());
@@ -235,6 +246,7 @@ class CalibrateCommand final : public Command {
 
   std::vector<std::string> inputs_;
   std::vector<std::string> boards_;
+  std::string size_;
   std::string model_ = kAutoModel;
   std::string init_;
   std::vector<std::string> fixed_;

@@ -6,8 +6,11 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/table_lines.h"
+#include "alidade/files/vnl_file.h"
+#include "alidade/imagery/image_list.h"
 #include "board_views.h"
 #include "console.h"
 #include "json_output.h"
@@ -81,7 +84,8 @@ class DetectCommand final : public Command {
     app.add_option("--camera", camera_, "Camera name to write into the corners file")->capture_default_str();
     addDetectionOptions(app, detection_);
     addDebugOption(app, debug_);
-    app.add_option("-o,--output", output_, "Corners file to write (CSV); standard output if omitted or -");
+    app.add_option("-o,--output", output_,
+                   "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -");
     addCommonOptions(app, common_, true);
   }
 
@@ -95,6 +99,9 @@ class DetectCommand final : public Command {
     sources.push_back(common_.config);
     checkDebugFolder(debug_, output_);
     checkOutput(output_, sources, common_);
+    const bool is_vnl = isVnlFile(output_);
+    if (is_vnl && !boards_.empty())
+      checkVnl(mapped(boards_, readBoard), shortNames(listInputs(inputs_).all()));
     const DetectionStage stage = runDetection({.command = "detect",
                                                .inputs = inputs_,
                                                .boards = boards_,
@@ -120,7 +127,7 @@ class DetectCommand final : public Command {
       for (const std::string& line : imageTable(survey)) file.comments.push_back(line);
     }
     const bool to_stdout = output_.empty() || output_ == "-";
-    if (!to_stdout) writeCornersFile(output_, file);
+    if (!to_stdout) (is_vnl ? writeVnlFile : writeCornersFile)(output_, file);
 
     if (common_.json) {
       printResult(detectionJson(stage));

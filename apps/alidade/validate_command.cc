@@ -336,7 +336,7 @@ class ValidateCommand final : public Command {
     addCameraOptions(app, camera_);
     app.add_option("--images", images_,
                    "Images of a board that were not used for the calibration: folders, files or patterns, or "
-                   "one corners file (.csv)");
+                   "corners files (.csv or .vnl)");
     addBoardOption(app, boards_);
     addDetectionOptions(app, detection_);
     app.add_option("--against", against_, "Camera file (any format) to compare with");
@@ -402,7 +402,11 @@ class ValidateCommand final : public Command {
     if (!against_.empty()) other_ = readCameraTelling(against_, {}, common_.quiet);
     if (images_.empty()) return;
     cancel_ = catchInterrupts();
-    given_ = readViews({.command = "validate", .inputs = images_, .boards = boards_, .detection = detection_},
+    given_ = readViews({.command = "validate",
+                        .inputs = images_,
+                        .boards = boards_,
+                        .detection = detection_,
+                        .image_size = camera_.readOptions().image_size},
                        common_, cancel_);
     if (common_.quiet) return;
     for (const std::string& reason : given_->reasons) printMessage("  " + reason);

@@ -38,7 +38,7 @@ TEST(Video, GivesTheCornersOfItsImages) {
   constexpr double kWorstPx = 0.5;  // the video is compressed
   std::set<std::size_t> images;
   for (const View& view : found.views) {
-    const std::size_t number = std::stoul(view.image.substr(view.image.find('#') + 1));
+    const std::size_t number = std::stoul(view.image.substr(view.image.find('@') + 1));
     const View& expected = truth.views.at(number / 6);
     EXPECT_TRUE(images.insert(number / 6).second) << view.image;  // once each
     ASSERT_EQ(view.corners.size(), 54u);

@@ -46,7 +46,7 @@ TEST_F(OpenImages, ReadsChosenFramesOfAVideoInAnyOrder) {
   std::vector<std::vector<std::uint8_t>> expected;
   for (std::size_t i = 0; i < images.size(); ++i) {
     expected.push_back(pixelsOf(images, i));
-    EXPECT_THAT(images.name(i), HasSubstr("clip.avi#"));
+    EXPECT_THAT(images.name(i), HasSubstr("clip.avi@"));
     EXPECT_EQ(images.sequenceOf(i), 0u);
     EXPECT_EQ(images.read(i).identity, "");  // not needed without a cache
   }

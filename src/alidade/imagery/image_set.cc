@@ -39,7 +39,7 @@ class VideoFrames {
       : path_(std::move(path)), identity_(std::move(identity)), numbers_(numbers.begin(), numbers.end()) {}
 
   [[nodiscard]] std::string identityOf(std::size_t number) const {
-    return identity_ + "#" + std::to_string(number);
+    return identity_ + "@" + std::to_string(number);
   }
 
   LoadedImage load(std::size_t number) {
@@ -281,7 +281,7 @@ class Opening {
     const auto frames = std::make_shared<VideoFrames>(path, identity, choice.numbers);
     for (const std::size_t number : choice.numbers) {
       items_.push_back(
-          {.name = path + "#" + std::to_string(number),
+          {.name = path + "@" + std::to_string(number),
            .sequence = num_sequences_,
            .read = [frames, number, is_known = !identity.empty()](const std::string&) -> EncodedImage {
              return {.identity = is_known ? frames->identityOf(number) : "",

@@ -41,7 +41,7 @@ class ImageSet {
   ImageSet(std::vector<Item> items, std::vector<std::string> notes);
 
   [[nodiscard]] std::size_t size() const { return items_.size(); }
-  /// Paths of files; "clip.mp4#120" is frame 120 of a video, which counts from 0.
+  /// Paths of files; "clip.mp4@120" is frame 120 of a video, which counts from 0.
   [[nodiscard]] const std::string& name(std::size_t i) const { return items_[i].name; }
   [[nodiscard]] std::vector<std::string> names() const;
   /// The number of the video or sequence that image i belongs to, if any. Successive frames of a video may

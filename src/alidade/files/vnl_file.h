@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "alidade/core/image.h"
+#include "alidade/files/corners_file.h"
+#include "alidade/target/board.h"
+
+namespace alidade {
+
+/// True for the name of a corners file as mrcal and mrgingham write it.
+[[nodiscard]] bool isVnlFile(const std::string& path);
+
+/// Checks before any long work that such a file can hold the corners of these boards in these images: of one
+/// board with points in evenly spaced columns and rows, which is all that mrcal knows, and of images named by
+/// ASCII characters without blanks and '#'. @throws Error (kInput)
+void checkVnl(std::span<const Board> boards, std::span<const std::string> images);
+
+/// Text of a .vnl file: the comments as lines that start with '##', the legend "# filename x y" and one row
+/// per corner of the board, "-" for x and y if the image does not show it. The format has no negative
+/// coordinates: corners so near to the left or upper border are written as not seen.
+///
+/// There is no column for sigmas. mrcal reads a fourth column as levels or, with a flag, as weights, but
+/// three columns alike either way. It knows no tau (see CornerNoise), and without it the sigmas of detection
+/// make bad weights: they raise the cross-validation error of two sets of photographs by 3 to 5 %.
+/// @throws Error (kInput) as checkVnl()
+[[nodiscard]] std::string vnlFileText(const CornersFile& file);
+
+/// Writes atomically. @throws Error (kInput)
+void writeVnlFile(const std::string& path, const CornersFile& file);
+
+/// Reads .vnl files of one camera, which state neither the board nor the size of the images. A corner is not
+/// seen if one of its values is "-" or a coordinate is negative, or the level, or the weight is not positive.
+/// Images without corners are left out.
+///
+/// A corner at level L has a sigma in proportion to 2^L, one of weight w to 1/w. If these are equal for all
+/// corners, sigma_px is NaN. Else the best corners get a sigma of 1 px and the others accordingly more. That
+/// is above the errors of any usable corner, so that the calibration weighs the corners just as the files
+/// say: their ratios alone count, since CornerNoise then finds no tau.
+/// @throws Error (kInput) naming the line: unknown legend, another number of values or of rows per image than
+/// expected, invalid numbers, corners outside the image, or a repeated image
+[[nodiscard]] CornersFile readVnlFiles(std::span<const std::string> paths, const Board& board,
+                                       ImageSize size);
+
+/// The same from text; messages use `name` as the file name.
+[[nodiscard]] CornersFile parseVnlFile(const std::string& text, const std::string& name, const Board& board,
+                                       ImageSize size);
+
+}  // namespace alidade
