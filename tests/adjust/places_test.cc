@@ -23,6 +23,10 @@ Fit fitOf(std::vector<FitView> views) {
   Fit fit = emptyFit("pinhole", kSize, {500, 500, 320, 240},
                      Checkerboard{.columns = 4, .rows = 3, .square_m = 0.03}, kNoLoss);
   fit.views = std::move(views);
+  for (FitView& view : fit.views) {
+    view.placement = fit.placements.size();
+    fit.placements.emplace_back();
+  }
   return fit;
 }
 

@@ -2,6 +2,7 @@
 // Circle grids before a wide lens: whether the centroids of their discs' images give true cameras.
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -20,12 +21,35 @@ const Board kBoard = CircleGrid{.columns = 10, .rows = 8, .spacing_m = 0.025, .d
 // 120 degrees across the width.
 const std::vector<double> kTruth = {615, 614, 641, 477, -0.02, 0.004, -0.002, 0.0003};
 
+// Of the polygon that a disc's outline is seen as, by triangles about its first point.
+Eigen::Vector2d outlineCentroid(const AnyCamera& camera, const SE3& camera_from_board, int id) {
+  constexpr int kPoints = 600;
+  std::vector<Eigen::Vector2d> outline;
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kPoints;
+    const Eigen::Vector3d at =
+        kBoard.corner(id) + kBoard.discRadius() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+    outline.push_back(camera.project(camera_from_board * at).pixel);
+  }
+  Eigen::Vector2d sum(0, 0);
+  double areas = 0;
+  for (std::size_t i = 1; i + 1 < outline.size(); ++i) {
+    const Eigen::Vector2d a = outline[i] - outline[0];
+    const Eigen::Vector2d b = outline[i + 1] - outline[0];
+    const double area = a.x() * b.y() - a.y() * b.x();
+    sum += area * (a + b) / 3;
+    areas += area;
+  }
+  return outline[0] + sum / areas;
+}
+
 std::vector<View> circleViews(std::uint64_t seed) {
   Random random(seed);
   const AnyCamera camera = AnyCamera::make("kannala_brandt", kTruth);
   std::vector<View> views;
   for (const SE3& pose : randomViews(camera, kSize, kBoard, 20, random)) {
     views.push_back(exactView(camera, kSize, kBoard, pose, "view_" + std::to_string(views.size())));
+    for (Corner& corner : views.back().corners) corner.pixel = outlineCentroid(camera, pose, corner.id);
     addCornerNoise(views.back(), 0.05, random);
   }
   return views;

@@ -60,7 +60,7 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"circles:10x8:25mm", "3 parts; expected circles:COLUMNSxROWS:SPACING:DIAMETER"},
       {"circles:1x1:25mm:15mm", "1x1 circles"},
       {"circles:10x8:25mm:25mm", "circles of 25 mm, whose neighbours are 25 mm away"},
-      {"acircles:4x11:20mm:30mm", "whose neighbours are 28.284"},
+      {"acircles:4x11:20mm:30mm", "whose neighbours are 28.28 mm away"},
       {"acircles:1x11:20mm:14mm", "1x11 circles; expected between 2 and 100"},
       {"acircles:4x2:20mm:14mm", "rows of circles"},
       {"checkerboard", "1 part"},

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/median.h"
 #include "alidade/detect/board/checkerboard_detector.h"
 #include "alidade/detect/board/circle_grid_detector.h"
 #include "alidade/detect/board/marker_guess.h"
@@ -52,12 +53,10 @@ class CircleGuess {
   void look(const GrayImage& image) {
     const auto seen = seenCircleGrid(image);
     if (!seen) return;
-    const auto known = std::ranges::find(counts_, *seen, &Count::grid);
-    if (known == counts_.end()) {
-      counts_.push_back({*seen, 1});
-    } else {
-      ++known->num_images;
-    }
+    auto known = std::ranges::find(counts_, seen->counts, &Count::grid);
+    if (known == counts_.end()) known = counts_.insert(known, {.grid = seen->counts});
+    ++known->num_images;
+    if (seen->diameter) known->diameters.push_back(*seen->diameter);
   }
   [[nodiscard]] bool isSure() const {
     constexpr int kEnough = 3;
@@ -65,19 +64,24 @@ class CircleGuess {
   }
   [[nodiscard]] std::string text() const {
     if (counts_.empty()) return {};
-    const CircleCounts& grid = std::ranges::max_element(counts_, {}, &Count::num_images)->grid;
+    const Count& most = *std::ranges::max_element(counts_, {}, &Count::num_images);
+    const CircleCounts& grid = most.grid;
     const std::string counts = fmt::format("{}x{}", grid.columns, grid.rows);
     return fmt::format(
         "the images show {0} of {1} circles: --board {2}:{1}:SPACING:DIAMETER, with lengths "
-        "such as 25mm",
+        "such as 25mm{3}",
         grid.is_asymmetric ? "an asymmetric grid" : "a grid", counts,
-        grid.is_asymmetric ? AsymmetricCircleGrid::kName : CircleGrid::kName);
+        grid.is_asymmetric ? AsymmetricCircleGrid::kName : CircleGrid::kName,
+        most.diameters.empty()
+            ? ""
+            : fmt::format("; the diameter is about {:.2g} of the spacing", medianOf(most.diameters)));
   }
 
  private:
   struct Count {
     CircleCounts grid;
     int num_images = 0;
+    std::vector<double> diameters = {};  // as shares of the spacing
   };
   std::vector<Count> counts_;
 };

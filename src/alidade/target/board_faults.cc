@@ -2,6 +2,7 @@
 // What boards of each kind can be.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <string>
 
@@ -41,7 +42,7 @@ std::optional<BoardFault> circlesFault(int columns, int rows, int least_columns,
   if (auto fault = sideFault(spacing_m, "a spacing")) return fault;
   if (diameter_m >= 0.15 * neighbour_m && diameter_m <= 0.9 * neighbour_m) return std::nullopt;
   return BoardFault{.found = "circles of " + exactText(1000 * diameter_m) + " mm, whose neighbours are " +
-                             exactText(1000 * neighbour_m) + " mm away",
+                             exactText(std::round(1e5 * neighbour_m) / 100) + " mm away",
                     .expected = "diameters of 0.15 to 0.9 of that distance"};
 }
 

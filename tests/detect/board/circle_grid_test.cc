@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <utility>
 
 #include <gmock/gmock.h>
@@ -167,6 +168,53 @@ TEST(CircleGrids, OfOtherCountsAreRefused) {
   EXPECT_EQ(reasonAs("checkerboard:7x5:30mm").reason, DetectionReason::kNoBoard);
 }
 
+// Their centroids would be taken for those of other discs.
+TEST(CircleGrids, OfOtherProportionsAreRefused) {
+  const Board shown = CircleGrid{.columns = 7, .rows = 5, .spacing_m = 0.03, .diameter_m = 0.02};
+  for (const SE3& pose : someViews(shown, 3, 20, 4)) {
+    const GrayImage image = photoOf(shown, pose, someLight(2));
+    for (const std::string diameter : {"18mm", "20mm", "22mm"})
+      EXPECT_TRUE(findBoard(image, parseBoardSpec("circles:7x5:30mm:" + diameter)).found()) << diameter;
+    for (const std::string diameter : {"10mm", "16mm", "25mm"}) {
+      const Detection detection = findBoard(image, parseBoardSpec("circles:7x5:30mm:" + diameter));
+      EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << diameter;
+      EXPECT_FALSE(detection.hasCorners());
+      EXPECT_THAT(detection.detail, HasSubstr("diameters of 0.6"));
+    }
+  }
+}
+
+// Each disc has six neighbours at the same distance.
+TEST(CircleGrids, OfHexagonsAreNoAsymmetricOnes) {
+  const Board board = AsymmetricCircleGrid{.columns = 5, .rows = 9, .spacing_m = 0.02, .diameter_m = 0.014};
+  BoardInk ink = inkOf(board);
+  const double stretch = std::numbers::sqrt3;
+  for (Eigen::AlignedBox2d& disc : ink.discs) {
+    const Eigen::Vector2d shift(0, (stretch - 1) * disc.center().y());
+    disc.translate(shift);
+  }
+  ink.extent.extend(Eigen::Vector2d(ink.extent.max() + Eigen::Vector2d(0, 0.12)));
+  const SE3 pose{SO3::exp({0.3, 0.2, 0.1}), {-0.09, -0.12, 0.45}};
+  const GrayImage image = Renderer(someCamera(), kSize).render(ink, pose, someLight(2));
+  const Detection detection = findBoard(image, board);
+  EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard);
+  EXPECT_THAT(detection.detail, HasSubstr("rows of circles are 1.73 times as far apart"));
+  EXPECT_FALSE(seenCircleGrid(image).has_value());
+}
+
+// As a perforated plate: more than a board can have.
+TEST(CircleGrids, AreNotFoundInFieldsOfDots) {
+  const ImageSize size{1500, 1200};
+  GrayImage image{size, {}};
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x)
+      image.pixels.push_back(std::hypot(x % 12 - 6, y % 12 - 6) < 4 ? 20 : 230);
+  }
+  EXPECT_FALSE(findBoard(image, CircleGrid{.columns = 10, .rows = 8, .spacing_m = 0.02, .diameter_m = 0.014})
+                   .hasCorners());
+  EXPECT_FALSE(seenCircleGrid(image).has_value());
+}
+
 TEST(CircleGrids, OfAnImageWithoutThemAreNotFound) {
   const Board board = Checkerboard{.columns = 9, .rows = 6, .square_m = 0.025};
   const SE3 pose{SO3::exp({0.3, 0.2, 0.1}), {-0.09, -0.06, 0.35}};
@@ -202,17 +250,22 @@ TEST(SeenCircleGrid, TellsKindAndCounts) {
   struct Case {
     std::string spec;
     CircleCounts counts;
+    double diameter;
   };
-  const std::vector<Case> cases = {{"circles:8x10:25mm:15mm", {false, 10, 8}},
-                                   {"acircles:4x11:20mm:14mm", {true, 4, 11}}};
+  const std::vector<Case> cases = {{"circles:8x10:25mm:15mm", {false, 10, 8}, 0.6},
+                                   {"acircles:4x11:20mm:14mm", {true, 4, 11}, 0.7}};
   for (const Case& c : cases) {
     const Board board = parseBoardSpec(c.spec);
-    for (const SE3& pose : someViews(board, 3, 180, 5))
-      EXPECT_EQ(seenCircleGrid(photoOf(board, pose, someLight(1))), c.counts) << c.spec;
+    for (const SE3& pose : someViews(board, 3, 180, 5)) {
+      const auto seen = seenCircleGrid(photoOf(board, pose, someLight(1)));
+      ASSERT_TRUE(seen.has_value()) << c.spec;
+      EXPECT_EQ(seen->counts, c.counts) << c.spec;
+      EXPECT_NEAR(seen->diameter.value(), c.diameter, 0.01) << c.spec;
+    }
   }
   const Board checkerboard = Checkerboard{.columns = 9, .rows = 6, .square_m = 0.025};
   const SE3 pose{SO3::exp({0.3, 0.2, 0.1}), {-0.09, -0.06, 0.35}};
-  EXPECT_EQ(seenCircleGrid(photoOf(checkerboard, pose, someLight(1))), std::nullopt);
+  EXPECT_FALSE(seenCircleGrid(photoOf(checkerboard, pose, someLight(1))).has_value());
 }
 
 }  // namespace

@@ -100,6 +100,64 @@ TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
   }
 }
 
+// All four corners of which are found.
+int numWholeTags(const Detection& detection, const AprilGrid& grid) {
+  int count = 0;
+  for (int tag = 0; tag < grid.columns * grid.rows; ++tag) {
+    const int first = 4 * grid.columns * (tag / grid.columns) + 2 * (tag % grid.columns);
+    const auto isFound = [&](int id) { return std::ranges::count(detection.corners, id, &Corner::id) == 1; };
+    const int below = first + 2 * grid.columns;
+    count += isFound(first) && isFound(first + 1) && isFound(below) && isFound(below + 1) ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(MarkerBoards, AreAccurateInLargeAndInSmallImages) {
+  struct Case {
+    std::string spec;
+    ImageSize size;
+    double most_px;
+    int least_tags;  // of an AprilGrid, in each image
+  };
+  const std::vector<Case> cases = {{"charuco:8x11:24mm:18.75mm:DICT_4X4_1000", {1920, 1200}, 0.015, 0},
+                                   {"aprilgrid:6x6:88mm:0.3", {1920, 1200}, 0.012, 34},
+                                   {"aprilgrid:6x6:88mm:0.3", {640, 480}, 0.05, 30}};
+  int num_checked = 0;
+  for (const Case& c : cases) {
+    const Board board = parseBoardSpec(c.spec);
+    const ImageSize size = c.size;
+    const double f = 0.75 * size.width;
+    const AnyCamera camera =
+        AnyCamera::make("radtan", std::vector<double>{f, f, 0.5 * (size.width - 1), 0.5 * (size.height - 1),
+                                                      -0.1, 0.03, 0.0005, -0.0003, 0});
+    const Renderer renderer(camera, size);
+    Random random(21);
+    Deviations deviations;
+    int least_tags = 1000;
+    std::uint64_t seed = 5;
+    for (const SE3& pose :
+         randomViews(camera, size, board, 4, random,
+                     {.max_tilt_deg = 55, .max_roll_deg = 180, .min_fill = 0.6, .max_fill = 0.95})) {
+      RenderOptions light = someLight(seed++);
+      light.samples = 144;
+      const Detection detection = findBoard(renderer.render(inkOf(board), pose, light), board);
+      compare(detection, exactView(camera, size, board, pose, ""), deviations);
+      if (const auto* grid = std::get_if<AprilGrid>(&board.kind()))
+        least_tags = std::min(least_tags, numWholeTags(detection, *grid));
+    }
+    const Eigen::Vector2d bias = deviations.sum / static_cast<double>(deviations.num_found);
+    std::printf("%s, %d px wide: %zu of %zu corners, %.4f px, bias %.4f %.4f, whole tags at least %d\n",
+                c.spec.c_str(), size.width, deviations.num_found, deviations.num_visible, deviations.rms(),
+                bias.x(), bias.y(), least_tags);
+    EXPECT_GE(deviations.num_found, 0.98 * static_cast<double>(deviations.num_visible));
+    EXPECT_LE(deviations.rms(), c.most_px);
+    EXPECT_LE(bias.cwiseAbs().maxCoeff(), 0.002);
+    EXPECT_GE(least_tags, c.least_tags);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 3);
+}
+
 // What covers markers takes their ids, but the corners beside them have those of their neighbours.
 TEST(MarkerBoards, KeepTheirIdsWhereACoverHidesMarkers) {
   const Board board = parseBoardSpec("charuco:8x6:30mm:23mm:DICT_5X5_100");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -30,6 +31,8 @@ std::string countsText(const CircleCounts& counts) {
                      counts.is_asymmetric ? " in an asymmetric grid" : "");
 }
 
+constexpr int kMostLines = 100;  // of a board, in each direction
+
 // A lattice laid on a grid.
 struct GridPlacement {
   CircleCounts counts;
@@ -49,20 +52,27 @@ struct PlacedNode {
 // Lines at the ends with next to nothing on them are something else than the grid.
 void trimEnds(std::vector<PlacedNode>& nodes, int PlacedNode::*line_of) {
   constexpr double kMinShare = 0.25;  // of the typical line
-  for (bool is_trimmed = true; is_trimmed && !nodes.empty();) {
-    is_trimmed = false;
-    std::map<int, int> counts;
-    for (const PlacedNode& node : nodes) ++counts[node.*line_of];
+  std::map<int, int> counts;
+  for (const PlacedNode& node : nodes) ++counts[node.*line_of];
+  std::deque<std::pair<int, int>> lines(counts.begin(), counts.end());
+  while (!lines.empty()) {
     std::vector<double> sizes;
-    for (const auto& [line, count] : counts) sizes.push_back(count);
-    const double typical = medianOf(sizes);
-    for (const int end : {counts.begin()->first, counts.rbegin()->first}) {
-      if (counts.at(end) >= kMinShare * typical && counts.at(end) > 1) continue;
-      std::erase_if(nodes, [&](const PlacedNode& node) { return node.*line_of == end; });
-      is_trimmed = true;
+    for (const auto& [line, count] : lines) sizes.push_back(count);
+    const double typical = medianOf(std::move(sizes));
+    const auto isGrid = [&](const auto& line) {
+      return line.second >= kMinShare * typical && line.second > 1;
+    };
+    if (!isGrid(lines.front())) {
+      lines.pop_front();
+    } else if (!isGrid(lines.back())) {
+      lines.pop_back();
+    } else {
       break;
     }
   }
+  std::erase_if(nodes, [&](const PlacedNode& node) {
+    return lines.empty() || node.*line_of < lines.front().first || node.*line_of > lines.back().first;
+  });
 }
 
 std::optional<GridPlacement> placedOn(std::vector<PlacedNode> nodes, bool is_asymmetric) {
@@ -79,6 +89,7 @@ std::optional<GridPlacement> placedOn(std::vector<PlacedNode> nodes, bool is_asy
                       .columns = is_asymmetric ? width / 2 : width,
                       .rows = bottom.y - y0 + 1};
   if (is_asymmetric && width % 2 != 0) return std::nullopt;
+  if (std::max(placement.counts.columns, placement.counts.rows) > kMostLines) return std::nullopt;
   for (const PlacedNode& node : nodes) {
     const int x = node.x - x0;
     const int y = node.y - y0;
@@ -94,7 +105,9 @@ std::optional<GridPlacement> placedOn(std::vector<PlacedNode> nodes, bool is_asy
 std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice) {
   constexpr int kMost = 2;
   constexpr double kMinFilled = 0.6;
+  constexpr std::size_t kMostNodes = 11 * kMostLines * kMostLines / 10;  // a tenth may be something else
   std::vector<GridPlacement> placements;
+  if (lattice.size() > kMostNodes) return placements;
   for (int a = -kMost; a <= kMost; ++a) {
     for (int b = -kMost; b <= kMost; ++b) {
       for (int c = -kMost; c <= kMost; ++c) {
@@ -152,6 +165,13 @@ const GridPlacement* chosen(const std::vector<GridPlacement>& placements, const 
   return best;
 }
 
+// The proportions of a grid by the shapes of its discs, which no perspective changes.
+struct SeenProportions {
+  double diameter_m = 0;  // where the board's spacing is as told
+  double rows_apart = 1;  // as a multiple of what the board says, beside the distance of columns
+  double diameter_px = 0;
+};
+
 // The circles of a placed grid while they are fitted.
 class CircleSearch {
  public:
@@ -187,6 +207,37 @@ class CircleSearch {
     mean.pixel /= count;
     mean.shape /= count;
     return mean;
+  }
+
+  // A disc's image is that of a circle where the image of its neighbours' distances says what a circle is.
+  [[nodiscard]] std::optional<SeenProportions> proportions() const {
+    std::vector<double> along_rows;
+    std::vector<double> along_columns;
+    std::vector<double> diameters_px;
+    for (int id = 0; id < board_.numCorners(); ++id) {
+      if (!at(id)) continue;
+      Eigen::Matrix2d pixels;
+      Eigen::Matrix2d places;
+      int count = 0;
+      for (const auto& [before, after] : oppositePairs(id)) {
+        if (!at(before) || !at(after)) continue;
+        pixels.col(count) = at(after)->pixel - at(before)->pixel;
+        places.col(count) = (board_.corner(after) - board_.corner(before)).head<2>();
+        ++count;
+      }
+      if (count < 2) continue;
+      const Eigen::Matrix2d pixels_by_place = pixels * places.inverse();
+      const Eigen::Matrix2d circle = pixels_by_place.transpose() * at(id)->shape * pixels_by_place;
+      along_rows.push_back(1 / std::sqrt(circle(0, 0)));
+      along_columns.push_back(1 / std::sqrt(circle(1, 1)));
+      diameters_px.push_back(2 * std::pow(at(id)->shape.determinant(), -0.25));
+    }
+    if (along_rows.empty()) return std::nullopt;
+    const double x = medianOf(std::move(along_rows));
+    const double y = medianOf(std::move(along_columns));
+    return SeenProportions{.diameter_m = 2 * std::sqrt(x * y),
+                           .rows_apart = x / y,
+                           .diameter_px = medianOf(std::move(diameters_px))};
   }
 
   // The distance to the nearest neighbour; NaN without one.
@@ -323,6 +374,29 @@ Detection refuseOther(const SeenGrids& seen, const CircleCounts& asked) {
                             is_part ? "; all of the outer lines must be seen" : ""));
 }
 
+constexpr double kMostStretch = 1.2;  // a print may be out of proportion, but not so much
+
+bool isStretched(const SeenProportions& seen) {
+  return std::max(seen.rows_apart, 1 / seen.rows_apart) > kMostStretch;
+}
+
+// In which proportion the circles are not those of the board; empty if they are. The camera would be wrong:
+// what a disc's centroid differs from the image of its middle goes with the square of its diameter.
+std::string otherProportion(const SeenProportions& seen, const Board& board) {
+  constexpr double kMostOff = 0.15;
+  constexpr double kMostOffPx = 1;  // of small discs, which print and blur change by more
+  if (isStretched(seen)) {
+    return fmt::format(
+        "rows of circles are {:.2f} times as far apart as on {}, beside the distance of columns",
+        seen.rows_apart, board.spec());
+  }
+  const double expected_m = 2 * board.discRadius();
+  const double most_off = std::max(kMostOff, kMostOffPx / seen.diameter_px);
+  if (std::abs(seen.diameter_m / expected_m - 1) <= most_off) return {};
+  return fmt::format("circles with diameters of {:.2f} of their neighbours' distance, not {:.2f} as on {}",
+                     seen.diameter_m / board.spacing(), expected_m / board.spacing(), board.spec());
+}
+
 template <class Kind>
 Detection findCircles(const GrayImage& image, const Kind& kind) {
   expect(!image.empty(), "an image with pixels");
@@ -354,6 +428,9 @@ Detection findCircles(const GrayImage& image, const Kind& kind) {
         DetectionReason::kBlurred,
         fmt::format("a grid of circles, of which only {} are clear enough to be located", num_found));
   }
+  const auto proportions = search.proportions();
+  if (const std::string other = proportions ? otherProportion(*proportions, board) : ""; !other.empty())
+    return refuse(DetectionReason::kOtherBoard, other);
   detection.measures = measureCircles(search, board, image.size);
   detection.reason = DetectionReason::kFound;
   if (num_found < search.found().size()) {
@@ -362,6 +439,18 @@ Detection findCircles(const GrayImage& image, const Kind& kind) {
                                    search.found().size());
   }
   return detection;
+}
+
+// With a spacing of 1 and discs that leave little room between them.
+Board unitBoard(const CircleCounts& counts) {
+  constexpr double kLargest = 0.84;  // of the distance of neighbours
+  if (!counts.is_asymmetric) {
+    return CircleGrid{.columns = counts.columns, .rows = counts.rows, .spacing_m = 1, .diameter_m = kLargest};
+  }
+  return AsymmetricCircleGrid{.columns = counts.columns,
+                              .rows = counts.rows,
+                              .spacing_m = 1,
+                              .diameter_m = kLargest * std::numbers::sqrt2};
 }
 
 }  // namespace
@@ -374,24 +463,31 @@ Detection findBoard(const GrayImage& image, const AsymmetricCircleGrid& board) {
   return findCircles(image, board);
 }
 
-std::optional<CircleCounts> seenCircleGrid(const GrayImage& image) {
+std::optional<SeenCircles> seenCircleGrid(const GrayImage& image) {
   constexpr double kWhole = 0.95;
-  constexpr double kNothingNear = 1.15;
-  const auto isWhole = [&](const std::vector<GridPlacement>& of) {
+  const auto wholeGrid = [&](const std::vector<GridPlacement>& of) -> std::optional<SeenCircles> {
     const GridPlacement& fullest = of.front();
-    const auto num_discs = std::ranges::count_if(fullest.blobs, [&](const auto& placed) {
-      const Blob& blob = placed.second;
-      return fitDisc(image, {.pixel = blob.pixel, .shape = blob.shape, .reach = kNothingNear}).has_value();
-    });
-    return static_cast<double>(num_discs) >= kWhole * fullest.counts.columns * fullest.counts.rows;
+    const Board board = unitBoard(fullest.counts);
+    const CircleSearch search(image, board, fullest);
+    const auto num_discs =
+        std::ranges::count_if(search.found(), [](const auto& disc) { return disc.has_value(); });
+    if (static_cast<double>(num_discs) < kWhole * board.numCorners()) return std::nullopt;
+    const auto proportions = search.proportions();
+    if (proportions && isStretched(*proportions)) return std::nullopt;
+    SeenCircles seen{.counts = fullest.counts, .diameter = {}};
+    if (proportions) seen.diameter = proportions->diameter_m;
+    return seen;
   };
-  const SeenGrids seen = lookForGrids(
-      image, [&](const SeenGrids& grids) { return std::ranges::any_of(grids.of_lattices, isWhole); });
-  const auto whole = std::ranges::find_if(seen.of_lattices, isWhole);
-  if (whole == seen.of_lattices.end()) return std::nullopt;
-  CircleCounts counts = whole->front().counts;
-  if (!counts.is_asymmetric && counts.columns < counts.rows) std::swap(counts.columns, counts.rows);
-  return counts;
+  std::optional<SeenCircles> whole;
+  lookForGrids(image, [&](const SeenGrids& grids) {
+    return std::ranges::any_of(grids.of_lattices, [&](const auto& of) {
+      whole = wholeGrid(of);
+      return whole.has_value();
+    });
+  });
+  if (whole && !whole->counts.is_asymmetric && whole->counts.columns < whole->counts.rows)
+    std::swap(whole->counts.columns, whole->counts.rows);
+  return whole;
 }
 
 }  // namespace alidade

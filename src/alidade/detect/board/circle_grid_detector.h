@@ -12,7 +12,7 @@ namespace alidade {
 /// Finds a grid of circles, dark on bright or bright on dark. Corners are the centroids of the circles'
 /// images. Circles may be hidden as long as all outer lines of the grid are seen: nothing else tells which
 /// part is seen. Where the grid looks the same turned, the columns run to the right in the image, or
-/// downwards if they are steeper than 45 degrees.
+/// downwards if they are steeper than 45 degrees. Circles of other proportions than the board's are refused.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const CircleGrid& board);
 [[nodiscard]] Detection findBoard(const GrayImage& image, const AsymmetricCircleGrid& board);
 
@@ -24,8 +24,14 @@ struct CircleCounts {
   friend bool operator==(const CircleCounts&, const CircleCounts&) = default;
 };
 
-/// Of the largest grid of circles in an image, if it is seen whole; of a symmetric one, the longer side
-/// first.
-[[nodiscard]] std::optional<CircleCounts> seenCircleGrid(const GrayImage& image);
+/// A grid of circles of unknown size.
+struct SeenCircles {
+  CircleCounts counts;
+  std::optional<double> diameter;  ///< as a share of the board's spacing; nothing if too few circles tell
+};
+
+/// Of the largest grid of circles in an image, if it is seen whole and its rows are as far apart as on a
+/// board that findBoard() takes; of a symmetric one, the longer side first.
+[[nodiscard]] std::optional<SeenCircles> seenCircleGrid(const GrayImage& image);
 
 }  // namespace alidade
