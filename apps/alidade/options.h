@@ -51,6 +51,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
+[[nodiscard]] std::unique_ptr<Command> makeRigCommand();
 
 /// The exit code where the work is done and the answer is no.
 inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);

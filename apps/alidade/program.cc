@@ -33,9 +33,10 @@ struct CommandEntry {
 };
 
 // In the order of the help text.
-constexpr std::array<CommandEntry, 10> kCommands = {{
+constexpr std::array<CommandEntry, 11> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
+    {"rig", "Calibrate several cameras that are fixed to each other", makeRigCommand},
     {"project", "Project 3D points to pixels", makeProjectCommand},
     {"unproject", "Convert pixels to rays", makeUnprojectCommand},
     {"undistort", "Remove lens distortion from images", makeUndistortCommand},

@@ -9,10 +9,34 @@ namespace alidade::detail::formats {
 namespace alidade_format {
 
 bool recognises(const CameraDocument& document) {
-  return document.has("alidade_camera");
+  return document.has("alidade_camera") || document.has("alidade_rig");
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+// The cameras of a rig file.
+StatedCameras readRig(const YamlNode& root, const ReadOptions& options) {
+  root.allowKeys({"alidade_rig", "conventions", "cameras", "calibration", "created_by"});
+  const YamlNode version = root.at("alidade_rig");
+  if (version.integer() != 1) throw version.error("version " + version.text(), "version 1");
+  StatedCameras cameras;
+  for (const YamlNode& entry : root.at("cameras").items()) {
+    entry.allowKeys({"name", "camera_from_rig", "camera_from_rig_std", "camera"});
+    const std::string name = entry.at("name").text();
+    static_cast<void>(readPose(entry.at("camera_from_rig")));  // a damaged file is refused as a whole
+    if (!options.only.empty() && options.only != name) {
+      cameras.passed.push_back(name);
+      continue;
+    }
+    cameras.add(name, [&] {
+      CameraRecord record = readCameraRoot(entry.at("camera"));
+      return StatedCamera{
+          .name = name, .camera = record.camera, .image_size = record.image_size, .own = std::move(record)};
+    });
+  }
+  return cameras;
+}
+
+StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+  if (document.has("alidade_rig")) return readRig(document.root(), options);
   CameraRecord file = readCameraRoot(document.root());
   return {.cameras = {{.camera = file.camera, .image_size = file.image_size, .own = std::move(file)}}};
 }
@@ -28,7 +52,7 @@ const CameraFormat& alidade() {
   static const CameraFormat kFormat = {.id = "alidade",
                                        .title = "Alidade camera file (YAML)",
                                        .models = {modelIds().begin(), modelIds().end()},
-                                       .marks = {"alidade_camera"},
+                                       .marks = {"alidade_camera", "alidade_rig"},
                                        .recognises = recognises,
                                        .read = read,
                                        .write = write};

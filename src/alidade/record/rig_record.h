@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/core/verdict.h"
+#include "alidade/geometry/se3.h"
+#include "alidade/record/camera_record.h"
+
+namespace alidade {
+
+/// A camera of a rig file.
+struct RigCameraRecord {
+  CameraRecord camera;  ///< its name is unique in the rig
+  SE3 camera_from_rig = {};
+  /// Standard deviations of the tangent of camera_from_rig; zero for the camera at the rig's origin.
+  Eigen::Vector3d translation_std_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Zero();
+};
+
+/// The content of a rig file: several cameras and where they are.
+struct RigRecord {
+  std::vector<RigCameraRecord> cameras;
+  Verdict verdict = Verdict::kTrustworthy;
+  double rms_px = 0;
+  int num_frames = 0;  ///< with a board that two or more cameras saw
+  std::vector<std::string> findings;
+  std::string created_by;
+};
+
+}  // namespace alidade

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/reduced.h"
+#include "alidade/rig/rig_calibrator.h"
+
+namespace alidade {
+
+/// The normal equations of each frame with the boards' placements eliminated, with the columns of
+/// rigColumns(). Frames are independent of each other, views of one frame are not.
+[[nodiscard]] std::vector<Reduced> rigInformation(const Fit& fit, const RigColumns& columns);
+
+/// What of these columns is free, one direction per column.
+[[nodiscard]] Eigen::MatrixXd rigDirections(const Fit& fit, const RigColumns& columns);
+
+}  // namespace alidade

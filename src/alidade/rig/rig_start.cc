@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/rig_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "alidade/core/median.h"
+
+namespace alidade {
+namespace {
+
+// How far apart two poses may be: views alone know a pose roughly, grazing ones very roughly.
+struct PoseLimit {
+  double rotation_rad;
+  double translation_share;  // of the distance to the board
+};
+constexpr PoseLimit kSame = {0.05, 0.05};
+constexpr PoseLimit kPossible = {0.4, 0.3};  // the joint fit tells whether they are the same
+
+struct PoseDistance {
+  double rotation_rad = 0;
+  double translation_m = 0;
+
+  [[nodiscard]] bool isWithin(const PoseLimit& limit, double distance_m) const {
+    return rotation_rad < limit.rotation_rad && translation_m < limit.translation_share * distance_m;
+  }
+  [[nodiscard]] double cost(double distance_m) const { return rotation_rad + translation_m / distance_m; }
+};
+
+PoseDistance between(const SE3& a, const SE3& b) {
+  const SE3 difference = a.inverse() * b;
+  return {.rotation_rad = difference.rotation.log().norm(), .translation_m = difference.translation.norm()};
+}
+
+// All that one frame says of the pose of camera b from a: one candidate for each turn of the board.
+struct FramePoses {
+  std::vector<SE3> b_from_a;
+  double distance_m = 0;  // to the board
+};
+
+struct Link {
+  SE3 b_from_a = {};
+  std::size_t num_frames = 0;
+};
+
+// The candidate of a frame next to a pose.
+const SE3& nearest(const FramePoses& frame, const SE3& pose) {
+  return *std::ranges::min_element(frame.b_from_a, {}, [&](const SE3& candidate) {
+    return between(pose, candidate).cost(frame.distance_m);
+  });
+}
+
+// The mean of the candidates that agree with a pose.
+SE3 meanAround(const SE3& pose, const std::vector<FramePoses>& frames) {
+  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+  double count = 0;
+  for (const FramePoses& frame : frames) {
+    const SE3& candidate = nearest(frame, pose);
+    if (!between(pose, candidate).isWithin(kSame, frame.distance_m)) continue;
+    sum += (pose.inverse() * candidate).log();
+    ++count;
+  }
+  return count > 0 ? pose * SE3::exp(sum / count) : pose;
+}
+
+Link agreedPose(const std::vector<FramePoses>& frames) {
+  constexpr std::size_t kMostTried = 60;  // of many frames, some spread over all
+  const std::size_t step = (frames.size() + kMostTried - 1) / kMostTried;
+  Link best;
+  double best_cost = std::numeric_limits<double>::max();
+  for (std::size_t f = 0; f < frames.size(); f += step) {
+    for (const SE3& candidate : frames[f].b_from_a) {
+      std::size_t count = 0;
+      double cost = 0;
+      for (const FramePoses& frame : frames) {
+        const PoseDistance distance = between(candidate, nearest(frame, candidate));
+        if (!distance.isWithin(kSame, frame.distance_m)) continue;
+        ++count;
+        cost += distance.cost(frame.distance_m);
+      }
+      if (count < best.num_frames || (count == best.num_frames && cost >= best_cost)) continue;
+      best = {.b_from_a = candidate, .num_frames = count};
+      best_cost = cost;
+    }
+  }
+  best.b_from_a = meanAround(best.b_from_a, frames);
+  return best;
+}
+
+// Views of one board in one frame.
+using Placements = std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>>;
+
+Placements placementsOf(std::span<const PosedView> views) {
+  Placements placements;
+  for (std::size_t v = 0; v < views.size(); ++v) placements[{views[v].frame, views[v].board}].push_back(v);
+  return placements;
+}
+
+using Links = std::map<std::pair<std::size_t, std::size_t>, Link>;
+
+Links linksOf(std::span<const PosedView> views, const Placements& placements,
+              const std::vector<std::vector<BoardTurn>>& turns) {
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<FramePoses>> poses;
+  for (const auto& [place, of_place] : placements) {
+    for (std::size_t i = 0; i < of_place.size(); ++i) {
+      for (std::size_t k = i + 1; k < of_place.size(); ++k) {
+        const PosedView* a = &views[of_place[i]];
+        const PosedView* b = &views[of_place[k]];
+        if (a->camera > b->camera) std::swap(a, b);
+        FramePoses frame{.b_from_a = {}, .distance_m = a->camera_from_board.translation.norm()};
+        for (const BoardTurn& turn : turns[place.second]) {
+          frame.b_from_a.push_back(b->camera_from_board * turn.turned_from_board.inverse() *
+                                   a->camera_from_board.inverse());
+        }
+        poses[{a->camera, b->camera}].push_back(std::move(frame));
+      }
+    }
+  }
+  Links links;
+  for (const auto& [pair, frames] : poses) links[pair] = agreedPose(frames);
+  return links;
+}
+
+// Reaches each part from its first camera, by the links of most frames.
+void placeCameras(std::size_t num_cameras, const Links& links, RigStart& start) {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  start.part_of.assign(num_cameras, kNone);
+  start.camera_from_rig.assign(num_cameras, SE3());
+  for (std::size_t first = 0; first < num_cameras; ++first) {
+    if (start.part_of[first] != kNone) continue;
+    start.part_of[first] = start.num_parts;
+    for (;;) {
+      const Link* best = nullptr;
+      std::pair<std::size_t, std::size_t> best_pair;
+      for (const auto& [pair, link] : links) {
+        const bool has_first = start.part_of[pair.first] == start.num_parts;
+        const bool has_second = start.part_of[pair.second] == start.num_parts;
+        if (has_first == has_second || (best != nullptr && link.num_frames <= best->num_frames)) continue;
+        best = &link;
+        best_pair = pair;
+      }
+      if (best == nullptr) break;
+      const auto [a, b] = best_pair;
+      if (start.part_of[a] == start.num_parts) {
+        start.camera_from_rig[b] = best->b_from_a * start.camera_from_rig[a];
+        start.part_of[b] = start.num_parts;
+      } else {
+        start.camera_from_rig[a] = best->b_from_a.inverse() * start.camera_from_rig[b];
+        start.part_of[a] = start.num_parts;
+      }
+    }
+    ++start.num_parts;
+  }
+}
+
+// Numbers all views of a placement as its first one. With more than two, those that agree with most count.
+void numberViews(std::span<const PosedView> views, const std::vector<std::size_t>& of_place,
+                 const std::vector<BoardTurn>& turns, RigStart& start) {
+  const auto rigFromBoard = [&](std::size_t v, const BoardTurn& turn) {
+    return start.camera_from_rig[views[v].camera].inverse() * views[v].camera_from_board *
+           turn.turned_from_board.inverse();
+  };
+  std::size_t most = 0;
+  for (const std::size_t base : of_place) {
+    const SE3 expected = rigFromBoard(base, turns.front());
+    const double distance_m = views[base].camera_from_board.translation.norm();
+    std::vector<std::size_t> turn_of;
+    std::vector<bool> agrees;
+    for (const std::size_t v : of_place) {
+      const auto best = std::ranges::min_element(turns, {}, [&](const BoardTurn& turn) {
+        return between(expected, rigFromBoard(v, turn)).cost(distance_m);
+      });
+      turn_of.push_back(static_cast<std::size_t>(best - turns.begin()));
+      agrees.push_back(between(expected, rigFromBoard(v, *best)).isWithin(kPossible, distance_m));
+    }
+    const auto count = static_cast<std::size_t>(std::ranges::count(agrees, true));
+    if (count <= most) continue;
+    most = count;
+    for (std::size_t i = 0; i < of_place.size(); ++i) {
+      start.turn_of[of_place[i]] = turn_of[i];
+      start.agrees[of_place[i]] = agrees[i];
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<BoardTurn> boardTurns(const Board& board) {
+  std::vector<BoardTurn> turns;
+  for (int quarters = 0; quarters < 4; quarters += board.symmetryStep()) {
+    BoardTurn turn;
+    const double angle = quarters * std::numbers::pi / 2;
+    turn.turned_from_board.rotation = SO3::exp(Eigen::Vector3d(0, 0, angle));
+    turn.turned_from_board.translation = board.middle() - turn.turned_from_board.rotation * board.middle();
+    for (const Eigen::Vector3d& corner : board.corners()) {
+      const Eigen::Vector3d turned = turn.turned_from_board * corner;
+      const auto same = std::ranges::min_element(
+          board.corners(), {}, [&](const Eigen::Vector3d& other) { return (other - turned).squaredNorm(); });
+      turn.id_of.push_back(static_cast<int>(same - board.corners().begin()));
+    }
+    turns.push_back(std::move(turn));
+  }
+  return turns;
+}
+
+RigStart findRigStart(std::size_t num_cameras, std::span<const Board> boards,
+                      std::span<const PosedView> views) {
+  std::vector<std::vector<BoardTurn>> turns;
+  for (const Board& board : boards) turns.push_back(boardTurns(board));
+  const Placements placements = placementsOf(views);
+  RigStart start;
+  start.turn_of.resize(views.size());
+  start.agrees.resize(views.size());
+  placeCameras(num_cameras, linksOf(views, placements, turns), start);
+  for (const auto& [place, of_place] : placements) numberViews(views, of_place, turns[place.second], start);
+  return start;
+}
+
+}  // namespace alidade

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "alidade/adjust/fit.h"
+#include "alidade/geometry/se3.h"
+#include "alidade/target/board.h"
+
+namespace alidade {
+
+/// A view of a board by one camera of a rig that was calibrated alone.
+struct PosedView {
+  std::size_t camera = 0;
+  std::size_t frame = 0;
+  std::size_t board = 0;
+  SE3 camera_from_board = {};
+};
+
+/// How a board that looks the same after a turn is renumbered.
+struct BoardTurn {
+  SE3 turned_from_board = {};   ///< takes a point of the board to the point that looks the same
+  std::vector<int> id_of = {};  ///< of each corner, the id of the point that it looks like
+};
+
+/// The turns after which a board looks the same, the first being none.
+[[nodiscard]] std::vector<BoardTurn> boardTurns(const Board& board);
+
+/// Where the cameras of a rig are, and how ambiguous boards are to be numbered.
+struct RigStart {
+  std::vector<std::size_t> part_of;  ///< of each camera: cameras of one part are linked by common boards
+  std::size_t num_parts = 0;
+  std::vector<SE3> camera_from_rig;  ///< of each camera; a part's first camera is at the origin
+  std::vector<std::size_t> turn_of;  ///< of each view, an index into boardTurns() of its board
+  std::vector<bool> agrees;          ///< of each view: its pose fits those of its frame
+};
+
+/// Finds the poses of cameras from frames in which two of them see the same board, by the pose on which most
+/// of these frames agree, over all turns of ambiguous boards. Cameras that never see a board together are
+/// linked through others.
+[[nodiscard]] RigStart findRigStart(std::size_t num_cameras, std::span<const Board> boards,
+                                    std::span<const PosedView> views);
+
+}  // namespace alidade

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include <nlohmann/json.hpp>
+
+#include "apps/command_line.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+// A camera beside itself: corners files of the same views.
+class RigCalibrate : public testing::Test {
+ protected:
+  RigCalibrate() {
+    scratch_.write("left.csv", readFile(dataPath("corners.csv")));
+    scratch_.write("right.csv", readFile(dataPath("corners.csv")));
+  }
+  [[nodiscard]] RunResult calibrate(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> args = {"rig", "calibrate", scratch_.path("left.csv"),
+                                     scratch_.path("right.csv")};
+    args.insert(args.end(), more.begin(), more.end());
+    return runAlidade(args);
+  }
+
+  ScratchFolder scratch_;
+};
+
+TEST_F(RigCalibrate, WritesAFileOfItsCameras) {
+  const RunResult result = calibrate({"--model", "radtan", "-o", scratch_.path("rig.yaml")});
+  ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("Verdict   "), HasSubstr("2 cameras, 12 frames; 12 boards seen by two"),
+                    HasSubstr("left\n"), HasSubstr("right\n"), HasSubstr(" 0.00 mm from the first")));
+  EXPECT_THAT(runAlidade({"validate", scratch_.path("rig.yaml")}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", scratch_.path("rig.yaml#left"), scratch_.path("rig.yaml#right")}),
+              EndsWith(0));
+  const std::string file = scratch_.read("rig.yaml");
+  EXPECT_THAT(file, AllOf(HasSubstr("alidade_rig: 1\n"), HasSubstr("name: \"right\""),
+                          HasSubstr("camera_from_rig_std")));
+  // A changed digit is noticed as in a camera file.
+  scratch_.write("bad.yaml", replaced(file, "alidade_rig: 1", "alidade_rig: 2"));
+  EXPECT_THAT(runAlidade({"project", scratch_.path("bad.yaml#left")}), FailsWith(1, HasSubstr("version")));
+}
+
+TEST_F(RigCalibrate, WritesOneJsonDocument) {
+  const RunResult result = calibrate({"--model", "radtan,radtan", "--names", "a,b", "--json"});
+  ASSERT_THAT(result, EndsWith(0));
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json.at("cameras").size(), 2u);
+  EXPECT_EQ(json.at("cameras").at(1).at("name"), "b");
+  EXPECT_EQ(json.at("num_linked"), 12);
+  EXPECT_LT(json.at("rms_px").get<double>(), 0.1);
+}
+
+TEST_F(RigCalibrate, SaysWhatIsWrong) {
+  EXPECT_THAT(runAlidade({"rig"}), FailsWith(2, HasSubstr("no action")));
+  EXPECT_THAT(runAlidade({"rig", "solve"}), FailsWith(2, HasSubstr("solve")));
+  EXPECT_THAT(runAlidade({"rig", "calibrate", scratch_.path("left.csv")}),
+              FailsWith(2, HasSubstr("1 inputs")));
+  EXPECT_THAT(runAlidade({"rig", "calibrate", scratch_.path("left.csv"), scratch_.path("left.csv")}),
+              FailsWith(2, AllOf(HasSubstr("a different name for each camera"), HasSubstr("--names"))));
+  EXPECT_THAT(calibrate({"--model", "radtan,radtan,radtan"}),
+              FailsWith(2, HasSubstr("3 models for 2 cameras")));
+  EXPECT_THAT(calibrate({"--model", "radtam"}), FailsWith(2, HasSubstr("radtam")));
+  EXPECT_THAT(calibrate({"-o", scratch_.path("left.csv")}), FailsWith(2, HasSubstr("this is also an input")));
+  // Views of other moments link nothing.
+  std::string others = scratch_.read("right.csv");
+  for (std::size_t at = others.find(",view_0"); at != std::string::npos; at = others.find(",view_0", at + 1))
+    others.replace(at, 7, ",view_9");
+  scratch_.write("right.csv", others);
+  EXPECT_THAT(calibrate({"--quiet"}),
+              FailsWith(1, AllOf(HasSubstr("nothing links: left | right"), HasSubstr("next: "))));
+}
+
+}  // namespace
+}  // namespace alidade

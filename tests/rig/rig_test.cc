@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+// Rigs of simulated cameras: the truth is found, and what contradicts it is told.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <gmock/gmock.h>
+
+#include "alidade/adjust/errors.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/rig/rig_calibrator.h"
+#include "alidade/rig/rig_start.h"
+#include "alidade/simulate/observe.h"
+#include "alidade/simulate/random_views.h"
+#include "support/message_of.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+
+struct TrueCamera {
+  AnyCamera camera;
+  ImageSize size;
+  SE3 camera_from_rig;
+};
+
+SE3 pose(double x, double y, double z, double turn_y) {
+  return {SO3::exp(Eigen::Vector3d(0.01, turn_y, -0.02)), Eigen::Vector3d(x, y, z)};
+}
+
+// Three different cameras side by side.
+std::vector<TrueCamera> threeCameras() {
+  const std::vector<double> radtan = {900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0};
+  const std::vector<double> fisheye = {420, 421, 512, 383, 0.01, -0.003, 0.001, 0};
+  const std::vector<double> pinhole = {700, 700, 400, 300};
+  return {{AnyCamera::make("radtan", radtan), {1280, 960}, {}},
+          {AnyCamera::make("kannala_brandt", fisheye), {1024, 768}, pose(-0.2, 0.01, 0.02, 0.15)},
+          {AnyCamera::make("pinhole", pinhole), {800, 600}, pose(0.18, -0.02, 0.01, -0.1)}};
+}
+
+const Board kCharuco =
+    CharucoBoard{.columns = 11, .rows = 8, .square_m = 0.03, .marker_m = 0.022, .dictionary = "DICT_4X4_250"};
+const Board kAmbiguous = Checkerboard{.columns = 8, .rows = 6, .square_m = 0.03};
+const Board kSquare = Checkerboard{.columns = 6, .rows = 6, .square_m = 0.04};
+
+struct RigScene {
+  std::vector<TrueCamera> cameras;
+  std::vector<RigViews> views;
+};
+
+// Boards that the first camera sees as a whole, seen by the others as far as they see them.
+RigScene sceneOf(std::vector<TrueCamera> cameras, const Board& board, int num_frames, double noise_px,
+                 std::uint64_t seed) {
+  Random random(seed);
+  RigScene scene{.cameras = std::move(cameras), .views = {}};
+  const TrueCamera& first = scene.cameras.front();
+  const std::vector<SE3> poses = randomViews(first.camera, first.size, board, num_frames, random);
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
+    const TrueCamera& camera = scene.cameras[c];
+    RigViews& of_camera =
+        scene.views.emplace_back(RigViews{.name = "camera" + std::to_string(c), .views = {}});
+    for (int i = 0; i < num_frames; ++i) {
+      const SE3 rig_from_board = first.camera_from_rig.inverse() * poses[static_cast<std::size_t>(i)];
+      View view = exactView(camera.camera, camera.size, board, camera.camera_from_rig * rig_from_board,
+                            "frame" + std::to_string(i) + ".png");
+      if (view.corners.size() < 12) continue;
+      if (noise_px > 0) addCornerNoise(view, noise_px, random);
+      for (Corner& corner : view.corners) corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
+      std::erase_if(view.corners,
+                    [&](const Corner& corner) { return !isInOrNearImage(corner.pixel, view.size); });
+      of_camera.views.push_back(std::move(view));
+    }
+  }
+  return scene;
+}
+
+RigOptions optionsFor(const RigScene& scene) {
+  RigOptions options;
+  options.camera.board_shape = BoardShapeMode::kFlat;
+  options.camera.jobs = 2;
+  for (const TrueCamera& camera : scene.cameras) options.models.emplace_back(camera.camera.modelId());
+  return options;
+}
+
+// The error of a camera's pose relative to the first one, as a tangent.
+Eigen::Matrix<double, 6, 1> poseError(const RigScene& scene, const RigCalibration& rig, std::size_t camera) {
+  const SE3 truth = scene.cameras[camera].camera_from_rig * scene.cameras.front().camera_from_rig.inverse();
+  return (truth.inverse() * rig.fit.cameras[camera].camera_from_rig).log();
+}
+
+TEST(BoardTurns, ExchangePointsThatLookTheSame) {
+  const AsymmetricCircleGrid even{.columns = 4, .rows = 10, .spacing_m = 0.02, .diameter_m = 0.014};
+  const std::vector<std::pair<Board, std::size_t>> boards = {
+      {kCharuco, 1}, {kAmbiguous, 2}, {kSquare, 4}, {Board(even), 2}};
+  int num_points = 0;
+  for (const auto& [board, num_turns] : boards) {
+    const std::vector<BoardTurn> turns = boardTurns(board);
+    ASSERT_EQ(turns.size(), num_turns) << board.spec();
+    for (const BoardTurn& turn : turns) {
+      std::set<int> ids;
+      for (int id = 0; id < board.numCorners(); ++id) {
+        const int turned = turn.id_of[static_cast<std::size_t>(id)];
+        ids.insert(turned);
+        EXPECT_LT((turn.turned_from_board * board.corner(id) - board.corner(turned)).norm(), 1e-12);
+        ++num_points;
+      }
+      EXPECT_EQ(static_cast<int>(ids.size()), board.numCorners());
+    }
+  }
+  EXPECT_EQ(num_points, 70 + 2 * 48 + 4 * 36 + 2 * 40);
+}
+
+TEST(Rig, FindsExactCamerasFromExactCorners) {
+  const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0, 3);
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  EXPECT_LT(rms(rig.fit), 1e-6);
+  EXPECT_TRUE(rig.unlinked.empty());
+  EXPECT_GE(rig.num_linked, 15u);
+  for (std::size_t c = 1; c < 3; ++c) EXPECT_LT(poseError(scene, rig, c).norm(), 1e-7) << c;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_NEAR(rig.fit.cameras[c].params[i], scene.cameras[c].camera.parameters()[i], 1e-4);
+  }
+}
+
+TEST(Rig, StatesItsUncertainty) {
+  std::vector<TrueCamera> cameras = threeCameras();
+  int num_within = 0;
+  int num_all = 0;
+  int num_by_frames = 0;
+  double worst = 0;
+  constexpr int kNumSets = 60;
+  for (std::uint64_t seed = 0; seed < kNumSets; ++seed) {
+    const RigScene scene = sceneOf(cameras, kCharuco, 30, 0.2, 100 + seed);
+    const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+    ASSERT_GT(rig.covariance.rows(), 0) << seed;
+    num_by_frames += rig.is_by_frames ? 1 : 0;
+    for (std::size_t c = 1; c < 3; ++c) {
+      Eigen::Matrix<double, 6, 1> std;
+      std << rig.cameras[c].position_std_m, rig.cameras[c].rotation_std_rad;
+      const Eigen::Matrix<double, 6, 1> z = poseError(scene, rig, c).cwiseQuotient(std);
+      num_all += 6;
+      num_within += static_cast<int>((z.cwiseAbs().array() < 1.96).count());
+      worst = std::max(worst, z.cwiseAbs().maxCoeff());
+    }
+  }
+  EXPECT_EQ(num_all, 12 * kNumSets);
+  EXPECT_GE(num_within, static_cast<int>(0.92 * num_all));
+  EXPECT_LE(num_within, static_cast<int>(0.98 * num_all));
+  EXPECT_LE(num_by_frames, kNumSets / 10);
+  EXPECT_LT(worst, 5);
+  RecordProperty("share_within", std::to_string(static_cast<double>(num_within) / num_all));
+  RecordProperty("worst", std::to_string(worst));
+}
+
+TEST(Rig, NumbersAmbiguousBoardsAlike) {
+  int num_turned = 0;
+  for (const Board& board : {kAmbiguous, kSquare}) {
+    RigScene scene = sceneOf(threeCameras(), board, 24, 0.1, 11);
+    const std::vector<BoardTurn> turns = boardTurns(board);
+    Random random(5);
+    int num_here = 0;
+    for (RigViews& camera : scene.views) {
+      for (View& view : camera.views) {
+        const std::size_t k = random.index(turns.size());
+        if (k != 0) ++num_here;
+        for (Corner& corner : view.corners) corner.id = turns[k].id_of[static_cast<std::size_t>(corner.id)];
+        std::ranges::sort(view.corners, {}, &Corner::id);
+      }
+    }
+    ASSERT_GT(num_here, 10);
+    num_turned += num_here;
+    const RigCalibration rig = calibrateRig(std::span(&board, 1), scene.views, optionsFor(scene));
+    EXPECT_GT(rig.num_renumbered, 5u);
+    EXPECT_TRUE(rig.unlinked.empty());
+    EXPECT_NEAR(rms(rig.fit), 0.1 * std::sqrt(2), 0.02);
+    for (std::size_t c = 1; c < 3; ++c) {
+      EXPECT_LT(poseError(scene, rig, c).head<3>().norm(), 5e-3);
+      EXPECT_LT(poseError(scene, rig, c).tail<3>().norm(), 5e-3);
+    }
+  }
+  EXPECT_GT(num_turned, 40);
+}
+
+TEST(Rig, LinksCamerasThroughOthers) {
+  RigScene scene = sceneOf(threeCameras(), kCharuco, 30, 0.1, 17);
+  // The second camera has the first half of the frames, the third the second half.
+  const auto keep = [&](std::size_t c, bool first_half) {
+    std::erase_if(scene.views[c].views,
+                  [&](const View& view) { return (std::stoi(view.image.substr(5)) < 15) != first_half; });
+  };
+  keep(1, true);
+  keep(2, false);
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  for (std::size_t c = 1; c < 3; ++c) EXPECT_LT(poseError(scene, rig, c).norm(), 0.02);
+  // Without the first camera nothing links them.
+  scene.views.erase(scene.views.begin());
+  scene.cameras.erase(scene.cameras.begin());
+  EXPECT_THAT(messageOf([&] { (void)calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene)); }),
+              AllOf(HasSubstr("nothing links: camera1 | camera2"), HasSubstr("next: ")));
+}
+
+TEST(Rig, FindsFramesThatWereNotTakenTogether) {
+  RigScene scene = sceneOf(threeCameras(), kCharuco, 30, 0.1, 23);
+  // Two views of the second camera are those of other moments.
+  std::vector<View>& views = scene.views[1].views;
+  std::swap(views[2].corners, views[9].corners);
+  const std::vector<std::string> wrong = {views[2].image, views[9].image};
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  ASSERT_EQ(rig.unlinked.size(), 2u);
+  for (const UnlinkedView& view : rig.unlinked) {
+    EXPECT_EQ(view.camera, 1u);
+    EXPECT_THAT(wrong, Contains(view.image));
+  }
+  EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, "not_simultaneous")));
+  EXPECT_LT(poseError(scene, rig, 1).norm(), 0.02);
+}
+
+TEST(Rig, NeedsTwoCameras) {
+  RigScene scene = sceneOf(threeCameras(), kCharuco, 6, 0.1, 29);
+  scene.views.resize(1);
+  try {
+    (void)calibrateRig(std::span(&kCharuco, 1), scene.views, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kUsage);
+  }
+}
+
+TEST(RigFile, HoldsItsCameras) {
+  const RigScene scene = sceneOf(threeCameras(), kCharuco, 15, 0.1, 31);
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const std::string text = rigFileText(recordOf(rig, "a test"));
+  const CameraSource source = parseCameras(text, "rig.yaml");
+  ASSERT_EQ(source.cameras.size(), 3u);
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(source.cameras[c].name, "camera" + std::to_string(c));
+    EXPECT_THAT(source.cameras[c].camera.parameters(), testing::ElementsAreArray(rig.fit.cameras[c].params));
+    EXPECT_EQ(source.cameras[c].image_size, scene.cameras[c].size);
+  }
+  ReadOptions only_one;
+  only_one.only = "camera1";
+  EXPECT_EQ(parseCameras(text, "rig.yaml", only_one).cameras.size(), 1u);
+  std::string damaged = text;
+  damaged.replace(damaged.find("quaternion_xyzw"), 15, "quaternion_xyz_");
+  EXPECT_THAT(messageOf([&] { (void)parseCameras(damaged, "rig.yaml"); }),
+              AllOf(HasSubstr("rig.yaml:"), HasSubstr("quaternion_xyz_")));
+}
+
+}  // namespace
+}  // namespace alidade
