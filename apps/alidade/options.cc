@@ -201,6 +201,16 @@ void takeLength(CLI::Option& option) {
   });
 }
 
+std::string callOf(const CLI::App& app) {
+  const CLI::App* parent = app.get_parent();
+  return parent == nullptr ? app.get_name() : callOf(*parent) + " " + app.get_name();
+}
+
+std::string commandName(const CLI::App& command) {
+  const std::string call = callOf(command);
+  return call.substr(call.find(' ') + 1);
+}
+
 Error missingError(const std::string& command, const std::string& found, const std::string& expected) {
   // A flag's value is all that is missing; an input needs the help.
   return usageError({.where = command,
@@ -274,7 +284,7 @@ void applySettingsFile(CLI::App& app, const std::string& path) {
   for (const SettingEntry& entry : readSettingsFile(path)) {
     if (std::find(names.begin(), names.end(), entry.key) == names.end()) {
       throw inputError({.where = entry.where,
-                        .found = "'" + entry.key + "' is not a flag of " + app.get_name(),
+                        .found = "'" + entry.key + "' is not a flag of " + commandName(app),
                         .expected = "one of " + join(names, ", "),
                         .next_step = didYouMean(entry.key, names)});
     }

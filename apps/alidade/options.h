@@ -51,7 +51,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
-[[nodiscard]] std::unique_ptr<Command> makeRigCommand();
+[[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
 
 /// The exit code where the work is done and the answer is no.
 inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
@@ -115,6 +115,10 @@ void addCameraOptions(CLI::App& app, CameraOptions& options);
 /// metres (2m, 30cm).
 void takePixels(CLI::Option& option);
 void takeLength(CLI::Option& option);
+
+/// What the user types for a parser: "alidade rig calibrate"; and without the program's name.
+[[nodiscard]] std::string callOf(const CLI::App& app);
+[[nodiscard]] std::string commandName(const CLI::App& command);
 
 /// The complaint about a command line without something that the command needs.
 [[nodiscard]] Error missingError(const std::string& command, const std::string& found,

@@ -27,16 +27,18 @@ namespace alidade {
 namespace {
 
 struct CommandEntry {
-  const char* name;
+  const char* name;  // "detect"; with its group "rig calibrate"
   const char* summary;
   std::unique_ptr<Command> (*make)();
 };
+
+constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
 
 // In the order of the help text.
 constexpr std::array<CommandEntry, 11> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
-    {"rig", "Calibrate several cameras that are fixed to each other", makeRigCommand},
+    {"rig calibrate", "Calibrate the cameras of a rig in one joint fit", makeRigCalibrateCommand},
     {"project", "Project 3D points to pixels", makeProjectCommand},
     {"unproject", "Convert pixels to rays", makeUnprojectCommand},
     {"undistort", "Remove lens distortion from images", makeUndistortCommand},
@@ -69,25 +71,39 @@ std::string flagAdvice(const std::vector<std::string>& words, const std::vector<
   return "\n  next: " + help;
 }
 
-// What the parser did not understand, with the nearest thing that it does.
-std::string explain(const CLI::Error& error, const CLI::App& app, const CLI::App* command, int argc,
-                    char** argv) {
-  if (command == nullptr) {
-    const std::vector<std::string> known =
-        mapped(kCommands, [](const CommandEntry& entry) { return std::string(entry.name); });
-    const std::vector<std::string> words(argv + 1, argv + argc);
-    const auto word = std::find_if(words.begin(), words.end(), [](const auto& w) { return w[0] != '-'; });
-    if (word != words.end()) {
-      return "unknown command '" + *word + "'; expected one of " + join(known, ", ") +
-             "\n  next: " + didYouMean(*word, known, "alidade --help");
-    }
-    return "unknown flag '" + words[0] + "'; expected a command, or " + join(flagsOf(app), ", ") +
-           flagAdvice(words, flagsOf(app), "alidade --help");
+// The parser of the command, or of the group or the whole program where no command was named.
+CLI::App& chosenParser(CLI::App& app) {
+  const auto chosen = app.get_subcommands();
+  return chosen.empty() ? app : chosenParser(*chosen.front());
+}
+
+// What is wrong with a command line that names no command of a program or group.
+std::string explainNoCommand(const CLI::App& app, std::vector<std::string> words) {
+  const std::vector<std::string> known =
+      mapped(app.get_subcommands({}), [](const CLI::App* command) { return command->get_name(); });
+  const std::string prefix = app.get_parent() == nullptr ? "" : commandName(app) + ": ";
+  const std::string help = callOf(app) + " --help";
+  const auto word = std::find_if(words.begin(), words.end(), [](const auto& w) { return w[0] != '-'; });
+  if (word != words.end()) {
+    return prefix + "unknown command '" + *word + "'; expected one of " + join(known, ", ") +
+           "\n  next: " + didYouMean(*word, known, help);
   }
-  const std::string text = command->get_name() + ": " + error.what();
+  if (words.empty()) return prefix + "no command; expected one of " + join(known, ", ") + "\n  next: " + help;
+  return prefix + "unknown flag '" + words[0] + "'; expected a command, or " + join(flagsOf(app), ", ") +
+         flagAdvice(words, flagsOf(app), help);
+}
+
+// What the parser did not understand, with the nearest thing that it does.
+std::string explain(const CLI::Error& error, CLI::App& app, int argc, char** argv) {
+  const CLI::App& parser = chosenParser(app);
+  if (!parser.get_subcommands({}).empty()) {
+    const std::vector<std::string> words(argv + 1, argv + argc);
+    const auto group = std::ranges::find(words, parser.get_name());
+    return explainNoCommand(parser, {group == words.end() ? words.begin() : group + 1, words.end()});
+  }
+  const std::string text = commandName(parser) + ": " + error.what();
   if (text.find("\n  next: ") != std::string::npos) return text;
-  return text +
-         flagAdvice(app.remaining(true), flagsOf(*command), "alidade " + command->get_name() + " --help");
+  return text + flagAdvice(app.remaining(true), flagsOf(parser), callOf(parser) + " --help");
 }
 
 int fail(int code, const std::string& message) {
@@ -102,7 +118,7 @@ void refuseEmptyValues(const CLI::App& command) {
     for (const std::string& text : option->results()) {
       if (!text.empty()) continue;
       throw usageError(
-          {.where = command.get_name() + ": " + option->get_name(),
+          {.where = commandName(command) + ": " + option->get_name(),
            .found = "an empty value",
            .expected = "a value",
            .next_step =
@@ -135,6 +151,19 @@ void printErrorJson(const std::exception& error) {
   }
 }
 
+// The parser of a command, within that of its group.
+CLI::App* addParser(CLI::App& app, const CommandEntry& entry) {
+  const std::string_view name = entry.name;
+  const std::size_t space = name.find(' ');
+  if (space == std::string_view::npos) return app.add_subcommand(entry.name, entry.summary);
+  const std::string group_name(name.substr(0, space));
+  const auto groups =
+      app.get_subcommands([&](const CLI::App* other) { return other->get_name() == group_name; });
+  CLI::App* group = groups.empty() ? app.add_subcommand(group_name, kRigSummary) : groups.front();
+  group->require_subcommand(1);
+  return group->add_subcommand(std::string(name.substr(space + 1)), entry.summary);
+}
+
 int runCommand(int argc, char** argv) {
   CLI::App app(
       "Calibrates cameras from photographs of a board, projects points, and checks whether a camera file can "
@@ -145,7 +174,7 @@ int runCommand(int argc, char** argv) {
   app.get_formatter()->column_width(34);
   std::map<const CLI::App*, std::unique_ptr<Command>> commands;
   for (const CommandEntry& entry : kCommands) {
-    CLI::App* parser = app.add_subcommand(entry.name, entry.summary);
+    CLI::App* parser = addParser(app, entry);
     commands[parser] = entry.make();
     commands[parser]->setUp(*parser);
   }
@@ -162,19 +191,18 @@ int runCommand(int argc, char** argv) {
     printResult(out.str());
     return code;
   } catch (const CLI::Error& e) {
-    const auto chosen = app.get_subcommands();
-    return fail(kUsageExit, explain(e, app, chosen.empty() ? nullptr : chosen.front(), argc, argv));
+    return fail(kUsageExit, explain(e, app, argc, argv));
   }
-  CLI::App* chosen = app.get_subcommands().front();
-  Command& command = *commands.at(chosen);
+  CLI::App& chosen = chosenParser(app);
+  Command& command = *commands.at(&chosen);
   try {
-    refuseEmptyValues(*chosen);
-    const CLI::Option* config = chosen->get_option_no_throw("--config");
+    refuseEmptyValues(chosen);
+    const CLI::Option* config = chosen.get_option_no_throw("--config");
     if (config != nullptr && config->count() > 0) {
-      applySettingsFile(*chosen, config->as<std::string>());
-      refuseEmptyValues(*chosen);
+      applySettingsFile(chosen, config->as<std::string>());
+      refuseEmptyValues(chosen);
     }
-    return command.run(*chosen);
+    return command.run(chosen);
   } catch (const Cancelled&) {
     throw;  // ends by the signal, which no exit code and no document stands for
   } catch (const std::exception& error) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <nlohmann/json.hpp>
 
+#include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -38,6 +39,10 @@ TEST_F(RigCalibrate, WritesAFileOfItsCameras) {
   const std::string file = scratch_.read("rig.yaml");
   EXPECT_THAT(file, AllOf(HasSubstr("alidade_rig: 1\n"), HasSubstr("name: \"right\""),
                           HasSubstr("camera_from_rig_std")));
+  const RigRecord rig = loadRig(scratch_.path("rig.yaml"));
+  EXPECT_EQ(rigFileText(rig), file);
+  EXPECT_EQ(rig.cameras.size(), 2u);
+  EXPECT_EQ(rig.covariance.size(), (9u + 9 + 6) * (9 + 9 + 6 + 1) / 2);
   // A changed digit is noticed as in a camera file.
   scratch_.write("bad.yaml", replaced(file, "alidade_rig: 1", "alidade_rig: 2"));
   EXPECT_THAT(runAlidade({"project", scratch_.path("bad.yaml#left")}), FailsWith(1, HasSubstr("version")));
@@ -54,7 +59,7 @@ TEST_F(RigCalibrate, WritesOneJsonDocument) {
 }
 
 TEST_F(RigCalibrate, SaysWhatIsWrong) {
-  EXPECT_THAT(runAlidade({"rig"}), FailsWith(2, HasSubstr("no action")));
+  EXPECT_THAT(runAlidade({"rig"}), FailsWith(2, AllOf(HasSubstr("rig: no command"), HasSubstr("calibrate"))));
   EXPECT_THAT(runAlidade({"rig", "solve"}), FailsWith(2, HasSubstr("solve")));
   EXPECT_THAT(runAlidade({"rig", "calibrate", scratch_.path("left.csv")}),
               FailsWith(2, HasSubstr("1 inputs")));

@@ -92,13 +92,6 @@ int readCount(const YamlNode& node) {
   return count;
 }
 
-Verdict readVerdict(const YamlNode& node) {
-  const auto verdict = verdictOf(node.text());
-  if (!verdict)
-    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'no'");
-  return *verdict;
-}
-
 WarpRecord readWarp(const YamlNode& node) {
   WarpRecord warp;
   warp.shape = {.bend_x_m = node.at("bend_x_m").number(), .bend_y_m = node.at("bend_y_m").number()};
@@ -135,22 +128,6 @@ CameraName readName(const YamlNode& node) {
   if (const auto n = node.find("serial")) name.serial = n->text();
   if (const auto n = node.find("lens")) name.lens = n->text();
   return name;
-}
-
-// The lower triangle, a row of the matrix an item; files of the first edition have one list of numbers.
-std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
-  const std::vector<YamlNode> items = node.items();
-  if (items.empty() || items.front().isScalar()) return node.numbers(num_rows * (num_rows + 1) / 2);
-  if (items.size() != num_rows) {
-    throw node.error(std::to_string(items.size()) + " rows",
-                     std::to_string(num_rows) + " rows, one for each parameter");
-  }
-  std::vector<double> triangle;
-  for (std::size_t i = 0; i < num_rows; ++i) {
-    const std::vector<double> row = items[i].numbers(i + 1);
-    triangle.insert(triangle.end(), row.begin(), row.end());
-  }
-  return triangle;
 }
 
 std::vector<Eigen::Vector2d> readPixels(const YamlNode& node) {
@@ -244,7 +221,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   const std::size_t num_params = parameter_names.size();
   // What files had before they had a verdict.
   if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
-  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
+  if (const auto n = node.find("verdict")) record.verdict = detail::readVerdict(*n);
   if (const auto n = node.find("accuracy_px")) record.accuracy_px = n->number();
   if (const auto n = node.find("accuracy_distance_m")) {
     record.accuracy_distance_m = n->number();
@@ -261,13 +238,13 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }
   if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
-  if (const auto n = node.find("covariance")) record.covariance = readTriangle(*n, num_params);
+  if (const auto n = node.find("covariance")) record.covariance = detail::readTriangle(*n, num_params);
   if (const auto n = node.find("covariance_by")) {
     if (n->text() != "views") throw n->error("'" + n->text() + "'", "'views'");
     record.is_covariance_by_views = true;
   }
   if (const auto n = node.find("stated_covariance")) {
-    record.covariance = readTriangle(*n, num_params);
+    record.covariance = detail::readTriangle(*n, num_params);
     record.is_covariance_by_views = true;
     for (std::size_t i = 0; i < record.parameter_std.size(); ++i)
       record.parameter_std[i] = std::sqrt(std::max(0.0, record.covariance[i * (i + 3) / 2]));
@@ -277,6 +254,28 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
 }
 
 }  // namespace
+
+Verdict detail::readVerdict(const YamlNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict)
+    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'no'");
+  return *verdict;
+}
+
+std::vector<double> detail::readTriangle(const YamlNode& node, std::size_t num_rows) {
+  const std::vector<YamlNode> items = node.items();
+  if (items.empty() || items.front().isScalar()) return node.numbers(num_rows * (num_rows + 1) / 2);
+  if (items.size() != num_rows) {
+    throw node.error(std::to_string(items.size()) + " rows",
+                     std::to_string(num_rows) + " rows, one for each parameter");
+  }
+  std::vector<double> triangle;
+  for (std::size_t i = 0; i < num_rows; ++i) {
+    const std::vector<double> row = items[i].numbers(i + 1);
+    triangle.insert(triangle.end(), row.begin(), row.end());
+  }
+  return triangle;
+}
 
 ImageSize detail::readImageSize(const YamlNode& node) {
   node.allowKeys({"width", "height"});

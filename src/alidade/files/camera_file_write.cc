@@ -77,13 +77,7 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   if (!record.parameter_std.empty())
     writeEntries(out, "parameter_std", byName(parameter_names, record.parameter_std));
   if (!record.covariance.empty()) {
-    // A row of the lower triangle a line.
-    std::vector<std::vector<double>> rows;
-    for (auto at = record.covariance.begin(); at != record.covariance.end(); at += std::ssize(rows))
-      rows.emplace_back(at, at + std::ssize(rows) + 1);
-    writeEntries(out, "covariance", listOf(rows, [](YAML::Emitter& to, const std::vector<double>& row) {
-                   detail::writeValue(to, row);
-                 }));
+    writeEntries(out, "covariance", detail::triangleRows(record.covariance));
     if (record.is_covariance_by_views) writeEntries(out, "covariance_by", "views");
   }
   if (!record.view_centers.empty()) writeEntries(out, "view_centers", record.view_centers);

@@ -8,6 +8,7 @@
 #include "alidade/files/camera_file.h"
 #include "alidade/files/yaml_node.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/record/rig_record.h"
 
 // Cameras and poses as YAML nodes.
 namespace alidade::detail {
@@ -20,6 +21,17 @@ namespace alidade::detail {
 
 /// Reads a whole camera file of this program's own format.
 [[nodiscard]] CameraRecord readCameraRoot(const YamlNode& root);
+
+[[nodiscard]] Verdict readVerdict(const YamlNode& node);
+
+/// Reads the lower triangle of a symmetric matrix, a row an item, or all in one list as the first edition
+/// wrote it.
+[[nodiscard]] std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows);
+
+/// Checks the version and the keys of a rig file.
+void checkRigRoot(const YamlNode& root);
+/// Reads an item of a rig file's `cameras`.
+[[nodiscard]] RigCameraRecord readRigCamera(const YamlNode& entry);
 
 /// Reads a pose written in any of the representations that pose_list.h lists. `beside`: keys that may stand
 /// beside them.

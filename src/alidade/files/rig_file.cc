@@ -3,8 +3,10 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/file_text.h"
 #include "alidade/files/nodes.h"
 #include "alidade/files/yaml_writer.h"
@@ -14,6 +16,7 @@ namespace {
 
 using detail::flowMap;
 using detail::writeEntries;
+using detail::YamlNode;
 
 std::string indented(const std::string& text, std::size_t width) {
   std::string result;
@@ -40,7 +43,66 @@ std::string cameraEntry(const RigCameraRecord& camera) {
   return entry;
 }
 
+// What other formats do not have.
+void readOwn(const YamlNode& root, RigRecord& rig) {
+  const std::vector<YamlNode> entries = root.at("cameras").items();
+  std::size_t num_columns = 6 * (entries.size() - 1);
+  for (std::size_t c = 0; c < entries.size(); ++c) {
+    rig.cameras[c] = detail::readRigCamera(entries[c]);
+    num_columns += rig.cameras[c].camera.camera.parameters().size();
+  }
+  if (const auto calibration = root.find("calibration")) {
+    calibration->allowKeys({"verdict", "rms_px", "num_frames", "findings"});
+    rig.verdict = detail::readVerdict(calibration->at("verdict"));
+    rig.rms_px = calibration->at("rms_px").number();
+    rig.num_frames = calibration->at("num_frames").integer();
+    rig.findings = calibration->at("findings").texts();
+  }
+  if (const auto covariance = root.find("covariance"))
+    rig.covariance = detail::readTriangle(*covariance, num_columns);
+  if (const auto created_by = root.find("created_by")) rig.created_by = created_by->text();
+}
+
 }  // namespace
+
+void detail::checkRigRoot(const YamlNode& root) {
+  root.allowKeys({"alidade_rig", "conventions", "cameras", "calibration", "covariance", "created_by"});
+  const YamlNode version = root.at("alidade_rig");
+  if (version.integer() != 1) {
+    throw version.error("format version " + version.text(), "1",
+                        "the file may come from a newer release of Alidade; update the program");
+  }
+}
+
+RigCameraRecord detail::readRigCamera(const YamlNode& entry) {
+  entry.allowKeys({"name", "camera_from_rig", "camera_from_rig_std", "camera"});
+  RigCameraRecord record{.camera = readCameraRoot(entry.at("camera")),
+                         .camera_from_rig = readPose(entry.at("camera_from_rig"))};
+  record.camera.name.name = entry.at("name").text();
+  if (const auto std = entry.find("camera_from_rig_std")) {
+    std->allowKeys({"translation_m", "rotation_rad"});
+    record.translation_std_m = Eigen::Vector3d(std->at("translation_m").numbers(3).data());
+    record.rotation_std_rad = Eigen::Vector3d(std->at("rotation_rad").numbers(3).data());
+  }
+  return record;
+}
+
+RigRecord loadRig(const std::string& path) {
+  const CameraSource source = loadCameras(path);  // with the self-check of each camera
+  RigRecord rig;
+  for (const StatedCamera& camera : source.cameras) {
+    if (!camera.camera_from_rig) {
+      throw inputError({.where = path + ": " + cameraLabel(camera),
+                        .found = "no pose",
+                        .expected = "a rig: cameras and where they are",
+                        .next_step = "make one with alidade rig calibrate"});
+    }
+    rig.cameras.push_back({.camera = recordOf(camera, path), .camera_from_rig = *camera.camera_from_rig});
+    rig.cameras.back().camera.name.name = cameraLabel(camera);
+  }
+  if (source.format == "alidade") readOwn(YamlNode::readFile(path), rig);
+  return rig;
+}
 
 std::string rigFileText(const RigRecord& rig) {
   std::string text =
@@ -53,6 +115,7 @@ std::string rigFileText(const RigRecord& rig) {
   writeEntries(out, "calibration",
                flowMap("verdict", verdictName(rig.verdict), "rms_px", rig.rms_px, "num_frames",
                        rig.num_frames, "findings", rig.findings));
+  if (!rig.covariance.empty()) writeEntries(out, "covariance", detail::triangleRows(rig.covariance));
   if (!rig.created_by.empty()) writeEntries(out, "created_by", rig.created_by);
   out << YAML::EndMap;
   return text + detail::withBytesShown(detail::documentText(out));

@@ -7,6 +7,10 @@
 
 namespace alidade {
 
+/// Reads a file that says where several cameras are; Alidade's own are read whole.
+/// @throws Error (kInput) as loadCameras(), and for a file without poses
+[[nodiscard]] RigRecord loadRig(const std::string& path);
+
 /// Text of a rig file (YAML, `alidade_rig: 1`). Each camera is there as in a camera file, so loadCameras()
 /// reads the cameras of a rig file.
 [[nodiscard]] std::string rigFileText(const RigRecord& rig);

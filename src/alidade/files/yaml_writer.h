@@ -2,11 +2,15 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include <yaml-cpp/yaml.h>
 
@@ -63,6 +67,17 @@ template <class Items, class ValueOf>
   return [&items, valueOf](YAML::Emitter& out) {
     out << YAML::BeginSeq;
     for (const auto& item : items) valueOf(out, item);
+    out << YAML::EndSeq;
+  };
+}
+
+/// A value with a lower triangle, a line a row. @pre `triangle` has n (n + 1) / 2 numbers and lives until it
+/// is written
+[[nodiscard]] inline auto triangleRows(const std::vector<double>& triangle) {
+  return [&triangle](YAML::Emitter& out) {
+    out << YAML::BeginSeq;
+    for (auto [at, size] = std::pair(triangle.begin(), std::ptrdiff_t{1}); at != triangle.end(); at += size++)
+      writeValue(out, std::span(at, at + size));
     out << YAML::EndSeq;
   };
 }

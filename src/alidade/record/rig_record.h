@@ -29,6 +29,9 @@ struct RigRecord {
   int num_frames = 0;  ///< with a board that two or more cameras saw
   std::vector<std::string> findings;
   std::string created_by;
+  /// Joint covariance, lower triangle row by row: the parameters of each camera, then the tangent of
+  /// camera_from_rig of each camera but the first; empty = unknown.
+  std::vector<double> covariance = {};
 };
 
 }  // namespace alidade

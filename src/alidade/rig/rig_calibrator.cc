@@ -459,6 +459,10 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
       record.findings.push_back(diagnosis.id);
   }
   const RigColumns columns = rigColumns(rig.fit);
+  if (rig.covariance.rows() > 0) {
+    const int num_kept = columns.pose.back() + 6;  // without the boards' bends
+    record.covariance = lowerTriangle(rig.covariance.view().topLeftCorner(num_kept, num_kept));
+  }
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
     Calibration joint = camera.alone;

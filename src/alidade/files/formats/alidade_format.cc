@@ -14,22 +14,21 @@ bool recognises(const CameraDocument& document) {
 
 // The cameras of a rig file.
 StatedCameras readRig(const YamlNode& root, const ReadOptions& options) {
-  root.allowKeys({"alidade_rig", "conventions", "cameras", "calibration", "created_by"});
-  const YamlNode version = root.at("alidade_rig");
-  if (version.integer() != 1) throw version.error("version " + version.text(), "version 1");
+  checkRigRoot(root);
   StatedCameras cameras;
   for (const YamlNode& entry : root.at("cameras").items()) {
-    entry.allowKeys({"name", "camera_from_rig", "camera_from_rig_std", "camera"});
     const std::string name = entry.at("name").text();
-    static_cast<void>(readPose(entry.at("camera_from_rig")));  // a damaged file is refused as a whole
     if (!options.only.empty() && options.only != name) {
       cameras.passed.push_back(name);
       continue;
     }
     cameras.add(name, [&] {
-      CameraRecord record = readCameraRoot(entry.at("camera"));
-      return StatedCamera{
-          .name = name, .camera = record.camera, .image_size = record.image_size, .own = std::move(record)};
+      RigCameraRecord record = readRigCamera(entry);
+      return StatedCamera{.name = name,
+                          .camera = record.camera.camera,
+                          .image_size = record.camera.image_size,
+                          .camera_from_rig = record.camera_from_rig,
+                          .own = std::move(record.camera)};
     });
   }
   return cameras;

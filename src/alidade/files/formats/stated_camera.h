@@ -7,6 +7,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
+#include "alidade/geometry/se3.h"
 #include "alidade/record/camera_record.h"
 
 namespace alidade {
@@ -27,6 +28,8 @@ struct StatedCamera {
   std::vector<Remark> remarks = {};
   /// The principal point of the rectified images, px, where a ROS file states a projection matrix.
   std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
+  /// Where it is, if the file says where all of its cameras are.
+  std::optional<SE3> camera_from_rig = {};
   std::optional<CameraRecord> own = {};  ///< the whole record of an Alidade camera file
 };
 
@@ -77,6 +80,7 @@ struct NamedCamera {
   std::string name;  ///< empty = the format's usual name
   AnyCamera camera;
   ImageSize image_size;
+  std::optional<SE3> camera_from_rig = {};  ///< of all cameras of a file, or of none
   std::string where = "camera";  ///< for messages: the file of the camera
 };
 

@@ -129,14 +129,13 @@ std::string jsonOf(const RigCalibration& rig) {
                    {"diagnoses", std::move(diagnoses)}});
 }
 
-class RigCommand final : public Command {
+class RigCalibrateCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade rig calibrate left/ right/ --board checkerboard:9x6:25mm -o rig.yaml\n"
         "Images with the same name, or else with the same last number in it, were taken at the same time.\n"
         "Exit code 3: done, but the rig must not be used; no rig file is written.");
-    app.add_option("action", action_, "What to do: calibrate")->check(CLI::IsMember({"calibrate"}));
     app.add_option("input", inputs_,
                    "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)");
     addBoardOption(app, boards_);
@@ -159,9 +158,8 @@ class RigCommand final : public Command {
   }
 
   int run(const CLI::App&) override {
-    if (action_.empty()) throw missingError("rig", "no action", "calibrate");
     if (inputs_.size() < 2) {
-      throw missingError("rig", fmt::format("{} inputs", inputs_.size()),
+      throw missingError("rig calibrate", fmt::format("{} inputs", inputs_.size()),
                          "two or more, one for each camera, for example left/ right/");
     }
     std::vector<std::string> sources;
@@ -208,7 +206,7 @@ class RigCommand final : public Command {
     const std::set<std::string> unique(names.begin(), names.end());
     if (names.size() != inputs_.size() || unique.size() != names.size() || unique.contains("")) {
       throw usageError(
-          {.where = names_.empty() ? "rig" : "--names",
+          {.where = names_.empty() ? "rig calibrate" : "--names",
            .found = "the names " + join(names, ", ") + fmt::format(" for {} cameras", inputs_.size()),
            .expected = "a different name for each camera",
            .next_step = "give --names, for example --names left,right"});
@@ -221,7 +219,7 @@ class RigCommand final : public Command {
     std::vector<RigViews> cameras;
     for (std::size_t c = 0; c < inputs_.size(); ++c) {
       GivenViews given =
-          readViews({.command = "rig", .inputs = {inputs_[c]}, .boards = boards_, .detection = detection_},
+          readViews({.command = "rig calibrate", .inputs = {inputs_[c]}, .boards = boards_, .detection = detection_},
                     common_, cancel);
       if (c == 0) boards = given.boards;
       if (given.boards != boards) {
@@ -242,7 +240,6 @@ class RigCommand final : public Command {
     return cameras;
   }
 
-  std::string action_;
   std::vector<std::string> inputs_;
   std::vector<std::string> boards_;
   std::vector<std::string> models_;
@@ -255,8 +252,8 @@ class RigCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeRigCommand() {
-  return std::make_unique<RigCommand>();
+std::unique_ptr<Command> makeRigCalibrateCommand() {
+  return std::make_unique<RigCalibrateCommand>();
 }
 
 }  // namespace alidade
