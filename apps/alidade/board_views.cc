@@ -142,7 +142,8 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
                    .measures = {},
                    .reasons = reasonLines(stage.surveys),
                    .notes = std::move(stage.notes),
-                   .views = stage.views()};
+                   .views = stage.views(),
+                   .images = mapped(stage.surveys.front().outcomes, &ImageOutcome::image)};
   for (const BoardSurvey& survey : stage.surveys) {
     const std::string measures = measuresText(survey);
     if (!measures.empty())

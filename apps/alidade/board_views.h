@@ -71,7 +71,8 @@ struct GivenViews {
   std::vector<std::string> measures;  ///< how the images show each board, as far as that is known
   std::vector<std::string> reasons;   ///< a line an image without one
   std::vector<std::string> notes;
-  std::vector<View> views;  ///< of one image size
+  std::vector<View> views;          ///< of one image size
+  std::vector<std::string> images;  ///< all that were searched for boards; none for corners files
 };
 
 /// True for the name of a corners file.

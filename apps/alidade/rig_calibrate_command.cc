@@ -9,9 +9,12 @@
 
 #include "alidade/adjust/errors.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
+#include "alidade/files/frame_table_file.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "board_views.h"
@@ -59,6 +62,8 @@ std::string summaryOf(const RigCalibration& rig) {
     text +=
         fmt::format("          {} views of an ambiguous board were numbered like the others of their frame\n",
                     rig.num_renumbered);
+  if (rig.holdout.num_corners > 0)
+    text += fmt::format("          cross-validation {:.3f} px\n", rig.holdout.rms_px);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
     const FitCamera& fitted = rig.fit.cameras[c];
@@ -84,6 +89,15 @@ json poseJson(const SE3& pose) {
   const Eigen::Vector4d q = pose.rotation.quaternion().coeffs();
   const Eigen::Vector3d& t = pose.translation;
   return {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) {
+  json list = json::array();
+  for (const RigImage& image : images) {
+    list.push_back(
+        {{"camera", rig.cameras[image.camera].name}, {"image", image.image}, {"frame", image.frame}});
+  }
+  return list;
 }
 
 std::string jsonOf(const RigCalibration& rig) {
@@ -115,16 +129,24 @@ std::string jsonOf(const RigCalibration& rig) {
                          {"message", diagnosis.message()},
                          {"next_step", diagnosis.next_step}});
   }
-  json unlinked = json::array();
-  for (const UnlinkedView& view : rig.unlinked)
-    unlinked.push_back(
-        {{"camera", rig.cameras[view.camera].name}, {"image", view.image}, {"frame", view.frame}});
+  json motions = json::array();
+  for (const CameraMotion& motion : rig.motions) {
+    motions.push_back({{"camera", rig.cameras[motion.camera].name},
+                       {"from_frame", motion.from_frame},
+                       {"after_from_before", poseJson(motion.after_from_before)},
+                       {"effect_px", motion.effect_px},
+                       {"num_views_after", motion.num_after}});
+  }
   return jsonText({{"verdict", verdictName(rig.verdict())},
                    {"rms_px", rms(rig.fit)},
                    {"num_frames", rig.frames.size()},
                    {"num_linked", rig.num_linked},
                    {"num_renumbered", rig.num_renumbered},
-                   {"unlinked", std::move(unlinked)},
+                   {"holdout_rms_px", rig.holdout.rms_px},
+                   {"time_spread", rig.time_spread},
+                   {"unlinked", imagesJson(rig, rig.unlinked)},
+                   {"unmatched", imagesJson(rig, rig.unmatched)},
+                   {"motions", std::move(motions)},
                    {"cameras", std::move(cameras)},
                    {"diagnoses", std::move(diagnoses)}});
 }
@@ -148,6 +170,15 @@ class RigCalibrateCommand final : public Command {
         ->check(CLI::IsMember(models));
     app.add_option("--names", names_, "Names of the cameras, separated by commas. Default: from the inputs")
         ->delimiter(',');
+    app.add_option("--match", match_,
+                   "CSV file that says which images were taken together: a column for each camera, a row for "
+                   "each frame. Default: images whose names match")
+        ->type_name("FILE");
+    app.add_option(
+           "--fixed", fixed_,
+           "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
+           "calibrate this one); their lenses are kept")
+        ->delimiter(',');
     addDetectionOptions(app, detection_);
     app.add_option("-o,--output", output_, "Rig file to write (YAML)");
     app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
@@ -167,6 +198,8 @@ class RigCalibrateCommand final : public Command {
       const std::vector<std::string> files = isCornersFile(input) ? std::vector{input} : withImages({input});
       sources.insert(sources.end(), files.begin(), files.end());
     }
+    sources.insert(sources.end(), {match_, common_.config});
+    for (const std::string& file : fixed_) sources.push_back(cameraFilePath(file));
     checkOutput(output_, sources, common_);
     RigOptions options{.camera = {.tolerance_px = *parsePixels(tolerance_), .jobs = common_.jobs},
                        .models = {}};
@@ -178,6 +211,8 @@ class RigCalibrateCommand final : public Command {
                         .found = fmt::format("{} models for {} cameras", models_.size(), inputs_.size()),
                         .expected = "one model, or one for each camera"});
     }
+    options.given = givenCameras();
+    if (!match_.empty()) options.frames = readFrameTable(match_);
     std::vector<Board> boards;
     std::vector<RigViews> cameras = readCameras(options.camera.cancel, boards);
     const RigCalibration rig = calibrateRig(boards, std::move(cameras), options);
@@ -214,13 +249,24 @@ class RigCalibrateCommand final : public Command {
     return names;
   }
 
+  std::vector<std::optional<CameraRecord>> givenCameras() const {
+    if (!fixed_.empty() && fixed_.size() != inputs_.size()) {
+      throw usageError({.where = "--fixed",
+                        .found = fmt::format("{} files for {} cameras", fixed_.size(), inputs_.size()),
+                        .expected = "one for each camera, or '-'"});
+    }
+    return mapped(fixed_, [&](const std::string& file) {
+      return file == "-" ? std::nullopt : std::optional(readCameraTelling(file, {}, common_.quiet));
+    });
+  }
+
   std::vector<RigViews> readCameras(const CancelFlag* cancel, std::vector<Board>& boards) const {
     const std::vector<std::string> names = cameraNames();
     std::vector<RigViews> cameras;
     for (std::size_t c = 0; c < inputs_.size(); ++c) {
-      GivenViews given =
-          readViews({.command = "rig calibrate", .inputs = {inputs_[c]}, .boards = boards_, .detection = detection_},
-                    common_, cancel);
+      GivenViews given = readViews(
+          {.command = "rig calibrate", .inputs = {inputs_[c]}, .boards = boards_, .detection = detection_},
+          common_, cancel);
       if (c == 0) boards = given.boards;
       if (given.boards != boards) {
         throw inputError({.where = inputs_[c],
@@ -235,7 +281,8 @@ class RigCalibrateCommand final : public Command {
           printMessage(lines.substr(0, lines.size() - 1));
         }
       }
-      cameras.push_back({.name = names[c], .views = std::move(given.views)});
+      cameras.push_back(
+          {.name = names[c], .views = std::move(given.views), .images = std::move(given.images)});
     }
     return cameras;
   }
@@ -244,6 +291,8 @@ class RigCalibrateCommand final : public Command {
   std::vector<std::string> boards_;
   std::vector<std::string> models_;
   std::vector<std::string> names_;
+  std::string match_;
+  std::vector<std::string> fixed_;
   DetectionOptions detection_;
   std::string output_;
   std::string tolerance_ = "1px";

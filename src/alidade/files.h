@@ -6,6 +6,7 @@
 /// loadCamera() reads the only camera of a file of any format, or the camera selected by FILE#NAME.
 /// loadCameras() reads all cameras, with remarks. saveCamera() writes a camera in any format. The
 /// content of a file is a CameraRecord: camera, image size and calibration data, such as statedCovariance().
+/// loadRig() reads several cameras and where they are; rigFileText() is the text of a rig file.
 /// readCornersFile(), readPoseList() and readBoard() read the other input files. Errors are thrown as
 /// alidade::Error (kInput); the message names the file, line and key.
 #include "alidade/core/error.h"
@@ -14,3 +15,4 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/pose_list.h"
+#include "alidade/files/rig_file.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <nlohmann/json.hpp>
 
+#include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
 
@@ -56,6 +57,43 @@ TEST_F(RigCalibrate, WritesOneJsonDocument) {
   EXPECT_EQ(json.at("cameras").at(1).at("name"), "b");
   EXPECT_EQ(json.at("num_linked"), 12);
   EXPECT_LT(json.at("rms_px").get<double>(), 0.1);
+}
+
+TEST_F(RigCalibrate, MatchesImagesByATable) {
+  scratch_.write("frames.csv",
+                 "left,right\nview_001.png,view_001.png\nview_002.png,view_002.png\n"
+                 "view_003.png,view_003.png\nview_004.png,view_004.png\nview_005.png,\n");
+  const RunResult result = calibrate({"--model", "radtan", "--match", scratch_.path("frames.csv"), "--json"});
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("num_linked"), 4);
+  scratch_.write("frames.csv", "left,middle\nview_001.png,view_001.png\n");
+  EXPECT_THAT(calibrate({"--quiet", "--match", scratch_.path("frames.csv")}),
+              FailsWith(1, AllOf(HasSubstr("no column 'right'"), HasSubstr("left, middle"))));
+  scratch_.write("frames.csv", "left,right\nview_001.png\n");
+  EXPECT_THAT(calibrate({"--quiet", "--match", scratch_.path("frames.csv")}),
+              FailsWith(1, AllOf(HasSubstr("frames.csv:2"), HasSubstr("1 fields"))));
+  for (const std::string bad : {"", "left\nx\n", "left,left\nx,y\n", "left,right\n"}) {
+    scratch_.write("frames.csv", bad);
+    EXPECT_THAT(calibrate({"--quiet", "--match", scratch_.path("frames.csv")}),
+                FailsWith(1, HasSubstr("frames.csv")))
+        << bad;
+  }
+}
+
+TEST_F(RigCalibrate, KeepsGivenLenses) {
+  const std::string camera = scratch_.path("camera.yaml");
+  ASSERT_THAT(runAlidade({"calibrate", dataPath("corners.csv"), "--model", "radtan", "-o", camera}),
+              EndsWith(0));
+  const RunResult result =
+      calibrate({"--fixed", camera + ",-", "--model", "radtan", "-o", scratch_.path("rig.yaml")});
+  ASSERT_THAT(result, EndsWith(0));
+  const RigRecord rig = loadRig(scratch_.path("rig.yaml"));
+  const CameraRecord given = loadCamera(camera);
+  EXPECT_THAT(rig.cameras[0].camera.camera.parameters(),
+              testing::ElementsAreArray(given.camera.parameters()));
+  EXPECT_EQ(rig.cameras[0].camera.calibration->accuracy_px, given.calibration->accuracy_px);
+  EXPECT_THAT(calibrate({"--fixed", camera}), FailsWith(2, HasSubstr("1 files for 2 cameras")));
+  EXPECT_THAT(calibrate({"--fixed", camera + "," + camera, "-o", camera}),
+              FailsWith(2, HasSubstr("this is also an input")));
 }
 
 TEST_F(RigCalibrate, SaysWhatIsWrong) {

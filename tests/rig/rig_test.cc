@@ -11,6 +11,7 @@
 #include "alidade/files/rig_file.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "alidade/rig/rig_start.h"
+#include "alidade/rig/rig_uncertainty.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "support/message_of.h"
@@ -213,12 +214,100 @@ TEST(Rig, FindsFramesThatWereNotTakenTogether) {
   const std::vector<std::string> wrong = {views[2].image, views[9].image};
   const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   ASSERT_EQ(rig.unlinked.size(), 2u);
-  for (const UnlinkedView& view : rig.unlinked) {
+  for (const RigImage& view : rig.unlinked) {
     EXPECT_EQ(view.camera, 1u);
     EXPECT_THAT(wrong, Contains(view.image));
   }
   EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, "not_simultaneous")));
   EXPECT_LT(poseError(scene, rig, 1).norm(), 0.02);
+}
+
+// A camera moves after half of the frames, far or by a little; another one never does.
+TEST(Rig, FindsACameraThatMoved) {
+  constexpr int kNumFrames = 30;
+  constexpr int kFirstMoved = 14;
+  int num_found = 0;
+  for (const double angle_rad : {0.2, 0.02, 0.002}) {
+    for (const std::size_t mover : {std::size_t{0}, std::size_t{2}}) {
+      RigScene scene = sceneOf(threeCameras(), kCharuco, kNumFrames, 0.1, 37);
+      const SE3 motion{SO3::exp(Eigen::Vector3d(0, angle_rad, 0)), Eigen::Vector3d(0.1 * angle_rad, 0, 0)};
+      std::vector<TrueCamera> moved = threeCameras();
+      moved[mover].camera_from_rig = motion * moved[mover].camera_from_rig;
+      // The boards stay where the unmoved first camera sees them.
+      Random random(37);
+      const std::vector<SE3> boards =
+          randomViews(scene.cameras.front().camera, scene.cameras.front().size, kCharuco, kNumFrames, random);
+      Random noise(41);
+      std::erase_if(scene.views[mover].views,
+                    [](const View& view) { return std::stoi(view.image.substr(5)) >= kFirstMoved; });
+      for (int i = kFirstMoved; i < kNumFrames; ++i) {
+        const TrueCamera& camera = moved[mover];
+        View view = exactView(camera.camera, camera.size, kCharuco,
+                              camera.camera_from_rig * boards[static_cast<std::size_t>(i)],
+                              "frame" + std::to_string(i) + ".png");
+        addCornerNoise(view, 0.1, noise);
+        for (Corner& corner : view.corners) corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
+        std::erase_if(view.corners, [&](const Corner& c) { return !isInOrNearImage(c.pixel, view.size); });
+        if (view.corners.size() >= 12) scene.views[mover].views.push_back(std::move(view));
+      }
+      const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+      ASSERT_EQ(rig.motions.size(), 1u) << angle_rad << " " << mover;
+      const CameraMotion& found = rig.motions.front();
+      EXPECT_EQ(found.camera, mover);
+      EXPECT_NEAR(std::stoi(found.from_frame.substr(5)), kFirstMoved, 1);
+      EXPECT_NEAR((motion.inverse() * found.after_from_before).log().norm(), 0, 0.2 * angle_rad + 5e-4);
+      EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, "camera_moved")));
+      EXPECT_EQ(rig.isUsable(), found.effect_px < 5);
+      ++num_found;
+    }
+  }
+  EXPECT_EQ(num_found, 6);
+}
+
+TEST(Rig, FindsNoMotionWhereThereIsNone) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0.2, 400 + seed);
+    EXPECT_TRUE(calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene)).motions.empty())
+        << seed;
+  }
+}
+
+TEST(Rig, ValidatesWithFramesThatItDidNotUse) {
+  const RigScene scene = sceneOf(threeCameras(), kCharuco, 30, 0.2, 43);
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  EXPECT_EQ(rig.holdout.num_folds, 5);
+  EXPECT_GT(rig.holdout.num_corners, 3000);
+  EXPECT_GT(rig.holdout.rms_px, rms(rig.fit));
+  EXPECT_NEAR(rig.holdout.rms_px, 0.2 * std::sqrt(2), 0.02);
+}
+
+TEST(Rig, KeepsLensesThatAreGiven) {
+  const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0.1, 47);
+  RigOptions options = optionsFor(scene);
+  const RigCalibration free = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  options.given = {recordOf(free, "").cameras[0].camera, std::nullopt,
+                   bareRecord(scene.cameras[2].camera, scene.cameras[2].size, "")};
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  EXPECT_EQ(rig.fit.cameras[0].params, free.fit.cameras[0].params);
+  EXPECT_THAT(rig.fit.cameras[2].params, testing::ElementsAreArray(scene.cameras[2].camera.parameters()));
+  EXPECT_FALSE(rig.cameras[0].misfit);
+  EXPECT_FALSE(rig.cameras[2].misfit);
+  // What is known of a given lens counts: nothing is known better than from all views at once.
+  const RigColumns columns = rigColumns(rig.fit);
+  EXPECT_GT(rig.covariance(columns.params[0], columns.params[0]), 0);
+  EXPECT_EQ(rig.covariance(columns.params[2], columns.params[2]), 0);
+  EXPECT_GT(rig.cameras[1].transfer_px, 0.9 * free.cameras[1].transfer_px);
+  EXPECT_EQ(recordOf(rig, "").cameras[2].camera.calibration, std::nullopt);
+  // A wrong lens is told.
+  std::vector<double> wrong(scene.cameras[2].camera.parameters().begin(),
+                            scene.cameras[2].camera.parameters().end());
+  wrong[0] *= 1.03;
+  wrong[1] *= 1.03;
+  options.given[2] = bareRecord(AnyCamera::make("pinhole", wrong), scene.cameras[2].size, "");
+  const RigCalibration contradicted = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  ASSERT_TRUE(contradicted.cameras[2].misfit);
+  EXPECT_GT(contradicted.cameras[2].misfit->effect_px, 1);
+  EXPECT_THAT(contradicted.diagnoses, Contains(Field(&Diagnosis::id, "given_lens_misfits")));
 }
 
 TEST(Rig, NeedsTwoCameras) {

@@ -6,25 +6,42 @@
 #include <string>
 #include <vector>
 
+#include "alidade/rig/rig_calibration.h"
+#include "alidade/target/frame_table.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
 
 /// The views of one camera of a rig.
 struct RigViews {
-  std::string name;  ///< of the camera
-  std::vector<View> views;
+  std::string name;                      ///< of the camera
+  std::vector<View> views;               ///< of one image size
+  std::vector<std::string> images = {};  ///< all that were searched for boards; empty: unknown
 };
 
 /// The instants at which a rig took images.
 struct RigFrames {
   std::vector<std::string> names;                  ///< in natural order
   std::vector<std::vector<std::size_t>> frame_of;  ///< of each view of each camera, an index into `names`
+  /// Images without one of the same instant by another camera; none if RigViews::images is unknown for any.
+  std::vector<RigImage> unmatched;
+  /// The largest difference between the times of one frame, in the unit of the names; 0 if names match
+  /// exactly.
+  double time_spread = 0;
 };
 
-/// Finds which images were taken at the same time: those of the same name without folder and extension, or,
-/// if no two cameras have such, those whose names have the same last number ("left01.jpg", "right1.png").
-/// @throws Error (kInput) if an image's name has no number, or two images of a camera have the same one
+/// Finds which images were taken at the same time. Images match by the first of these that relates most
+/// images of different cameras:
+///
+/// - the name without folder and extension,
+/// - the last number in it that differs between all images of each camera ("left01.jpg", "right1.png"),
+/// - if these numbers are times (nine digits or a decimal point) and most do not match: the nearest time, at
+///   most a quarter of the usual interval away.
+/// @throws Error (kInput) if names have no such number
 [[nodiscard]] RigFrames matchFrames(std::span<const RigViews> cameras);
+
+/// The same by a table. An image that is in no row is a frame of its own.
+/// @throws Error (kInput) for a camera without a column, an image in two rows, or one that was not given
+[[nodiscard]] RigFrames framesOf(const FrameTable& table, std::span<const RigViews> cameras);
 
 }  // namespace alidade

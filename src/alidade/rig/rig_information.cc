@@ -10,7 +10,7 @@
 namespace alidade {
 namespace {
 
-constexpr int kPose = 6;
+constexpr int kPoseSize = 6;
 
 // Sums of one placement: the columns of the rig, the placement's own six, and the error.
 struct PlacementSums {
@@ -29,25 +29,28 @@ void add(const Fit& fit, const FitView& view, const RigColumns& columns, Placeme
       detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view), cornersOnShape(fit, view),
                      fit.loss, LossWeights::kLeaveOut, bends);
   const auto num_params = static_cast<int>(camera.params.size());
-  const int num_own = kPose + num_params + kNumBends;
+  const int num_own = kPoseSize + num_params + kNumBends;
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(num_own, num_own);
   const Eigen::MatrixXd dense = gram.dense.selfadjointView<Eigen::Lower>();
-  own.topLeftCorner(kPose + num_params, kPose + num_params) =
-      dense.topLeftCorner(kPose + num_params, kPose + num_params);
-  own.bottomLeftCorner(kNumBends, kPose + num_params) = gram.mixed.leftCols(kPose + num_params);
-  own.topRightCorner(kPose + num_params, kNumBends) = gram.mixed.leftCols(kPose + num_params).transpose();
+  own.topLeftCorner(kPoseSize + num_params, kPoseSize + num_params) =
+      dense.topLeftCorner(kPoseSize + num_params, kPoseSize + num_params);
+  own.bottomLeftCorner(kNumBends, kPoseSize + num_params) = gram.mixed.leftCols(kPoseSize + num_params);
+  own.topRightCorner(kPoseSize + num_params, kNumBends) =
+      gram.mixed.leftCols(kPoseSize + num_params).transpose();
   own.bottomRightCorner<kNumBends, kNumBends>() = gram.extra.selfadjointView<Eigen::Lower>();
   Eigen::VectorXd error(num_own);
-  error << dense.col(kPose + num_params).head(kPose + num_params), gram.mixed.col(kPose + num_params);
+  error << dense.col(kPoseSize + num_params).head(kPoseSize + num_params),
+      gram.mixed.col(kPoseSize + num_params);
 
   // From the view's own columns to all.
-  Eigen::MatrixXd to_all = Eigen::MatrixXd::Zero(num_own, columns.count + kPose);
-  to_all.block<kPose, kPose>(0, columns.count).setIdentity();
+  Eigen::MatrixXd to_all = Eigen::MatrixXd::Zero(num_own, columns.count + kPoseSize);
+  to_all.block<kPoseSize, kPoseSize>(0, columns.count).setIdentity();
   if (const int at = columns.pose[view.camera]; at >= 0)
-    to_all.block<kPose, kPose>(0, at) = fit.placements[view.placement].rig_from_board.inverse().adjoint();
-  to_all.block(kPose, columns.params[view.camera], num_params, num_params).setIdentity();
+    to_all.block<kPoseSize, kPoseSize>(0, at) =
+        fit.placements[view.placement].rig_from_board.inverse().adjoint();
+  to_all.block(kPoseSize, columns.params[view.camera], num_params, num_params).setIdentity();
   if (columns.bend[b] >= 0)
-    to_all.block<kNumBends, kNumBends>(kPose + num_params, columns.bend[b]).setIdentity();
+    to_all.block<kNumBends, kNumBends>(kPoseSize + num_params, columns.bend[b]).setIdentity();
   sums.JtJ += to_all.transpose() * own * to_all;
   sums.Jte += to_all.transpose() * error;
   sums.num_corners += gram.num_corners;
@@ -56,16 +59,16 @@ void add(const Fit& fit, const FitView& view, const RigColumns& columns, Placeme
 }  // namespace
 
 std::vector<Reduced> rigInformation(const Fit& fit, const RigColumns& columns) {
-  const int size = columns.count + kPose;
+  const int size = columns.count + kPoseSize;
   std::vector<PlacementSums> placements(
       fit.placements.size(), {.JtJ = Eigen::MatrixXd::Zero(size, size), .Jte = Eigen::VectorXd::Zero(size)});
   for (const FitView& view : fit.views) add(fit, view, columns, placements[view.placement]);
   std::map<std::size_t, Reduced> frames;
   for (std::size_t p = 0; p < placements.size(); ++p) {
     const PlacementSums& sums = placements[p];
-    const auto own = sums.JtJ.bottomRightCorner<kPose, kPose>();
-    const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> inverse(own);
-    const Eigen::MatrixXd mixed = sums.JtJ.bottomLeftCorner(kPose, columns.count);
+    const auto own = sums.JtJ.bottomRightCorner<kPoseSize, kPoseSize>();
+    const Eigen::LDLT<Eigen::Matrix<double, kPoseSize, kPoseSize>> inverse(own);
+    const Eigen::MatrixXd mixed = sums.JtJ.bottomLeftCorner(kPoseSize, columns.count);
     const auto [entry, is_new] = frames.try_emplace(fit.placements[p].frame);
     Reduced& frame = entry->second;
     if (is_new) {
@@ -75,7 +78,7 @@ std::vector<Reduced> rigInformation(const Fit& fit, const RigColumns& columns) {
     frame.information +=
         sums.JtJ.topLeftCorner(columns.count, columns.count) - mixed.transpose() * inverse.solve(mixed);
     frame.gradient +=
-        sums.Jte.head(columns.count) - mixed.transpose() * inverse.solve(sums.Jte.tail<kPose>());
+        sums.Jte.head(columns.count) - mixed.transpose() * inverse.solve(sums.Jte.tail<kPoseSize>());
     frame.num_corners += sums.num_corners;
   }
   std::vector<Reduced> all;

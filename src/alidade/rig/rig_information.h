@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/reduced.h"
-#include "alidade/rig/rig_calibrator.h"
+#include "alidade/rig/rig_uncertainty.h"
 
 namespace alidade {
 

@@ -55,17 +55,30 @@ const SE3& nearest(const FramePoses& frame, const SE3& pose) {
   });
 }
 
-// The mean of the candidates that agree with a pose.
-SE3 meanAround(const SE3& pose, const std::vector<FramePoses>& frames) {
-  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
-  double count = 0;
-  for (const FramePoses& frame : frames) {
-    const SE3& candidate = nearest(frame, pose);
-    if (!between(pose, candidate).isWithin(kSame, frame.distance_m)) continue;
-    sum += (pose.inverse() * candidate).log();
-    ++count;
+// A mean of the candidates, by weights that fall with their distance from it in units of what the nearest
+// quarter has: where the camera moved, candidates of one of its places do not draw the other.
+SE3 meanAround(SE3 pose, const std::vector<FramePoses>& frames) {
+  constexpr int kRounds = 5;
+  constexpr std::size_t kQuarter = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> costs;
+    for (const FramePoses& frame : frames)
+      costs.push_back(between(pose, nearest(frame, pose)).cost(frame.distance_m));
+    std::vector<double> sorted = costs;
+    const auto quartile = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / kQuarter);
+    std::ranges::nth_element(sorted, quartile);
+    const double scale = std::max(*quartile, 1e-9);
+    Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+    double weights = 0;
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      const double ratio = costs[f] / scale;
+      const double weight = 1 / (1 + ratio * ratio * ratio * ratio);
+      sum += weight * (pose.inverse() * nearest(frames[f], pose)).log();
+      weights += weight;
+    }
+    pose = pose * SE3::exp(sum / weights);
   }
-  return count > 0 ? pose * SE3::exp(sum / count) : pose;
+  return pose;
 }
 
 Link agreedPose(const std::vector<FramePoses>& frames) {

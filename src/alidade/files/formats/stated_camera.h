@@ -81,7 +81,7 @@ struct NamedCamera {
   AnyCamera camera;
   ImageSize image_size;
   std::optional<SE3> camera_from_rig = {};  ///< of all cameras of a file, or of none
-  std::string where = "camera";  ///< for messages: the file of the camera
+  std::string where = "camera";             ///< for messages: the file of the camera
 };
 
 }  // namespace alidade

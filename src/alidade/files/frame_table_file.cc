@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/frame_table_file.h"
+
+#include <set>
+#include <string_view>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/table_lines.h"
+
+namespace alidade {
+
+FrameTable readFrameTable(const std::string& path) {
+  constexpr std::size_t kMaxBytes = std::size_t{64} << 20U;
+  const std::string text = readTextFile(path, kMaxBytes);
+  FrameTable table;
+  std::size_t number = 0;
+  for (std::string_view line : split(text, '\n')) {
+    ++number;
+    line = trim(line);
+    if (line.empty() || line.front() == '#') continue;
+    const std::string where = path + ":" + std::to_string(number);
+    auto fields = detail::splitCsv(line);
+    if (!fields) throw inputError({.where = where, .found = "a quote that is not closed"});
+    for (std::string& field : *fields) field = std::string(trim(field));
+    if (table.cameras.empty()) {
+      const std::set<std::string> unique(fields->begin(), fields->end());
+      if (fields->size() < 2 || unique.size() != fields->size() || unique.contains("")) {
+        throw inputError({.where = where,
+                          .found = "the header '" + std::string(line) + "'",
+                          .expected = "the names of two or more cameras, separated by commas"});
+      }
+      table.cameras = std::move(*fields);
+      continue;
+    }
+    if (fields->size() != table.cameras.size()) {
+      throw inputError({.where = where,
+                        .found = std::to_string(fields->size()) + " fields",
+                        .expected = std::to_string(table.cameras.size()) + ", one for each camera"});
+    }
+    table.rows.push_back(std::move(*fields));
+  }
+  if (table.rows.empty()) {
+    throw inputError({.where = path,
+                      .found = "no frame",
+                      .expected = "a header with the cameras' names, and a row for each frame"});
+  }
+  return table;
+}
+
+}  // namespace alidade

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/camera_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/median.h"
+#include "alidade/rig/pose_step.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kPose = 6;
+constexpr std::size_t kFewest = 3;  // views on either side of a motion
+
+// A view of a board that another camera saw at the same time.
+struct CommonView {
+  std::size_t view = 0;
+  std::size_t frame = 0;
+  bool is_linked = true;
+  SE3 rig_from_rig = {};  // from where the camera is in the fit to where this view has it, in the rig's frame
+};
+
+// Of each camera, in the order of frames.
+std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const JointFit& joint) {
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> of_board;  // by frame and board
+  for (std::size_t v = 0; v < views.poses.size(); ++v)
+    of_board[{views.poses[v].frame, views.poses[v].board}].push_back(v);
+  const auto isLinked = [&](std::size_t v) { return !std::ranges::binary_search(joint.unlinked, v); };
+  std::vector<std::vector<CommonView>> common(views.sigma_px.size());
+  for (const auto& [place, of_place] : of_board) {
+    for (const std::size_t v : of_place) {
+      // Preferably a view that agrees with the rig, of many corners.
+      std::optional<std::size_t> other;
+      const auto worth = [&](std::size_t w) {
+        return std::pair(isLinked(w), views.views[w]->corners.size());
+      };
+      for (const std::size_t w : of_place) {
+        if (w != v && (!other || worth(w) > worth(*other))) other = w;
+      }
+      if (!other) continue;
+      common[views.poses[v].camera].push_back(
+          {.view = v,
+           .frame = place.first,
+           .is_linked = isLinked(v),
+           .rig_from_rig = joint.rig_from_board[v] * joint.rig_from_board[*other].inverse()});
+    }
+  }
+  return common;
+}
+
+// By how much points at the middle of the board move in the images of the views, median, px.
+double effectOf(const SE3& rig_from_rig, const JointFit& joint, std::size_t camera,
+                const std::vector<std::size_t>& of_camera) {
+  const FitCamera& of = joint.fit.cameras[camera];
+  const AnyCamera lens = AnyCamera::make(of.model, of.params);
+  std::vector<double> distances;
+  for (const std::size_t v : of_camera) {
+    const FitView& view = joint.fit.views[v];
+    const Eigen::Vector3d middle = boardOf(joint.fit, view).target.middle();
+    const Projection before = lens.project(of.camera_from_rig * joint.rig_from_board[v] * middle);
+    const Projection after =
+        lens.project(of.camera_from_rig * rig_from_rig * joint.rig_from_board[v] * middle);
+    if (before.ok() && after.ok()) distances.push_back((after.pixel - before.pixel).norm());
+  }
+  return distances.empty() ? 0 : medianOf(std::move(distances));
+}
+
+SE3 meanOf(const std::vector<const CommonView*>& views) {
+  SE3 mean = views[views.size() / 2]->rig_from_rig;
+  constexpr int kRounds = 3;  // of a mean of nearby poses
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix<double, kPose, 1> sum = Eigen::Matrix<double, kPose, 1>::Zero();
+    for (const CommonView* view : views) sum += (mean.inverse() * view->rig_from_rig).log();
+    mean = mean * SE3::exp(sum / static_cast<double>(views.size()));
+  }
+  return mean;
+}
+
+// A motion that unlinked the camera's views before or after it.
+std::optional<CameraMotion> largeMotion(const RigCalibration& rig, const JointFit& joint, std::size_t camera,
+                                        const std::vector<CommonView>& common) {
+  constexpr double kShare = 0.8;  // of the views on that side, and of all that are unlinked
+  constexpr double kSure = 4;     // standard errors of the mean pose
+  const auto num_unlinked =
+      static_cast<std::size_t>(std::ranges::count(common, false, &CommonView::is_linked));
+  if (num_unlinked < kFewest || common.size() - num_unlinked < kFewest) return std::nullopt;
+  // The split that most views agree with, on either side of it.
+  std::size_t best = 0;
+  std::size_t at = 0;
+  bool is_late = true;
+  std::size_t unlinked_before = 0;
+  for (std::size_t i = 0; i < common.size(); ++i) {
+    const std::size_t late = (i - unlinked_before) + (num_unlinked - unlinked_before);
+    for (const bool after : {true, false}) {
+      const std::size_t agreeing = after ? late : common.size() - late;
+      if (agreeing <= best) continue;
+      best = agreeing;
+      at = i;
+      is_late = after;
+    }
+    unlinked_before += common[i].is_linked ? 0 : 1;
+  }
+  std::vector<const CommonView*> moved;
+  for (std::size_t i = is_late ? at : 0; i < (is_late ? common.size() : at); ++i) {
+    if (!common[i].is_linked) moved.push_back(&common[i]);
+  }
+  const auto num_side = static_cast<double>(is_late ? common.size() - at : at);
+  const auto num_moved = static_cast<double>(moved.size());
+  if (moved.size() < kFewest || num_moved < kShare * num_side ||
+      num_moved < kShare * static_cast<double>(num_unlinked))
+    return std::nullopt;
+  const SE3 mean = meanOf(moved);
+  std::vector<double> spreads;
+  for (const CommonView* view : moved) spreads.push_back((mean.inverse() * view->rig_from_rig).log().norm());
+  if (kSure * medianOf(std::move(spreads)) > std::sqrt(num_moved) * mean.log().norm()) return std::nullopt;
+  std::vector<std::size_t> of_camera;
+  for (const CommonView* view : moved) of_camera.push_back(view->view);
+  const SE3 camera_from_rig = joint.fit.cameras[camera].camera_from_rig;
+  // Before a late motion the camera is where the fit has it; after an early one, it is.
+  const SE3 change = is_late ? mean : mean.inverse();
+  return CameraMotion{.camera = camera,
+                      .from_frame = rig.frames[common[at].frame],
+                      .after_from_before = camera_from_rig * change * camera_from_rig.inverse(),
+                      .effect_px = effectOf(mean, joint, camera, of_camera),
+                      .num_after = common.size() - at};
+}
+
+std::optional<CameraMotion> smallMotion(const RigCalibration& rig, const JointFit& joint,
+                                        const std::vector<std::vector<CommonView>>& common) {
+  const auto step = likeliestPoseStep(rig.fit, rig.frame_variance);
+  if (!step) return std::nullopt;
+  std::vector<std::size_t> after;
+  for (const CommonView& view : common[step->camera]) {
+    if (view.frame >= step->first_frame && view.is_linked) after.push_back(view.view);
+  }
+  const SE3 in_rig = SE3::exp(step->tangent);
+  const SE3 camera_from_rig = rig.fit.cameras[step->camera].camera_from_rig;
+  return CameraMotion{.camera = step->camera,
+                      .from_frame = rig.frames[step->first_frame],
+                      .after_from_before = camera_from_rig * in_rig * camera_from_rig.inverse(),
+                      .effect_px = effectOf(in_rig, joint, step->camera, after),
+                      .num_after = after.size()};
+}
+
+}  // namespace
+
+std::vector<CameraMotion> cameraMotions(const RigCalibration& rig, const JointViews& views,
+                                        const JointFit& joint) {
+  const std::vector<std::vector<CommonView>> common = commonViews(views, joint);
+  std::vector<CameraMotion> motions;
+  for (std::size_t c = 0; c < common.size(); ++c) {
+    if (auto motion = largeMotion(rig, joint, c, common[c])) motions.push_back(std::move(*motion));
+  }
+  if (motions.empty() && rig.covariance.rows() > 0) {
+    if (auto motion = smallMotion(rig, joint, common)) motions.push_back(std::move(*motion));
+  }
+  std::ranges::stable_sort(motions, std::ranges::greater(), &CameraMotion::effect_px);
+  return motions;
+}
+
+}  // namespace alidade

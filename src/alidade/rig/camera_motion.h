@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "alidade/rig/joint_fit.h"
+#include "alidade/rig/rig_calibration.h"
+
+namespace alidade {
+
+/// Cameras that stand elsewhere from some frame on. Frames are in the order of their names. Two cases:
+///
+/// - A motion of more than the noise unlinks all of the camera's views before or after it. These agree on
+///   another pose.
+/// - A smaller motion leaves the views linked. For each camera and each frame, a score test compares one pose
+///   of the camera with two, all unknowns of the rig being free (Rao 1948).
+///
+/// @param rig  with fit, frames and uncertainty
+[[nodiscard]] std::vector<CameraMotion> cameraMotions(const RigCalibration& rig, const JointViews& views,
+                                                      const JointFit& joint);
+
+}  // namespace alidade

@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/joint_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/robust_weighting.h"
+#include "alidade/adjust/solve.h"
+#include "alidade/rig/pose_step.h"
+
+namespace alidade {
+namespace {
+
+// Corners of a board that is turned, with weights in units of 1 / px^2.
+std::vector<Observation> renumbered(const std::vector<Observation>& corners, const Board& board,
+                                    const BoardTurn& turn, double sigma_px) {
+  std::vector<Observation> result = corners;
+  for (Observation& corner : result) {
+    corner.id = turn.id_of[static_cast<std::size_t>(corner.id)];
+    corner.p_board = board.corner(corner.id);
+    corner.weight /= sigma_px * sigma_px;
+  }
+  std::ranges::sort(result, {}, &Observation::id);
+  return result;
+}
+
+FitCamera jointCamera(const RigCamera& camera, double sigma_px, const SE3& camera_from_rig, bool is_first) {
+  FitCamera joint = onlyCamera(camera.alone.fit);
+  for (double& precision : joint.weak_prior.prior.precision) precision /= sigma_px * sigma_px;
+  joint.camera_from_rig = camera_from_rig;
+  joint.is_rig_pose_fixed = is_first;
+  return joint;
+}
+
+// All cameras together, at the start.
+Fit startOf(std::span<const RigCamera> cameras, const JointViews& views) {
+  Fit fit{.boards = cameras.front().alone.fit.boards, .loss = {.threshold_px = kLossSigmas}};
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    fit.cameras.push_back(jointCamera(cameras[c], views.sigma_px[c], views.start.camera_from_rig[c], c == 0));
+    for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+      const FitBoard& board = cameras[c].alone.fit.boards[b];
+      if (fit.boards[b].is_shape_fixed && !board.is_shape_fixed) fit.boards[b] = board;
+    }
+  }
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // of frame and board
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    const PosedView& pose = views.poses[v];
+    const BoardTurn& turn = views.turnOf(v);
+    const SE3 rig_from_board = views.start.camera_from_rig[pose.camera].inverse() * pose.camera_from_board *
+                               turn.turned_from_board.inverse();
+    std::size_t placement = fit.placements.size();
+    if (views.start.agrees[v])
+      placement = placement_of.try_emplace({pose.frame, pose.board}, placement).first->second;
+    if (placement == fit.placements.size())
+      fit.placements.push_back({.frame = pose.frame, .board = pose.board, .rig_from_board = rig_from_board});
+    fit.views.push_back({.camera = pose.camera,
+                         .placement = placement,
+                         .source = v,
+                         .corners = renumbered(views.views[v]->corners, fit.boards[pose.board].target, turn,
+                                               views.sigma_px[pose.camera]),
+                         .image = views.views[v]->image});
+  }
+  return fit;
+}
+
+// Mean square of a view's errors in units of its camera's noise.
+double meanSquare(const FitView& view) {
+  double sum = 0;
+  for (std::size_t i = 0; i < view.corners.size(); ++i)
+    sum += view.corners[i].weight * view.errors[i].squaredNorm();
+  return sum / (2 * static_cast<double>(view.corners.size()));
+}
+
+std::vector<SE3> placedByEach(const Fit& fit, const JointViews& views) {
+  std::vector<SE3> rig_from_board;
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    const PosedView& pose = views.poses[v];
+    rig_from_board.push_back(fit.cameras[pose.camera].camera_from_rig.inverse() * pose.camera_from_board *
+                             views.turnOf(v).turned_from_board.inverse());
+  }
+  return rig_from_board;
+}
+
+// Root mean square of a view's errors with the board where another view has it, px.
+double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_board) {
+  const FitCamera& camera = fit.cameras[view.camera];
+  double sum = 0;
+  for (const Eigen::Vector2d& error : reprojectionErrors(
+           camera.model, camera.params, camera.camera_from_rig * rig_from_board, cornersOnShape(fit, view)))
+    sum += error.squaredNorm();
+  const double square = sum / static_cast<double>(view.corners.size());
+  return std::isfinite(square) ? std::sqrt(square) : std::numeric_limits<double>::max();
+}
+
+// What is left once all views of a placement have left it.
+Fit withoutEmptyPlacements(const Fit& fit) {
+  return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
+}
+
+// The same, from whichever other view of its placement makes it least.
+using Transfers = std::vector<double>;
+
+void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placement,
+                     const std::vector<SE3>& rig_from_board, Transfers& transfers) {
+  for (const std::size_t v : of_placement) {
+    double least = std::numeric_limits<double>::max();
+    for (const std::size_t w : of_placement)
+      if (w != v) least = std::min(least, transferRms(fit, fit.views[v], rig_from_board[w]));
+    transfers[v] = of_placement.size() > 1 ? least : 0;
+  }
+}
+
+void unlink(std::size_t v, JointFit& joint) {
+  Fit& fit = joint.fit;
+  FitPlacement own = fit.placements[fit.views[v].placement];
+  own.rig_from_board = joint.rig_from_board[v];
+  fit.views[v].placement = fit.placements.size();
+  fit.placements.push_back(own);
+  joint.unlinked.push_back(v);
+}
+
+// What each camera's views may be off where poses are those of single views: far more than most of them.
+std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
+  constexpr double kFactor = 4;
+  constexpr double kLeastPx = 2;
+  constexpr std::size_t kQuarter = 4;  // a camera that moved has most views wrong, not three of four
+  std::vector<std::vector<double>> of_camera(fit.cameras.size());
+  for (std::size_t v = 0; v < transfers.size(); ++v) {
+    if (transfers[v] > 0) of_camera[fit.views[v].camera].push_back(transfers[v]);
+  }
+  std::vector<double> limits;
+  for (std::vector<double>& own : of_camera) {
+    const auto quartile = own.begin() + static_cast<std::ptrdiff_t>(own.size() / kQuarter);
+    if (!own.empty()) std::ranges::nth_element(own, quartile);
+    limits.push_back(std::max(kLeastPx, own.empty() ? 0 : kFactor * *quartile));
+  }
+  return limits;
+}
+
+// Contradictions of many pixels would lead the solve astray.
+void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
+  joint.rig_from_board = placedByEach(joint.fit, views);
+  std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(joint.fit);
+  Transfers transfers(joint.fit.views.size());
+  for (const std::vector<std::size_t>& of_placement : placements)
+    updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
+  const std::vector<double> limits = transferLimits(joint.fit, transfers);
+  const auto excess = [&](std::size_t v) { return transfers[v] / limits[joint.fit.views[v].camera]; };
+  for (std::vector<std::size_t>& of_placement : placements) {
+    while (of_placement.size() > 1) {
+      // Of two that are alike, the later one.
+      const auto worst =
+          std::ranges::max_element(of_placement, {}, [&](std::size_t v) { return std::pair(excess(v), v); });
+      if (excess(*worst) <= 1) break;
+      unlink(*worst, joint);
+      of_placement.erase(worst);
+      updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
+    }
+  }
+}
+
+// The view whose own pose is farthest from those of the others; of two, the second.
+std::size_t oddOne(const std::vector<std::size_t>& of_placement, const std::vector<SE3>& rig_from_board) {
+  std::size_t odd = of_placement.front();
+  double most = -1;
+  for (const std::size_t v : of_placement) {
+    double sum = 0;
+    for (const std::size_t other : of_placement)
+      sum += (rig_from_board[v].inverse() * rig_from_board[other]).log().norm();
+    if (sum < most) continue;
+    most = sum;
+    odd = v;
+  }
+  return odd;
+}
+
+// Root mean square of the errors that contradict, in units of the noise.
+constexpr double kContradiction = 3;
+
+bool isContradictory(const Fit& fit, const std::vector<std::size_t>& of_placement,
+                     const std::vector<double>& alone) {
+  return of_placement.size() > 1 && std::ranges::any_of(of_placement, [&](std::size_t v) {
+           return meanSquare(fit.views[v]) > kContradiction * kContradiction * std::max(1.0, alone[v]);
+         });
+}
+
+// Gives views that contradict the others of their frame a pose of their own. Returns whether there were any.
+bool unlinkContradictions(const JointViews& views, const std::vector<double>& alone, JointFit& joint) {
+  Fit& fit = joint.fit;
+  bool is_any = false;
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
+    const bool contradicts =
+        of_placement.size() > 1 && std::ranges::any_of(of_placement, [&](std::size_t v) {
+          return meanSquare(fit.views[v]) > kContradiction * kContradiction * std::max(1.0, alone[v]);
+        });
+    if (!contradicts) continue;
+    if (!is_any) joint.rig_from_board = placedByEach(fit, views);
+    unlink(oddOne(of_placement, joint.rig_from_board), joint);
+    is_any = true;
+  }
+  return is_any;
+}
+
+// Where a camera's pose takes a step that explains contradictions: unlinks its views on that side of it that
+// has fewer. Returns whether there were any.
+bool unlinkMovedViews(const JointViews& views, const std::vector<double>& alone, JointFit& joint,
+                      std::vector<std::size_t>& moved) {
+  if (std::ranges::none_of(viewsOfPlacements(joint.fit), [&](const std::vector<std::size_t>& of_placement) {
+        return isContradictory(joint.fit, of_placement, alone);
+      }))
+    return false;
+  const std::vector<Eigen::Vector2d> errors = weightedErrors(joint.fit);
+  const auto step = likeliestPoseStep(joint.fit, coordinateVariance(errors, joint.fit.loss, 0));
+  if (!step) return false;
+  std::array<std::vector<std::size_t>, 2> sides;
+  const std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(joint.fit);
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    if (views.poses[v].camera == step->camera && placements[joint.fit.views[v].placement].size() > 1)
+      sides[views.poses[v].frame < step->first_frame ? 0 : 1].push_back(v);
+  }
+  joint.rig_from_board = placedByEach(joint.fit, views);
+  const std::vector<std::size_t>& side = sides[0].size() < sides[1].size() ? sides[0] : sides[1];
+  for (const std::size_t v : side) unlink(v, joint);
+  moved.insert(moved.end(), side.begin(), side.end());
+  return !side.empty();
+}
+
+// Links views again, but those in `moved`, that agree with the others now that the cameras are known. Returns
+// whether there were any.
+bool relink(const JointViews& views, const std::vector<std::size_t>& moved, JointFit& joint) {
+  joint.rig_from_board = placedByEach(joint.fit, views);
+  Transfers transfers(joint.fit.views.size());
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(joint.fit))
+    updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
+  const std::vector<double> limits = transferLimits(joint.fit, transfers);
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // of the linked views
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    if (std::ranges::find(joint.unlinked, v) == joint.unlinked.end())
+      placement_of[{views.poses[v].frame, views.poses[v].board}] = joint.fit.views[v].placement;
+  }
+  const std::size_t num_before = joint.unlinked.size();
+  std::erase_if(joint.unlinked, [&](std::size_t v) {
+    const auto others = placement_of.find({views.poses[v].frame, views.poses[v].board});
+    if (others == placement_of.end() || std::ranges::find(moved, v) != moved.end()) return false;
+    FitView& view = joint.fit.views[v];
+    if (transferRms(joint.fit, view, joint.fit.placements[others->second].rig_from_board) >
+        limits[view.camera])
+      return false;
+    view.placement = others->second;
+    return true;
+  });
+  return joint.unlinked.size() < num_before;
+}
+
+}  // namespace
+
+JointViews jointViews(std::span<const Board> boards, std::span<const RigCamera> cameras,
+                      const std::vector<std::vector<std::size_t>>& frame_of) {
+  JointViews all;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Calibration& alone = cameras[c].alone;
+    all.sigma_px.push_back(std::max(alone.uncertainty.coordinate_sigma_px, kMinSigmaPx));
+    for (const FitView& view : alone.fit.views) {
+      all.poses.push_back({.camera = c,
+                           .frame = frame_of[c][view.source],
+                           .board = boardIndex(alone.fit, view),
+                           .camera_from_board = cameraFromBoard(alone.fit, view)});
+      all.views.push_back(&view);
+    }
+  }
+  for (const Board& board : boards) all.turns.push_back(boardTurns(board));
+  all.start = findRigStart(cameras.size(), boards, all.poses);
+  return all;
+}
+
+JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views, const CancelFlag* cancel) {
+  const SolveOptions options{.cancel = cancel};
+  JointFit joint{.fit = startOf(cameras, views)};
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    if (!views.start.agrees[v]) joint.unlinked.push_back(v);
+  }
+  std::vector<double> alone;
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    const double sigma_px = views.sigma_px[views.poses[v].camera];
+    alone.push_back(meanSquare(*views.views[v]) / (sigma_px * sigma_px));
+  }
+  unlinkGrossContradictions(views, joint);
+  const auto solveOnce = [&] { joint.fit = solve(withoutEmptyPlacements(joint.fit), options); };
+  // Each camera may have moved.
+  std::vector<std::size_t> moved;
+  std::size_t num_motions = 0;
+  do {
+    solveOnce();
+  } while (joint.fit.summary.termination != Termination::kFailed && num_motions++ < cameras.size() &&
+           unlinkMovedViews(views, alone, joint, moved));
+  const auto solveAll = [&] {
+    while (joint.fit.summary.termination != Termination::kFailed && unlinkContradictions(views, alone, joint))
+      solveOnce();
+  };
+  solveAll();
+  if (joint.fit.summary.termination != Termination::kFailed && relink(views, moved, joint)) {
+    solveOnce();
+    solveAll();
+  }
+  std::ranges::sort(joint.unlinked);
+  joint.rig_from_board = placedByEach(joint.fit, views);
+  return joint;
+}
+
+std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit) {
+  std::vector<std::vector<std::size_t>> views(fit.placements.size());
+  for (std::size_t v = 0; v < fit.views.size(); ++v) views[fit.views[v].placement].push_back(v);
+  return views;
+}
+
+}  // namespace alidade

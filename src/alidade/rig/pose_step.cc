@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/pose_step.h"
+
+#include <iterator>
+#include <set>
+#include <vector>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/core/statistics.h"
+#include "alidade/rig/rig_information.h"
+#include "alidade/rig/rig_uncertainty.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kTangent = 6;
+constexpr std::size_t kFewestFrames = 3;  // on either side of a step
+
+// The unknowns of a rig with the first camera's pose among them.
+Fit withAllPosesFree(Fit fit) {
+  for (FitCamera& camera : fit.cameras) camera.is_rig_pose_fixed = false;
+  return fit;
+}
+
+// first_frame is a rank among the frames here.
+PoseStep likeliestStep(const std::vector<Reduced>& frames, const RigColumns& columns,
+                       const Eigen::MatrixXd& free, const Eigen::MatrixXd& inverse, double variance) {
+  PoseStep best;
+  for (std::size_t c = 0; c < columns.pose.size(); ++c) {
+    const Eigen::Index at = columns.pose[c];
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kTangent, columns.count);
+    Eigen::Matrix<double, kTangent, 1> score = Eigen::Matrix<double, kTangent, 1>::Zero();
+    for (std::size_t f = frames.size(); f-- > kFewestFrames;) {
+      rows += frames[f].information.middleRows<kTangent>(at);
+      score += frames[f].gradient.segment<kTangent>(at);
+      if (frames.size() - f < kFewestFrames) continue;
+      const Eigen::MatrixXd mixed = rows * free;
+      const Eigen::MatrixXd own = rows.middleCols<kTangent>(at) - mixed * inverse * mixed.transpose();
+      const ScaledInverse covariance = scaledInverse(own);
+      if (!covariance.inverse) continue;
+      const Eigen::Matrix<double, kTangent, 1> tangent = -*covariance.inverse * score;
+      const double mean_square = -tangent.dot(score) / (kTangent * variance);
+      if (!(mean_square > 0)) continue;
+      const double normal = normalOfMeanSquare(mean_square, kTangent);
+      if (normal > best.normal) best = {.camera = c, .first_frame = f, .tangent = tangent, .normal = normal};
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
+  constexpr double kSure = 4.5;  // by chance in one of 300000 tests; a rig has some hundreds
+  const Fit fit = withAllPosesFree(given);
+  const RigColumns columns = rigColumns(fit);
+  const std::vector<Reduced> frames = rigInformation(fit, columns);
+  std::set<std::size_t> in_order;
+  for (const FitPlacement& placement : fit.placements) in_order.insert(placement.frame);
+  // What is free: all but the pose of the first camera.
+  const Eigen::MatrixXd all = rigDirections(fit, columns);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < all.cols(); ++i) {
+    if (all.col(i).segment<kTangent>(columns.pose.front()).isZero(0)) kept.push_back(i);
+  }
+  const Eigen::MatrixXd free = all(Eigen::all, kept);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
+  for (const Reduced& frame : frames) information += frame.information;
+  const ScaledInverse inverse = scaledInverse(free.transpose() * information * free);
+  if (!inverse.inverse) return std::nullopt;
+  PoseStep step = likeliestStep(frames, columns, free, *inverse.inverse, variance);
+  if (step.normal < kSure) return std::nullopt;
+  step.first_frame = *std::next(in_order.begin(), static_cast<std::ptrdiff_t>(step.first_frame));
+  return step;
+}
+
+}  // namespace alidade

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/cross_validation.h"
+#include "alidade/adjust/fit.h"
+#include "alidade/calibrate/calibration.h"
+#include "alidade/core/diagnosis.h"
+#include "alidade/geometry/dense_matrix.h"
+#include "alidade/record/camera_record.h"
+
+namespace alidade {
+
+/// How the images of a camera contradict the lens that was given for it.
+struct LensMisfit {
+  double effect_px = 0;  ///< between the given lens and the freed one: within it for 95 % of the corners
+  double freed_rms_px = 0;
+};
+
+/// A camera of a calibrated rig.
+struct RigCamera {
+  std::string name;
+  std::optional<CameraRecord> given = {};  ///< whose lens was kept; empty: calibrated
+  std::optional<LensMisfit> misfit = {};   ///< of the given lens
+  Calibration alone = {};                  ///< from its own views alone
+  double rms_px = 0;                       ///< in the joint fit
+  double alone_rms_px = 0;
+  /// The error with which a pixel of the camera that shares most boards with this one, at the distance of the
+  /// boards, becomes a pixel of this one: 95 % of the errors are smaller, px. NaN if it is unknown.
+  double transfer_px = std::numeric_limits<double>::quiet_NaN();
+  std::size_t num_linked = 0;   ///< views of boards that another camera saw at the same time
+  std::size_t num_grazing = 0;  ///< of these: with the board turned by more than kGrazingRad
+  Eigen::Vector3d position_std_m = Eigen::Vector3d::Zero();  ///< of the rig's origin in the camera frame
+  Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Zero();
+};
+
+/// The angle between the line of sight and a board's normal from which a view is grazing.
+inline constexpr double kGrazingRad = 1.134;  // 65 degrees
+
+/// An image of a camera.
+struct RigImage {
+  std::size_t camera = 0;
+  std::string image;
+  std::string frame;
+  friend bool operator==(const RigImage&, const RigImage&) = default;
+};
+
+/// A camera that stands elsewhere from some frame on.
+struct CameraMotion {
+  std::size_t camera = 0;
+  std::string from_frame;     ///< the first frame after the motion
+  SE3 after_from_before;      ///< of camera frames
+  double effect_px = 0;       ///< by which points at the boards' distance move, median
+  std::size_t num_after = 0;  ///< views after it
+};
+
+/// Several cameras, calibrated together.
+struct RigCalibration {
+  std::vector<RigCamera> cameras;
+  /// Of all cameras; the first one is at the rig's origin. Corners of ambiguous boards are numbered alike in
+  /// all views of a frame. Weights are inverse variances, px^-2.
+  Fit fit;
+  std::vector<std::string> frames;    ///< names, by FitPlacement::frame
+  std::size_t num_linked = 0;         ///< placements of boards that two or more cameras saw
+  std::size_t num_renumbered = 0;     ///< views of ambiguous boards that were numbered otherwise
+  std::vector<RigImage> unlinked;     ///< views that contradict the others of their frame
+  std::vector<RigImage> unmatched;    ///< images without one of the same instant by another camera
+  double time_spread = 0;             ///< see RigFrames
+  std::vector<CameraMotion> motions;  ///< largest effect first
+  HoldoutReport holdout;              ///< see rigHoldout()
+  /// The covariance to use, with the columns of rigColumns(); empty if the frames do not determine the rig.
+  DenseMatrix covariance;
+  bool is_by_frames = false;  ///< it is by the frames, which disagree by more than noise explains
+  /// Of a corner's coordinate, weights being inverse variances: 1, or more where frames disagree.
+  double frame_variance = 1;
+  std::vector<Diagnosis> diagnoses;  ///< of the rig and of its cameras, failures first
+
+  [[nodiscard]] Verdict verdict() const { return verdictOf(diagnoses); }
+  [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }
+};
+
+}  // namespace alidade

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/rig_holdout.h"
+
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/solve.h"
+
+namespace alidade {
+namespace {
+
+// The fold of each frame.
+std::vector<int> foldsOf(const Fit& fit) {
+  std::set<std::size_t> used;
+  std::size_t num_frames = 0;
+  for (const FitPlacement& placement : fit.placements) {
+    used.insert(placement.frame);
+    num_frames = std::max(num_frames, placement.frame + 1);
+  }
+  std::vector<int> fold(num_frames);
+  std::size_t rank = 0;
+  for (const std::size_t frame : used) fold[frame] = foldOf(rank++, used.size());
+  return fold;
+}
+
+std::vector<bool> areInFold(const Fit& fit, const std::vector<int>& folds, int fold) {
+  std::vector<bool> is_in;
+  for (const FitView& view : fit.views) is_in.push_back(folds[fit.placements[view.placement].frame] == fold);
+  return is_in;
+}
+
+bool isSolved(const Fit& fit) {
+  return fit.summary.termination != Termination::kFailed &&
+         fit.summary.termination != Termination::kIterationLimit;
+}
+
+// The corners of one colour of the board's squares.
+std::vector<Observation> halfOf(const Board& board, const std::vector<Observation>& corners, int half) {
+  std::vector<Observation> chosen;
+  for (const Observation& corner : corners) {
+    if (((corner.id % board.columns() + corner.id / board.columns()) & 1) == half) chosen.push_back(corner);
+  }
+  return chosen;
+}
+
+// With the cameras as they are, only placements are estimated.
+void holdCameras(Fit& fit, const Fit& from) {
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    FitCamera& camera = fit.cameras[c];
+    camera.params = from.cameras[c].params;
+    camera.camera_from_rig = from.cameras[c].camera_from_rig;
+    camera.constraint = {.held = std::vector<int>(camera.params.size())};
+    std::iota(camera.constraint.held.begin(), camera.constraint.held.end(), 0);
+    camera.weak_prior = {};
+    camera.is_rig_pose_fixed = true;
+  }
+}
+
+void addErrors(const Fit& held_out, const CancelFlag* cancel, HoldoutReport& report, double& sum) {
+  constexpr std::size_t kFewestOfHalf = 6;  // corners of a half that give a placement with some to spare
+  for (const int half : {0, 1}) {
+    Fit fit = held_out;
+    std::vector<bool> is_out;
+    for (FitView& view : fit.views) {
+      view.corners = halfOf(boardOf(fit, view).target, view.corners, half);
+      is_out.push_back(view.corners.size() < kFewestOfHalf);
+    }
+    Fit solved = solve(withoutViews(fit, is_out), {.cancel = cancel});
+    if (!isSolved(solved)) continue;
+    std::size_t v = 0;  // in the solved fit
+    for (std::size_t i = 0; i < held_out.views.size(); ++i) {
+      if (is_out[i]) continue;
+      FitView other = solved.views[v++];
+      other.corners = halfOf(boardOf(solved, other).target, held_out.views[i].corners, 1 - half);
+      for (const Eigen::Vector2d& error : viewErrors(solved, other)) {
+        ++(error.allFinite() ? report.num_corners : report.num_unseen);
+        if (error.allFinite()) sum += error.squaredNorm();
+      }
+    }
+  }
+}
+
+}  // namespace
+
+HoldoutReport rigHoldout(const Fit& fit, const CancelFlag* cancel) {
+  Fit whole = fit;
+  fixShapes(whole);
+  const std::vector<int> folds = foldsOf(fit);
+  std::set<std::size_t> frames;
+  for (const FitPlacement& placement : fit.placements) frames.insert(placement.frame);
+  HoldoutReport report{.num_folds = numFolds(frames.size())};
+  double sum = 0;
+  for (int fold = 0; fold < report.num_folds; ++fold) {
+    std::vector<bool> is_out = areInFold(whole, folds, fold);
+    const Fit others = solve(withoutViews(whole, is_out),
+                             {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
+    if (!isSolved(others)) return {};
+    is_out.flip();
+    Fit held_out = withoutViews(whole, is_out);
+    holdCameras(held_out, others);
+    addErrors(held_out, cancel, report, sum);
+  }
+  if (report.num_corners > 0) report.rms_px = std::sqrt(sum / report.num_corners);
+  return report;
+}
+
+}  // namespace alidade

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/rig_judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/core/text.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kRadius95 =
+    1.7308;  // of a normal variable in the plane, over the root mean square of a distance
+constexpr double kMillimetres = 1000;
+constexpr double kDegrees = 57.29577951308232;
+
+// "left/1.png, left/2.png and 7 more".
+std::string listedImages(const RigCalibration& rig, const std::vector<RigImage>& images) {
+  constexpr std::size_t kMost = 5;
+  std::vector<std::string> names;
+  for (const RigImage& image : images) {
+    if (names.size() < kMost) names.push_back(rig.cameras[image.camera].name + "/" + image.image);
+  }
+  const std::size_t num_more = images.size() - names.size();
+  return join(names, ", ") + (num_more > 0 ? fmt::format(" and {} more", num_more) : "");
+}
+
+void judgeFit(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
+  if (rig.fit.summary.termination != Termination::kConverged) {
+    diagnoses.push_back({.severity = Severity::kFailure,
+                         .id = "not_converged",
+                         .cause = "the joint fit did not converge: " + rig.fit.summary.reason});
+  }
+  if (rig.covariance.rows() == 0) {
+    diagnoses.push_back(
+        {.severity = Severity::kFailure,
+         .id = "undetermined",
+         .cause = "the frames do not determine the poses of the cameras",
+         .next_step = "take more frames in which several cameras see the board, tilted differently"});
+  }
+}
+
+void judgeMotions(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
+  for (const CameraMotion& motion : rig.motions) {
+    const std::string& name = rig.cameras[motion.camera].name;
+    const SE3& change = motion.after_from_before;
+    diagnoses.push_back(
+        {.severity = severityOf(motion.effect_px, tolerance_px),
+         .id = "camera_moved",
+         .cause = fmt::format("{} stands elsewhere from frame {} on: by {:.2g} mm and {:.2g} degrees, which "
+                              "moves points at the boards' distance by {:.2g} px",
+                              rig.cameras.size() == 2 ? name + " relative to the other camera" : name,
+                              motion.from_frame, change.translation.norm() * kMillimetres,
+                              change.rotation.log().norm() * kDegrees, motion.effect_px),
+         .next_step = "fix the cameras to each other; calibrate the frames before and after it separately",
+         .effect_px = motion.effect_px});
+  }
+}
+
+void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
+  const std::size_t num_links = rig.num_linked + rig.unlinked.size();
+  std::vector<RigImage> unlinked;  // by no motion
+  std::ranges::copy_if(rig.unlinked, std::back_inserter(unlinked), [&](const RigImage& image) {
+    return std::ranges::none_of(rig.motions, [&](const CameraMotion& motion) {
+      return motion.camera == image.camera && motion.effect_px > tolerance_px;
+    });
+  });
+  if (!unlinked.empty()) {
+    const bool are_many = 5 * unlinked.size() > num_links;
+    diagnoses.push_back(
+        {.severity = are_many ? Severity::kFailure : Severity::kWarning,
+         .id = "not_simultaneous",
+         .cause =
+             fmt::format("{} of {} common views of a board contradict the rig", unlinked.size(), num_links),
+         .evidence = listedImages(rig, unlinked),
+         .next_step = "hold the board still while the cameras take a frame, and check that names match"});
+  }
+  if (!rig.unmatched.empty()) {
+    diagnoses.push_back(
+        {.severity = Severity::kNote,
+         .id = "unmatched_images",
+         .cause = fmt::format("{} image{} no other camera's image of the same instant; {} intrinsics only",
+                              rig.unmatched.size(), rig.unmatched.size() == 1 ? " has" : "s have",
+                              rig.unmatched.size() == 1 ? "it serves" : "they serve"),
+         .evidence = listedImages(rig, rig.unmatched)});
+  }
+  for (const RigCamera& camera : rig.cameras) {
+    const double more = camera.rms_px * camera.rms_px - camera.alone_rms_px * camera.alone_rms_px;
+    const double effect_px = kRadius95 * std::sqrt(std::max(0.0, more));
+    if (severityOf(effect_px, tolerance_px) == Severity::kNote) continue;
+    diagnoses.push_back(
+        {.severity = Severity::kWarning,
+         .id = "frames_disagree",
+         .cause = fmt::format("{} has an RMS of {:.3f} px in the rig and of {:.3f} px alone", camera.name,
+                              camera.rms_px, camera.alone_rms_px),
+         .next_step = "trigger the cameras together, fix them to each other, and hold the board still",
+         .effect_px = effect_px});
+  }
+}
+
+void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
+  for (const RigCamera& camera : rig.cameras) {
+    const Severity severity = severityOf(camera.transfer_px, tolerance_px);
+    if (severity == Severity::kNote) continue;
+    const bool are_grazing = 2 * camera.num_grazing > camera.num_linked;
+    diagnoses.push_back(
+        {.severity = severity,
+         .id = "weak_link",
+         .cause =
+             fmt::format("points at the boards' distance move by {:.2f} px (95 %) from another camera to {}",
+                         camera.transfer_px, camera.name),
+         .evidence = are_grazing ? fmt::format("{} of its {} common views are grazing", camera.num_grazing,
+                                               camera.num_linked)
+                                 : "",
+         .next_step = are_grazing
+                          ? "turn the board so that both cameras see it less obliquely"
+                          : "take more frames that it shares with other cameras, near and far, tilted",
+         .effect_px = camera.transfer_px});
+  }
+}
+
+void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
+  for (const RigCamera& camera : rig.cameras) {
+    if (!camera.given) continue;
+    if (camera.misfit) {
+      diagnoses.push_back(
+          {.severity = severityOf(camera.misfit->effect_px, tolerance_px),
+           .id = "given_lens_misfits",
+           .cause = fmt::format("the images of {} contradict the lens of its camera file by {:.2g} px (95 %)",
+                                camera.name, camera.misfit->effect_px),
+           .evidence = fmt::format("RMS {:.3f} px with it, {:.3f} px with the lens freed",
+                                   camera.alone_rms_px, camera.misfit->freed_rms_px),
+           .next_step = "check that the files are in the order of the cameras; otherwise leave out --fixed",
+           .effect_px = camera.misfit->effect_px});
+    }
+    const Verdict verdict =
+        camera.given->calibration ? camera.given->calibration->verdict : Verdict::kTrustworthy;
+    if (verdict == Verdict::kTrustworthy) continue;
+    diagnoses.push_back(
+        {.severity = verdict == Verdict::kNo ? Severity::kFailure : Severity::kWarning,
+         .id = "given_lens_verdict",
+         .cause = fmt::format("the camera file of {} says of itself: {}", camera.name, verdictName(verdict)),
+         .next_step = "calibrate it again, or leave out --fixed"});
+  }
+}
+
+}  // namespace
+
+std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) {
+  std::vector<Diagnosis> diagnoses;
+  judgeFit(rig, diagnoses);
+  judgeMotions(rig, tolerance_px, diagnoses);
+  judgeFrames(rig, tolerance_px, diagnoses);
+  judgeLinks(rig, tolerance_px, diagnoses);
+  judgeGivenLenses(rig, tolerance_px, diagnoses);
+  for (const RigCamera& camera : rig.cameras) {
+    for (Diagnosis diagnosis : camera.alone.diagnoses) {
+      if (camera.given && diagnosis.severity != Severity::kFailure) continue;  // of the lens, which is kept
+      diagnosis.cause = camera.name + ": " + diagnosis.cause;
+      diagnoses.push_back(std::move(diagnosis));
+    }
+  }
+  std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);
+  return diagnoses;
+}
+
+}  // namespace alidade

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "alidade/core/diagnosis.h"
+#include "alidade/rig/rig_calibration.h"
+
+namespace alidade {
+
+/// Judges everything of a rig except `diagnoses`, and repeats what its cameras' own calibrations say;
+/// failures first.
+[[nodiscard]] std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px);
+
+}  // namespace alidade

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/rig_uncertainty.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/shape_information.h"
+#include "alidade/calibrate/uncertainty/view_covariance.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/median.h"
+#include "alidade/rig/joint_fit.h"
+#include "alidade/rig/rig_information.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// The camera that sees the most boards together with this one.
+std::size_t partnerOf(const Fit& fit, std::size_t camera) {
+  std::vector<std::size_t> counts(fit.cameras.size());
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
+    const auto isOf = [&](std::size_t v) { return fit.views[v].camera == camera; };
+    if (std::ranges::none_of(of_placement, isOf)) continue;
+    for (const std::size_t v : of_placement) {
+      if (!isOf(v)) ++counts[fit.views[v].camera];
+    }
+  }
+  return static_cast<std::size_t>(std::ranges::max_element(counts) - counts.begin());
+}
+
+// A pixel of one camera, seen at a fixed distance, as a pixel of another one: its derivative by all unknowns.
+class Transfer {
+ public:
+  Transfer(const Fit& fit, const RigColumns& columns, std::size_t from, std::size_t to)
+      : columns_(columns),
+        from_(from),
+        to_(to),
+        source_(AnyCamera::make(fit.cameras[from].model, fit.cameras[from].params)),
+        target_(AnyCamera::make(fit.cameras[to].model, fit.cameras[to].params)),
+        source_from_rig_(fit.cameras[from].camera_from_rig),
+        target_from_rig_(fit.cameras[to].camera_from_rig) {}
+
+  // 2 x columns; nothing where one of the cameras does not see the point.
+  [[nodiscard]] std::optional<Eigen::MatrixXd> jacobian(const Eigen::Vector3d& p_rig) const {
+    const Eigen::Vector3d p_source = source_from_rig_ * p_rig;
+    Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_source_params(2, source_.parameters().size());
+    Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_target_params(2, target_.parameters().size());
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_target;
+    Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray;
+    const Projection seen = source_.project(p_source, nullptr, J_source_params.data());
+    if (!seen.ok() || !source_.unproject(seen.pixel, J_ray.data())) return std::nullopt;
+    if (!target_.project(target_from_rig_ * p_rig, J_target.data(), J_target_params.data()).ok())
+      return std::nullopt;
+    // T S^-1 with S Exp(e) and T Exp(n): p_target = T Exp(n) Exp(-e) S^-1 p_source.
+    Eigen::Matrix<double, 3, 6> J_point;
+    J_point << Eigen::Matrix3d::Identity(), -hat(p_rig);
+    const Eigen::Matrix<double, 2, 3> J_rig = J_target * target_from_rig_.rotation.matrix();
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2, columns_.count);
+    J.middleCols(columns_.params[to_], J_target_params.cols()) += J_target_params;
+    J.middleCols(columns_.params[from_], J_source_params.cols()) -=
+        J_rig * source_from_rig_.rotation.inverse().matrix() * (p_source.norm() * (J_ray * J_source_params));
+    if (columns_.pose[to_] >= 0) J.middleCols<6>(columns_.pose[to_]) += J_rig * J_point;
+    if (columns_.pose[from_] >= 0) J.middleCols<6>(columns_.pose[from_]) -= J_rig * J_point;
+    return J;
+  }
+
+ private:
+  const RigColumns& columns_;
+  std::size_t from_;
+  std::size_t to_;
+  AnyCamera source_;
+  AnyCamera target_;
+  SE3 source_from_rig_;
+  SE3 target_from_rig_;
+};
+
+// See RigCamera::transfer_px: the median over the boards that both cameras saw.
+double transferErrorPx(const Fit& fit, const RigColumns& columns, std::size_t camera,
+                       const Eigen::MatrixXd& covariance) {
+  constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
+  const std::size_t partner = partnerOf(fit, camera);
+  const Transfer transfer(fit, columns, partner, camera);
+  std::vector<double> errors;
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
+    const auto sees = [&](std::size_t c) {
+      return std::ranges::any_of(of_placement, [&](std::size_t v) { return fit.views[v].camera == c; });
+    };
+    if (!sees(camera) || !sees(partner)) continue;
+    const FitView& view = fit.views[of_placement.front()];
+    const auto J =
+        transfer.jacobian(fit.placements[view.placement].rig_from_board * boardOf(fit, view).target.middle());
+    if (J) errors.push_back(std::sqrt(kChi95 / 2 * (*J * covariance * J->transpose()).trace()));
+  }
+  return errors.empty() ? kNan : medianOf(std::move(errors));
+}
+
+void countCommonViews(RigCalibration& rig) {
+  const Fit& fit = rig.fit;
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
+    if (of_placement.size() < 2) continue;
+    for (const std::size_t v : of_placement) {
+      const SE3 camera_from_board = cameraFromBoard(fit, fit.views[v]);
+      const Eigen::Vector3d line_of_sight = camera_from_board * boardOf(fit, fit.views[v]).target.middle();
+      const Eigen::Vector3d normal = camera_from_board.rotation * Eigen::Vector3d::UnitZ();
+      const double cosine = std::abs(line_of_sight.normalized().dot(normal));
+      RigCamera& camera = rig.cameras[fit.views[v].camera];
+      ++camera.num_linked;
+      camera.num_grazing += cosine < std::cos(kGrazingRad) ? 1 : 0;
+    }
+  }
+}
+
+// By the corners' noise, or by frames where these disagree by more.
+void setCovariance(RigCalibration& rig, const RigColumns& columns) {
+  const std::vector<Reduced> frames = rigInformation(rig.fit, columns);
+  const Eigen::MatrixXd directions = rigDirections(rig.fit, columns);
+  const std::vector<Eigen::Vector2d> errors = weightedErrors(rig.fit);
+  const auto num_free =
+      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(rig.fit.placements.size()));
+  const double variance = coordinateVariance(errors, rig.fit.loss, num_free);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
+  for (const Reduced& frame : frames) information += frame.information;
+  for (std::size_t c = 0; c < rig.fit.cameras.size(); ++c) {
+    const std::vector<double>& precision = rig.fit.cameras[c].weak_prior.prior.precision;
+    for (std::size_t i = 0; i < precision.size(); ++i) {
+      const Eigen::Index at = columns.params[c] + static_cast<Eigen::Index>(i);
+      information(at, at) += precision[i];
+    }
+  }
+  const ScaledInverse inverse = scaledInverse(directions.transpose() * information * directions);
+  const auto by_frames =
+      viewCovariance(frames, directions, columns.count, variance, meanSlope(errors, rig.fit.loss));
+  if (!inverse.inverse || !by_frames) return;
+  rig.is_by_frames = by_frames->excess_sigmas > kBeyondChance;
+  rig.frame_variance = variance * std::max(1.0, by_frames->excess);
+  rig.covariance = variance * directions * *inverse.inverse * directions.transpose();
+  if (rig.is_by_frames) rig.covariance = by_frames->larger;
+  // An error of a given lens moves all that is estimated.
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const auto stated = rig.cameras[c].given ? statedCovariance(*rig.cameras[c].given) : std::nullopt;
+    if (!stated) continue;
+    const Eigen::Index at = columns.params[c];
+    Eigen::MatrixXd response = Eigen::MatrixXd::Zero(columns.count, stated->rows());
+    response.middleRows(at, stated->rows()).setIdentity();
+    response -= directions *
+                (*inverse.inverse * (directions.transpose() * information.middleCols(at, stated->rows())));
+    rig.covariance = rig.covariance.view() + response * stated->view() * response.transpose();
+  }
+}
+
+}  // namespace
+
+RigColumns rigColumns(const Fit& fit) {
+  RigColumns columns;
+  for (const FitCamera& camera : fit.cameras) {
+    columns.params.push_back(columns.count);
+    columns.count += static_cast<int>(camera.params.size());
+  }
+  for (const FitCamera& camera : fit.cameras) {
+    columns.pose.push_back(camera.is_rig_pose_fixed ? -1 : columns.count);
+    columns.count += camera.is_rig_pose_fixed ? 0 : 6;
+  }
+  for (const FitBoard& board : fit.boards) {
+    columns.bend.push_back(board.is_shape_fixed ? -1 : columns.count);
+    columns.count += board.is_shape_fixed ? 0 : kNumBends;
+  }
+  return columns;
+}
+
+void setUncertainty(RigCalibration& rig) {
+  const RigColumns columns = rigColumns(rig.fit);
+  countCommonViews(rig);
+  setCovariance(rig, columns);
+  if (rig.covariance.rows() == 0) return;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    rig.cameras[c].transfer_px = transferErrorPx(rig.fit, columns, c, rig.covariance);
+    if (columns.pose[c] < 0) continue;
+    const Eigen::VectorXd variances = rig.covariance.view().diagonal().segment<6>(columns.pose[c]);
+    rig.cameras[c].position_std_m = variances.head<3>().cwiseMax(0).cwiseSqrt();
+    rig.cameras[c].rotation_std_rad = variances.tail<3>().cwiseMax(0).cwiseSqrt();
+  }
+}
+
+}  // namespace alidade
