@@ -29,6 +29,7 @@
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "block_arrow.h"
+#include "mrcal_input.h"
 #include "support/corner_cost.h"
 
 namespace alidade {
@@ -200,25 +201,10 @@ Outcome runOpenCv(const Problem& problem) {
   return outcome;
 }
 
-// Leaves the problem to a script, which prints the outcome itself.
+// The script prints the outcome itself.
 int runMrcal(const Problem& problem) {
-  FILE* script = popen("/usr/bin/python3 " ALIDADE_MRCAL_SCRIPT, "w");
-  if (script == nullptr) return 1;
-  const int repetitions = problem.views.size() > 1000 ? 1 : 5;
-  std::fprintf(script, "%d %d %.17g %d %d %zu %d\n", kBoard.columns, kBoard.rows, kBoard.square_m,
-               kSize.width, kSize.height, problem.views.size(), repetitions);
-  for (const double p : problem.start.cameras.front().params) std::fprintf(script, "%.17g ", p);
-  std::fprintf(script, "\n");
-  for (const FitView& view : problem.start.views) {
-    const SE3 pose = cameraFromBoard(problem.start, view);
-    const Eigen::Vector3d r = pose.rotation.log();
-    const Eigen::Vector3d& t = pose.translation;
-    std::fprintf(script, "%.17g %.17g %.17g %.17g %.17g %.17g\n", r.x(), r.y(), r.z(), t.x(), t.y(), t.z());
-    for (const Observation& corner : view.corners)
-      std::fprintf(script, "%.17g %.17g ", corner.pixel.x(), corner.pixel.y());
-    std::fprintf(script, "\n");
-  }
-  return pclose(script) == 0 ? 0 : 1;
+  constexpr int kMany = 1000;
+  return solveByMrcal(problem.start, problem.views.size() > kMany ? 1 : 5) ? 0 : 1;
 }
 
 struct Case {

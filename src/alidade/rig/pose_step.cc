@@ -57,15 +57,15 @@ std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
   const std::vector<Reduced> frames = rigInformation(fit, columns);
   std::set<std::size_t> in_order;
   for (const FitPlacement& placement : fit.placements) in_order.insert(placement.frame);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
+  for (const Reduced& frame : frames) information += frame.information;
   // What is free: all but the pose of the first camera.
-  const Eigen::MatrixXd all = rigDirections(fit, columns);
+  const Eigen::MatrixXd all = rigDirections(fit, columns, information);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < all.cols(); ++i) {
     if (all.col(i).segment<kTangent>(columns.pose.front()).isZero(0)) kept.push_back(i);
   }
   const Eigen::MatrixXd free = all(Eigen::all, kept);
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
-  for (const Reduced& frame : frames) information += frame.information;
   const ScaledInverse inverse = scaledInverse(free.transpose() * information * free);
   if (!inverse.inverse) return std::nullopt;
   PoseStep step = likeliestStep(frames, columns, free, *inverse.inverse, variance);

@@ -10,6 +10,7 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/record_of.h"
 #include "alidade/core/error.h"
+#include "alidade/core/parallel.h"
 #include "alidade/core/text.h"
 #include "alidade/rig/camera_motion.h"
 #include "alidade/rig/given_lens.h"
@@ -36,21 +37,25 @@ CalibratorOptions optionsOf(std::size_t camera, const RigOptions& options) {
 // Errors name their camera.
 std::vector<RigCamera> calibratedAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                                        const RigOptions& options) {
-  std::vector<RigCamera> result;
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    try {
-      Calibration alone = calibrate(boards, cameras[c].views, optionsOf(c, options));
-      const double rms_px = rms(alone.fit);
-      result.push_back({.name = cameras[c].name,
-                        .given = options.given.empty() ? std::nullopt : options.given[c],
-                        .alone = std::move(alone),
-                        .alone_rms_px = rms_px});
-      if (result.back().given)
-        result.back().misfit = givenLensMisfit(result.back().alone.fit, options.camera.cancel);
-    } catch (const Error& error) {
-      throw Error(error.code(), {.where = cameras[c].name, .found = error.what()});
-    }
-  }
+  std::vector<RigCamera> result(cameras.size());
+  const int num_threads = resolveJobs(options.camera.jobs);
+  parallelFor(
+      cameras.size(), num_threads,
+      [&](std::size_t c) {
+        RigCamera& camera = result[c];
+        camera.name = cameras[c].name;
+        if (!options.given.empty()) camera.given = options.given[c];
+        try {
+          CalibratorOptions of_camera = optionsOf(c, options);
+          of_camera.jobs = std::max(1, num_threads / static_cast<int>(cameras.size()));
+          camera.alone = calibrate(boards, cameras[c].views, of_camera);
+        } catch (const Error& error) {
+          throw Error(error.code(), {.where = camera.name, .found = error.what()});
+        }
+        camera.alone_rms_px = rms(camera.alone.fit);
+        if (camera.given) camera.misfit = givenLensMisfit(camera.alone.fit, options.camera.cancel);
+      },
+      options.camera.cancel);
   return result;
 }
 

@@ -42,18 +42,40 @@ void add(const Fit& fit, const FitView& view, const RigColumns& columns, Placeme
   error << dense.col(kPoseSize + num_params).head(kPoseSize + num_params),
       gram.mixed.col(kPoseSize + num_params);
 
-  // From the view's own columns to all.
-  Eigen::MatrixXd to_all = Eigen::MatrixXd::Zero(num_own, columns.count + kPoseSize);
-  to_all.block<kPoseSize, kPoseSize>(0, columns.count).setIdentity();
-  if (const int at = columns.pose[view.camera]; at >= 0)
-    to_all.block<kPoseSize, kPoseSize>(0, at) =
+  // From the view's own columns to those of the rig that it concerns.
+  std::vector<int> concerned;
+  const auto concern = [&](int first, int count) {
+    for (int i = 0; i < count; ++i) concerned.push_back(first + i);
+  };
+  const int pose = columns.pose[view.camera];
+  concern(columns.count, kPoseSize);
+  if (pose >= 0) concern(pose, kPoseSize);
+  concern(columns.params[view.camera], num_params);
+  if (columns.bend[b] >= 0) concern(columns.bend[b], kNumBends);
+  Eigen::MatrixXd to_rig = Eigen::MatrixXd::Zero(num_own, static_cast<Eigen::Index>(concerned.size()));
+  to_rig.leftCols<kPoseSize>().topRows<kPoseSize>().setIdentity();
+  int at = kPoseSize;
+  if (pose >= 0) {
+    to_rig.block<kPoseSize, kPoseSize>(0, at) =
         fit.placements[view.placement].rig_from_board.inverse().adjoint();
-  to_all.block(kPoseSize, columns.params[view.camera], num_params, num_params).setIdentity();
-  if (columns.bend[b] >= 0)
-    to_all.block<kNumBends, kNumBends>(kPoseSize + num_params, columns.bend[b]).setIdentity();
-  sums.JtJ += to_all.transpose() * own * to_all;
-  sums.Jte += to_all.transpose() * error;
+    at += kPoseSize;
+  }
+  to_rig.block(kPoseSize, at, num_params, num_params).setIdentity();
+  if (columns.bend[b] >= 0) to_rig.bottomRightCorner<kNumBends, kNumBends>().setIdentity();
+  sums.JtJ(concerned, concerned) += to_rig.transpose() * own * to_rig;
+  sums.Jte(concerned) += to_rig.transpose() * error;
   sums.num_corners += gram.num_corners;
+}
+
+// Directions of a lens combined so that its corners know each equally well.
+Eigen::MatrixXd balanced(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& information) {
+  if (directions.cols() == 0) return directions;
+  const Eigen::MatrixXd own = directions.transpose() * information * directions;
+  const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();  // units differ
+  const Eigen::LLT<Eigen::MatrixXd> root(scale.asDiagonal() * own * scale.asDiagonal());
+  if (root.info() != Eigen::Success || !scale.allFinite()) return directions;
+  return directions * scale.asDiagonal() *
+         root.matrixU().solve(Eigen::MatrixXd::Identity(own.rows(), own.rows()));
 }
 
 }  // namespace
@@ -86,14 +108,16 @@ std::vector<Reduced> rigInformation(const Fit& fit, const RigColumns& columns) {
   return all;
 }
 
-Eigen::MatrixXd rigDirections(const Fit& fit, const RigColumns& columns) {
+Eigen::MatrixXd rigDirections(const Fit& fit, const RigColumns& columns, const Eigen::MatrixXd& information) {
   Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(columns.count, columns.count);
   Eigen::Index free = 0;
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
     const auto num_params = static_cast<int>(fit.cameras[c].params.size());
-    const Eigen::MatrixXd of_camera = freeDirections(num_params, fit.cameras[c].constraint);
-    directions.block(columns.params[c], free, num_params, of_camera.cols()) = of_camera;
-    free += of_camera.cols();
+    const int at = columns.params[c];
+    const Eigen::MatrixXd of_lens = balanced(freeDirections(num_params, fit.cameras[c].constraint),
+                                             information.block(at, at, num_params, num_params));
+    directions.block(at, free, num_params, of_lens.cols()) = of_lens;
+    free += of_lens.cols();
   }
   for (int column = columns.params.back() + static_cast<int>(fit.cameras.back().params.size());
        column < columns.count; ++column)

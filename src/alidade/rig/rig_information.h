@@ -14,7 +14,11 @@ namespace alidade {
 /// rigColumns(). Frames are independent of each other, views of one frame are not.
 [[nodiscard]] std::vector<Reduced> rigInformation(const Fit& fit, const RigColumns& columns);
 
-/// What of these columns is free, one direction per column.
-[[nodiscard]] Eigen::MatrixXd rigDirections(const Fit& fit, const RigColumns& columns);
+/// What of these columns is free, one direction per column. Those of each lens are combined so that its
+/// corners know each equally well: a lens with parameters that nearly make up for each other would leave no
+/// accuracy for the rig as a whole.
+/// @param information  with these columns
+[[nodiscard]] Eigen::MatrixXd rigDirections(const Fit& fit, const RigColumns& columns,
+                                            const Eigen::MatrixXd& information);
 
 }  // namespace alidade

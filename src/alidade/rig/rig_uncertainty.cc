@@ -118,11 +118,7 @@ void countCommonViews(RigCalibration& rig) {
 // By the corners' noise, or by frames where these disagree by more.
 void setCovariance(RigCalibration& rig, const RigColumns& columns) {
   const std::vector<Reduced> frames = rigInformation(rig.fit, columns);
-  const Eigen::MatrixXd directions = rigDirections(rig.fit, columns);
   const std::vector<Eigen::Vector2d> errors = weightedErrors(rig.fit);
-  const auto num_free =
-      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(rig.fit.placements.size()));
-  const double variance = coordinateVariance(errors, rig.fit.loss, num_free);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
   for (const Reduced& frame : frames) information += frame.information;
   for (std::size_t c = 0; c < rig.fit.cameras.size(); ++c) {
@@ -132,6 +128,10 @@ void setCovariance(RigCalibration& rig, const RigColumns& columns) {
       information(at, at) += precision[i];
     }
   }
+  const Eigen::MatrixXd directions = rigDirections(rig.fit, columns, information);
+  const auto num_free =
+      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(rig.fit.placements.size()));
+  const double variance = coordinateVariance(errors, rig.fit.loss, num_free);
   const ScaledInverse inverse = scaledInverse(directions.transpose() * information * directions);
   const auto by_frames =
       viewCovariance(frames, directions, columns.count, variance, meanSlope(errors, rig.fit.loss));
