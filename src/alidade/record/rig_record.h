@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "alidade/camera/any_rig.h"
 #include "alidade/core/verdict.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/record/camera_record.h"
@@ -33,5 +34,8 @@ struct RigRecord {
   /// camera_from_rig of each camera but the first; empty = unknown.
   std::vector<double> covariance = {};
 };
+
+/// The cameras of the record at their places. @throws Error as AnyRig's constructor
+[[nodiscard]] AnyRig rigOf(const RigRecord& record);
 
 }  // namespace alidade
