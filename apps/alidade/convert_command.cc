@@ -45,7 +45,9 @@ bool isRig(std::span<const Converted> cameras) {
 // "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees".
 std::string poseText(const SE3& camera_from_first) {
   constexpr double kMillimetres = 1000;
-  const Eigen::Vector3d origin = camera_from_first.inverse().translation * kMillimetres;
+  // A sum with 0 has no negative zeros.
+  const Eigen::Vector3d origin =
+      Eigen::Vector3d::Zero() + camera_from_first.inverse().translation * kMillimetres;
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm from the first camera, turned by {:.4g} degrees",
                      origin.x(), origin.y(), origin.z(),
                      camera_from_first.rotation.log().norm() * 180 / std::numbers::pi);
@@ -346,6 +348,7 @@ class ConvertCommand final : public Command {
       if (!gathered.rig) rig.cameras.push_back({.camera = cameras[i].file});
       rig.cameras[i].camera = cameras[i].file;
       rig.cameras[i].camera.name.name = cameraLabel(gathered.source.cameras[i]);
+      rig.cameras[i].camera.created_by = cameras[i].source.created_by;  // the rig says what became of it
       rig.cameras[i].camera_from_rig = *cameras[i].camera_from_rig;
       is_edited = is_edited || !cameras[i].conversion.steps.empty();
     }
@@ -383,8 +386,8 @@ class ConvertCommand final : public Command {
     if (is_own_camera || format.poses == Poses::kNone ||
         (format.poses == Poses::kFromFirst && cameras.size() == 1)) {
       const std::string subject = cameras.size() == 1 ? "the pose of the camera is" : "the poses are";
-      return first.where + ": " + subject + " not written: a file of one camera in the format " +
-             std::string(format.title) + " has no pose";
+      return first.where + ": " + subject + " not written to a file of the format " +
+             std::string(format.title);
     }
     if (format.poses == Poses::kFromFirst && !is_at_origin)
       return first.where + ": this camera becomes the origin of the rig, as the format " +

@@ -35,7 +35,7 @@ TEST(FormatRoundTrip, IsWhatTheDocumentationSays) {
 }
 
 TEST(FormatRoundTrip, IsExactFromEachFormatToEach) {
-  EXPECT_EQ(countConversions(), 404);
+  EXPECT_EQ(countConversions(), 499);
 }
 
 // Formats that hold several cameras hold them in order, each with its own lens and size.

@@ -148,7 +148,8 @@ bool standEqually(const CameraFormat& format, std::span<const NamedCamera> camer
                                                  : std::vector<SE3>();
   constexpr double kSame = 1e-9;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    // A file of one camera may take no pose for one at the origin.
+    // A file of one camera may have no place for it.
+    if (poses.size() == 1 && !back[i].camera_from_rig) return true;
     const SE3 read = back[i].camera_from_rig.value_or(SE3());
     const double rotation = (read.rotation.inverse() * poses[i].rotation).log().norm();
     const double distance = (read.translation - poses[i].translation).norm();

@@ -193,6 +193,7 @@ std::vector<SE3> readPoses(std::span<const YamlNode> nodes, std::string_view key
 // `nodes` are those of the cameras, in the file's order.
 void stateKalibrPoses(StatedCameras& all, std::span<const YamlNode> nodes,
                       const std::vector<std::string>& names) {
+  expect(names.size() == nodes.size(), "each camera has a name, perhaps an empty one");
   const std::vector<std::size_t> order = chainOrder(names);
   const std::vector<YamlNode> chain = mapped(order, [&nodes](std::size_t i) { return nodes[i]; });
   const char* key = poseKey(chain);
@@ -228,7 +229,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
     }
     for (StatedCamera& camera : all.cameras) remarkUnknownKeys(root, known, camera);
   }
-  stateKalibrPoses(all, nodes, known);
+  stateKalibrPoses(all, nodes, isCamera(root) ? std::vector<std::string>{""} : known);
   return all;
 }
 
