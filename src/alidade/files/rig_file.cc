@@ -46,6 +46,7 @@ std::string cameraEntry(const RigCameraRecord& camera) {
 // What other formats do not have.
 void readOwn(const YamlNode& root, RigRecord& rig) {
   const std::vector<YamlNode> entries = root.at("cameras").items();
+  expect(entries.size() == rig.cameras.size(), "a rig is read whole");
   std::size_t num_columns = 6 * (entries.size() - 1);
   for (std::size_t c = 0; c < entries.size(); ++c) {
     rig.cameras[c] = detail::readRigCamera(entries[c]);
@@ -96,13 +97,18 @@ RigRecord loadRig(const std::string& path) {
   }
   const CameraSource source = loadCameras(path);  // with the self-check of each camera
   requireAll(source);
+  return rigOf(source);
+}
+
+RigRecord rigOf(const CameraSource& source) {
   RigRecord rig;
   for (const StatedCamera& camera : source.cameras) {
-    requirePose(camera, path);
-    rig.cameras.push_back({.camera = recordOf(camera, path), .camera_from_rig = *camera.camera_from_rig});
+    requirePose(camera, source.path);
+    rig.cameras.push_back(
+        {.camera = recordOf(camera, source.path), .camera_from_rig = *camera.camera_from_rig});
     rig.cameras.back().camera.name.name = cameraLabel(camera);
   }
-  if (source.format == "alidade") readOwn(YamlNode::readFile(path), rig);
+  if (source.format == "alidade") readOwn(YamlNode::readFile(source.path), rig);
   return rig;
 }
 
