@@ -15,6 +15,9 @@
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/files/rig_source.h"
+#include "alidade/geometry/rotation_conversions.h"
 #include "alidade/record/conversion.h"
 #include "console.h"
 #include "json_output.h"
@@ -32,7 +35,23 @@ struct Converted {
   CameraRecord source;
   Conversion conversion;
   CameraRecord file;
+  std::optional<SE3> camera_from_rig;  // of `file`
 };
+
+bool isRig(std::span<const Converted> cameras) {
+  return cameras.size() > 1 && cameras.front().camera_from_rig;
+}
+
+// "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees".
+std::string poseText(const SE3& camera_from_first) {
+  constexpr double kMillimetres = 1000;
+  // A sum with 0 has no negative zeros.
+  const Eigen::Vector3d origin =
+      Eigen::Vector3d::Zero() + camera_from_first.inverse().translation * kMillimetres;
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm from the first camera, turned by {:.4g} degrees",
+                     origin.x(), origin.y(), origin.z(),
+                     camera_from_first.rotation.log().norm() * 180 / std::numbers::pi);
+}
 
 std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,
                               std::size_t count, const std::string& expected) {
@@ -105,7 +124,7 @@ std::string fitText(const ModelFit& fit) {
 
 // What was done and what came out, for people; without an end of line.
 std::string summaryText(const Converted& converted) {
-  const auto& [where, name, source, conversion, file] = converted;
+  const auto& [where, name, source, conversion, file, pose] = converted;
   std::string text = fmt::format("From     {}: {}, {} px\n", printable(where), source.camera.modelId(),
                                  sizeText(source.image_size));
   for (const Conversion::Step& step : conversion.steps) {
@@ -148,7 +167,7 @@ json fitJson(const ModelFit& fit) {
 
 // The same for programs.
 json summaryJson(const Converted& converted) {
-  const auto& [where, name, source, conversion, file] = converted;
+  const auto& [where, name, source, conversion, file, pose] = converted;
   const json steps = mapped(conversion.steps, [](const Conversion::Step& step) -> json {
     return {{"step", step.name}, {"value", step.value}, {"image_size", step.size}};
   });
@@ -165,6 +184,7 @@ json summaryJson(const Converted& converted) {
       {"image_size", file.image_size},
       {"parameters", parametersJson(file.camera.parameterNames(), file.camera.parameters())},
       {"fit", conversion.fit ? fitJson(*conversion.fit) : json(nullptr)},
+      {"camera_from_rig", orNull(pose)},
       {"domain", {{"max_angle_rad", file.domain->max_angle_rad}, {"full_image", file.domain->full_image}}},
       {"trustworthy", conversion.problems.empty()},
       {"reasons", reasons}};
@@ -176,12 +196,16 @@ class ConvertCommand final : public Command {
     app.footer(
         "Example: alidade convert camera.yaml -o half.yaml --crop 0,60,640,360 --resize 320x180\nExample: "
         "alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\nExample: alidade convert "
-        "camchain.yaml#cam0 -o camera_info.yaml --to ros\nThe format of FILE is detected from its content. "
-        "FILE#NAME selects one camera of a file with several. The edits are\napplied in this order: crop, "
-        "bin, resize, rotate, model. Pixel (0, 0) is the centre of the top-left pixel. --rotate\nalso "
-        "rotates the axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
+        "camchain.yaml#cam0 -o camera_info.yaml --to ros\nExample: alidade convert rig.yaml -o camchain.yaml "
+        "--to kalibr\nExample: alidade convert left.cameramodel right.cameramodel -o rig.yaml\nThe format of "
+        "FILE is detected from its content. FILE#NAME selects one camera of a file with several. Several\n"
+        "files become one rig; each has one camera and its pose in a common frame. OpenCV's intrinsics.yml "
+        "and\nextrinsics.yml are one pair. The edits are applied to each camera, in this order: crop, bin, "
+        "resize, rotate, model.\nPixel (0, 0) is the centre of the top-left pixel. --rotate also rotates the "
+        "axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
         "written.");
-    app.add_option("file", path_, "Camera file of any format (docs/formats.md)");
+    app.add_option("file", paths_,
+                   "Camera or rig file of any format (docs/formats.md), or the files of a rig");
     app.add_option("-o,--output", output_,
                    "Camera file to write; - writes it to standard output instead of the summary");
     app.add_option("--to", format_,
@@ -209,18 +233,20 @@ class ConvertCommand final : public Command {
   }
 
   int run(const CLI::App&) override {
-    if (path_.empty()) throw missingError("convert", "no camera file", "a camera file");
+    if (paths_.empty()) throw missingError("convert", "no camera file", "a camera file");
     if (output_.empty()) throw missingError("convert", "no --output", "-o FILE, or -o - for standard output");
-    checkOutput(output_, {cameraFilePath(path_), common_.config}, common_);
+    std::vector<std::string> inputs = mapped(paths_, cameraFilePath);
+    inputs.push_back(common_.config);
+    checkOutput(output_, inputs, common_);
     const CameraFormat& format = cameraFormat(format_);
-    const CameraSource source = loadCameras(path_, camera_.readOptions());
-    const std::vector<Converted> cameras = convertAll(source, format);
+    const GatheredCameras gathered = gatherCameras(paths_, camera_.readOptions());
+    const std::vector<Converted> cameras = convertAll(gathered, format);
     const bool is_good = std::all_of(cameras.begin(), cameras.end(),
                                      [](const Converted& c) { return c.conversion.problems.empty(); });
     const bool is_kept = is_good || keep_untrustworthy_;
     // What the format cannot hold is told before anything is printed or written.
-    const std::string content = is_kept ? contentOf(cameras, format) : "";
-    const std::vector<std::string> notes = notesOn(source, cameras, format);
+    const std::string content = is_kept ? contentOf(gathered, cameras, format) : "";
+    const std::vector<std::string> notes = notesOn(gathered.source, cameras, format);
     const bool to_stdout = output_ == "-";
     if (!to_stdout && is_kept) writeFileAtomically(output_, content);
 
@@ -244,18 +270,7 @@ class ConvertCommand final : public Command {
   }
 
  private:
-  [[nodiscard]] std::vector<Converted> convertAll(const CameraSource& source,
-                                                  const CameraFormat& format) const {
-    const std::size_t num_all = source.cameras.size() + source.refused.size();
-    if (num_all > 1 && !format.holds_several) {
-      throw inputError(
-          {.where = source.path,
-           .found = std::to_string(num_all) + " cameras",
-           .expected =
-               "one camera, because a file in the format " + std::string(format.title) + " holds only one",
-           .next_step = "select one: " + source.path + "#" + cameraLabel(source.cameras.front())});
-    }
-    requireAll(source);
+  [[nodiscard]] ConversionRequest request(const CameraFormat& format) const {
     ConversionRequest request = request_;
     if (!crop_.empty()) {
       const auto n =
@@ -270,31 +285,114 @@ class ConvertCommand final : public Command {
     for (const AbsentParameter& absent : format.absent) {
       if (absent.model == request.model) request.absent.push_back(absent.parameter);
     }
+    return request;
+  }
+
+  void requireRoom(const GatheredCameras& gathered, const CameraFormat& format) const {
+    const CameraSource& source = gathered.source;
+    const std::size_t num_all = source.cameras.size() + source.refused.size();
+    const bool has_room = format.id == kOwnFormat ? num_all == 1 || source.cameras.front().camera_from_rig
+                                                  : num_all <= format.max_cameras;
+    if (has_room) return;
+    const std::string first = gathered.where.size() == num_all
+                                  ? gathered.where.front()
+                                  : source.path + "#" + cameraLabel(source.cameras.front());
+    const std::string most = format.max_cameras == 2 ? "at most two cameras" : "one camera";
+    throw inputError(
+        {.where = source.path,
+         .found = std::to_string(num_all) + " cameras" + (format.id == kOwnFormat ? " without poses" : ""),
+         .expected = format.id == kOwnFormat ? "one camera, or cameras with poses, which become a rig"
+                                             : most + ", because a file in the format " +
+                                                   std::string(format.title) + " holds only that",
+         .next_step = "select one, and write a file for each camera: alidade convert " + first +
+                      " -o FILE --to " + std::string(format.id)});
+  }
+
+  [[nodiscard]] std::vector<Converted> convertAll(const GatheredCameras& gathered,
+                                                  const CameraFormat& format) const {
+    requireRoom(gathered, format);
+    requireAll(gathered.source);
+    const ConversionRequest asked = request(format);
     std::vector<Converted> all;
-    for (std::size_t i = 0; i < source.cameras.size(); ++i) {
-      const StatedCamera& stated = source.cameras[i];
-      const std::string where = source.cameras.size() > 1 ? source.path + "#" + cameraLabel(stated) : path_;
+    for (std::size_t i = 0; i < gathered.source.cameras.size(); ++i) {
+      const StatedCamera& stated = gathered.source.cameras[i];
+      const std::string& where = gathered.where[i];
       CameraRecord file = recordOf(stated, where);
-      Conversion conversion = convertCamera(file, request);
+      Conversion conversion = convertCamera(file, asked);
+      // What is wrong with a rig is wrong with each of its cameras.
+      if (gathered.rig && gathered.rig->isCalibrated() && gathered.rig->verdict == Verdict::kNo &&
+          std::count(conversion.problems.begin(), conversion.problems.end(),
+                     ConversionProblem::kSourceUntrustworthy) == 0)
+        conversion.problems.push_back(ConversionProblem::kSourceUntrustworthy);
       CameraRecord converted = convertedRecord(file, conversion, provenance(where, file, conversion));
       all.push_back({.where = where,
                      .name = stated.name,
                      .source = std::move(file),
                      .conversion = std::move(conversion),
-                     .file = std::move(converted)});
+                     .file = std::move(converted),
+                     .camera_from_rig = stated.camera_from_rig});
+      if (std::optional<SE3>& pose = all.back().camera_from_rig)
+        pose =
+            SE3{rotationFromMatrix(all.back().conversion.edit.new_from_old), Eigen::Vector3d::Zero()} * *pose;
     }
     return all;
   }
 
-  [[nodiscard]] std::string contentOf(const std::vector<Converted>& cameras,
+  // The rig as it was read, or as far as it is known, with the converted cameras. The standard deviations are
+  // those of motions in the rig's frame, so they outlast a turned camera.
+  [[nodiscard]] static RigRecord rigOf(const GatheredCameras& gathered,
+                                       const std::vector<Converted>& cameras) {
+    RigRecord rig = gathered.rig.value_or(RigRecord{});
+    bool is_edited = false;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      if (!gathered.rig) rig.cameras.push_back({.camera = cameras[i].file});
+      rig.cameras[i].camera = cameras[i].file;
+      rig.cameras[i].camera.name.name = cameraLabel(gathered.source.cameras[i]);
+      rig.cameras[i].camera.created_by = cameras[i].source.created_by;  // the rig says what became of it
+      rig.cameras[i].camera_from_rig = *cameras[i].camera_from_rig;
+      is_edited = is_edited || !cameras[i].conversion.steps.empty();
+    }
+    // It belongs to the old parameters.
+    if (is_edited) rig.covariance.clear();
+    rig.created_by = programName() + " convert of " + join(gathered.where, ", ") +
+                     (rig.created_by.empty() ? "" : " (" + rig.created_by + ")");
+    return rig;
+  }
+
+  [[nodiscard]] std::string contentOf(const GatheredCameras& gathered, const std::vector<Converted>& cameras,
                                       const CameraFormat& format) const {
+    if (format.id == kOwnFormat && isRig(cameras)) return rigFileText(rigOf(gathered, cameras));
     if (format.id == kOwnFormat) return cameraFileText(cameras.front().file);
     std::vector<NamedCamera> named;
     for (const Converted& c : cameras) {
-      named.push_back(
-          {.name = c.name, .camera = c.file.camera, .image_size = c.file.image_size, .where = c.where});
+      named.push_back({.name = c.name,
+                       .camera = c.file.camera,
+                       .image_size = c.file.image_size,
+                       .camera_from_rig = c.camera_from_rig,
+                       .where = c.where});
     }
     return formatText(format, named, output_);
+  }
+
+  // What becomes of the cameras' poses, if that is not all of it; empty if it is.
+  [[nodiscard]] static std::string poseNote(const std::vector<Converted>& cameras,
+                                            const CameraFormat& format) {
+    const Converted& first = cameras.front();
+    const bool is_at_origin = !first.camera_from_rig || first.camera_from_rig->log().isZero(0);
+    const bool is_own_camera = format.id == kOwnFormat && cameras.size() == 1;
+    if (cameras.size() == 1 && is_at_origin) return "";
+    if (!first.camera_from_rig) return "";
+    using Poses = CameraFormat::Poses;
+    if (is_own_camera || format.poses == Poses::kNone ||
+        (format.poses == Poses::kFromFirst && cameras.size() == 1)) {
+      const std::string subject = cameras.size() == 1 ? "the pose of the camera is" : "the poses are";
+      return first.where + ": " + subject + " not written to a file of the format " +
+             std::string(format.title);
+    }
+    if (format.poses == Poses::kFromFirst && !is_at_origin)
+      return first.where + ": this camera becomes the origin of the rig, as the format " +
+             std::string(format.title) + " requires";
+    return "";
   }
 
   // What is worth knowing and is no reason to refuse.
@@ -310,16 +408,29 @@ class ConvertCommand final : public Command {
     }
     for (const Converted& c : cameras) {
       if (format.id != kOwnFormat && c.source.calibration) {
-        notes.push_back(
-            c.where + ": uncertainty, verdict and poses of the calibration cannot be stored in the format " +
-            std::string(format.title));
+        notes.push_back(c.where +
+                        ": uncertainty, verdict and boards of the calibration cannot be stored in "
+                        "the format " +
+                        std::string(format.title));
       }
     }
+    const std::string pose_note = poseNote(cameras, format);
+    if (!pose_note.empty()) notes.push_back(pose_note);
+    if (!format.holds_size)
+      notes.push_back("the image size cannot be stored in the format " + std::string(format.title));
     return notes;
   }
 
   [[nodiscard]] static std::string summary(const std::vector<Converted>& cameras) {
-    return join(mapped(cameras, summaryText), "\n\n");
+    const bool is_rig = isRig(cameras);
+    return join(mapped(cameras,
+                       [&](const Converted& c) {
+                         std::string text = summaryText(c);
+                         if (!is_rig) return text;
+                         const SE3& first = *cameras.front().camera_from_rig;
+                         return text + "\nPose     " + poseText(*c.camera_from_rig * first.inverse());
+                       }),
+                "\n\n");
   }
 
   [[nodiscard]] std::string document(const std::vector<Converted>& cameras,
@@ -333,7 +444,7 @@ class ConvertCommand final : public Command {
     return jsonText(all);
   }
 
-  std::string path_;
+  std::vector<std::string> paths_;
   std::string output_;
   std::string format_ = std::string(kOwnFormat);
   CameraOptions camera_;

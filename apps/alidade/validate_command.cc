@@ -20,6 +20,7 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/held_out/held_out_checks.h"
+#include "alidade/validate/rig_checks.h"
 #include "board_views.h"
 #include "console.h"
 #include "json_output.h"
@@ -113,6 +114,9 @@ std::string reasonText(const FileJudgement& file) {
                          check.message.substr(0, check.message.find("\n  next: ")));
     }
   }
+  for (const FileCheck& check : file.rig_checks) {
+    if (check.severity == worst) reasons.push_back("rig: " + check.id + ": " + check.message);
+  }
   if (reasons.size() > 1) reasons[0] += fmt::format(" (and {} more)", reasons.size() - 1);
   return printable(oneLine(reasons[0]));
 }
@@ -123,7 +127,7 @@ using Row = std::array<std::string, 5>;
 Row rowOf(const ValidationResult& result, const FileJudgement& file) {
   const std::size_t num_cameras = file.cameras.size();
   std::string remark = reasonText(file);
-  // A file that states its calibration has one camera.
+  if (!file.rig_checks.empty() && remark.empty()) remark = "rig: " + file.rig_checks.front().message;
   if (num_cameras == 1 && file.cameras[0].calibration && !result.isFailed(file))
     remark = calibrationText(*file.cameras[0].calibration) + (remark.empty() ? "" : "; ") + remark;
   return {std::string(statusLabel(outcomeOf(result, file))), printable(file.file),
@@ -157,21 +161,27 @@ std::string indented(const std::string& message) {
   return text;
 }
 
-std::string cameraText(const FileJudgement& file, const CameraJudgement& camera) {
+std::string checkLines(const std::vector<FileCheck>& checks) {
   std::string text;
-  if (file.cameras.size() > 1)
-    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
-  for (const FileCheck& check : camera.checks) {
+  for (const FileCheck& check : checks) {
     text +=
         fmt::format("    {}  {:<17}  {}\n", statusLabel(check.severity), check.id, indented(check.message));
   }
   return text;
 }
 
+std::string cameraText(const FileJudgement& file, const CameraJudgement& camera) {
+  std::string text;
+  if (file.cameras.size() > 1)
+    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
+  return text + checkLines(camera.checks);
+}
+
 std::string fileText(const ValidationResult& result, const FileJudgement& file) {
   std::string text = rowsText({rowOf(result, file)});
   if (!file.error.empty()) return text;
   for (const CameraJudgement& camera : file.cameras) text += cameraText(file, camera);
+  if (!file.rig_checks.empty()) text += "  rig\n" + checkLines(file.rig_checks);
   const bool can_show_slips = std::all_of(file.cameras.begin(), file.cameras.end(),
                                           [](const CameraJudgement& c) { return c.can_show_slips; });
   if (!can_show_slips && !result.isFailed(file))
@@ -179,9 +189,9 @@ std::string fileText(const ValidationResult& result, const FileJudgement& file) 
   return text;
 }
 
-json cameraJson(const CameraJudgement& camera) {
+json checksJson(const std::vector<FileCheck>& list) {
   json checks = json::array();
-  for (const FileCheck& check : camera.checks) {
+  for (const FileCheck& check : list) {
     json values = json::object();
     for (const CheckValue& value : check.values) values[value.name] = value.value;
     checks.push_back({{"id", check.id},
@@ -194,11 +204,15 @@ json cameraJson(const CameraJudgement& camera) {
           {"parameters", parametersJson(check.mended->parameterNames(), check.mended->parameters())}};
     }
   }
+  return checks;
+}
+
+json cameraJson(const CameraJudgement& camera) {
   json document = {{"name", camera.name},
                    {"model", nullptr},
                    {"image_size", orNull(camera.image_size)},
                    {"calibration", nullptr},
-                   {"checks", std::move(checks)}};
+                   {"checks", checksJson(camera.checks)}};
   if (const auto& stated = camera.calibration) {
     document["calibration"] = {{"verdict", verdictName(stated->verdict)},
                                {"accuracy_px", stated->accuracy_px},
@@ -240,7 +254,8 @@ std::string judgementJson(const ValidationResult& result) {
                      {"status", severityName(outcomeOf(result, file))},
                      {"format", textOrNull(file.format)},
                      {"error", textOrNull(file.error)},
-                     {"cameras", std::move(cameras)}});
+                     {"cameras", std::move(cameras)},
+                     {"rig_checks", checksJson(file.rig_checks)}});
   }
   const Totals totals = totalsOf(result);
   return jsonText({{"created_by", programName()},
@@ -324,7 +339,9 @@ class ValidateCommand final : public Command {
         "report.xml\nExample: alidade validate camera.yaml --images photos/ --board "
         "checkerboard:9x6:25mm\nPrints a line for each file and the totals; --verbose adds a line for each "
         "check, --quiet prints only files that fail.\nFolders are searched with their sub-folders for yaml, "
-        "yml, json, xml, txt, cameramodel and cam. Files that do not name\na camera are only counted.\n"
+        "yml, json, xml, txt, cameramodel and cam. Files that do not name\na camera are only counted. Of a "
+        "rig, "
+        "the poses are checked too.\n"
         "--images tests the camera on photographs that were not used for its calibration. Use 10 or "
         "more.\nFiles may have any supported format (docs/formats.md); FILE#NAME selects one camera of a "
         "file with several.\nExit code 0: no file failed; 1: no camera file, or --images or --against cannot "
@@ -498,6 +515,7 @@ class ValidateCommand final : public Command {
         judgement.cameras.push_back(judgeCamera(camera, file.path));
         compare(camera, file.path, judgement.cameras.back());
       }
+      judgement.rig_checks = judgeRig(source);
       for (const RefusedCamera& camera : source.refused)
         judgement.cameras.push_back(judgeRefused(camera, file.path));
     } catch (const Error& e) {

@@ -637,7 +637,7 @@ TEST(Validate, SuspectsWhatAFileCannotShowByItself) {
       {replaced(replaced(good, "image_width: 640\n", ""), "image_height: 480\n", ""), "NOTE  image_size",
        "--image-size"},
       {good + "lens: unknown\n", "WARN  unknown_keys", "lens"},
-      {good + "R: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n", "NOTE  not_carried", "R"},
+      {good + "R1: [1, 0, 0, 0, 0.9, 0, 0, 0, 1]\n", "NOTE  not_carried", "R1"},
       {good.substr(0, good.find("distortion_coefficients")), "NOTE  assumed", "no distortion coefficients"},
   };
   const std::string path = scratch.write("good.yml", good);

@@ -20,8 +20,10 @@ void use(const StatedCamera& stated, std::size_t choice) {
     return;
   }
   if (choice > formats.size()) return;
-  const std::array<NamedCamera, 1> named = {
-      NamedCamera{.name = stated.name, .camera = stated.camera, .image_size = image_size}};
+  const std::array<NamedCamera, 1> named = {NamedCamera{.name = stated.name,
+                                                        .camera = stated.camera,
+                                                        .image_size = image_size,
+                                                        .camera_from_rig = stated.camera_from_rig}};
   fuzz::read([&] { (void)formatText(*formats[choice], named); });
 }
 

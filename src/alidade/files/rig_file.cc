@@ -46,6 +46,7 @@ std::string cameraEntry(const RigCameraRecord& camera) {
 // What other formats do not have.
 void readOwn(const YamlNode& root, RigRecord& rig) {
   const std::vector<YamlNode> entries = root.at("cameras").items();
+  expect(entries.size() == rig.cameras.size(), "a rig is read whole");
   std::size_t num_columns = 6 * (entries.size() - 1);
   for (std::size_t c = 0; c < entries.size(); ++c) {
     rig.cameras[c] = detail::readRigCamera(entries[c]);
@@ -88,20 +89,38 @@ RigCameraRecord detail::readRigCamera(const YamlNode& entry) {
 }
 
 RigRecord loadRig(const std::string& path) {
+  if (cameraFilePath(path) != path) {
+    throw inputError({.where = path,
+                      .found = "one camera of a rig",
+                      .expected = "the whole rig",
+                      .next_step = "use " + cameraFilePath(path)});
+  }
   const CameraSource source = loadCameras(path);  // with the self-check of each camera
+  requireAll(source);
+  return rigOf(source);
+}
+
+RigRecord rigOf(const CameraSource& source) {
   RigRecord rig;
   for (const StatedCamera& camera : source.cameras) {
-    if (!camera.camera_from_rig) {
-      throw inputError({.where = path + ": " + cameraLabel(camera),
-                        .found = "no pose",
-                        .expected = "a rig: cameras and where they are",
-                        .next_step = "make one with alidade rig calibrate"});
-    }
-    rig.cameras.push_back({.camera = recordOf(camera, path), .camera_from_rig = *camera.camera_from_rig});
+    requirePose(camera, source.path);
+    rig.cameras.push_back(
+        {.camera = recordOf(camera, source.path), .camera_from_rig = *camera.camera_from_rig});
     rig.cameras.back().camera.name.name = cameraLabel(camera);
   }
-  if (source.format == "alidade") readOwn(YamlNode::readFile(path), rig);
+  if (source.format == "alidade") readOwn(YamlNode::readFile(source.path), rig);
   return rig;
+}
+
+void requirePose(const StatedCamera& camera, const std::string& path) {
+  if (camera.camera_from_rig) return;
+  for (const Remark& remark : camera.remarks) {
+    if (remark.id == "bad_pose") throw inputError({.where = path, .found = remark.message});
+  }
+  throw inputError({.where = path + ": " + cameraLabel(camera),
+                    .found = "no pose",
+                    .expected = "a rig: cameras and where they are",
+                    .next_step = "make one with alidade rig calibrate"});
 }
 
 std::string rigFileText(const RigRecord& rig) {
@@ -110,11 +129,14 @@ std::string rigFileText(const RigRecord& rig) {
       "conventions: {pose: camera_from_rig, length_unit: m, quaternion: xyzw}\n"
       "cameras:\n";
   for (const RigCameraRecord& camera : rig.cameras) text += cameraEntry(camera);
+  if (!rig.isCalibrated() && rig.covariance.empty() && rig.created_by.empty()) return text;
   YAML::Emitter out;
   out << YAML::BeginMap;
-  writeEntries(out, "calibration",
-               flowMap("verdict", verdictName(rig.verdict), "rms_px", rig.rms_px, "num_frames",
-                       rig.num_frames, "findings", rig.findings));
+  if (rig.isCalibrated()) {
+    writeEntries(out, "calibration",
+                 flowMap("verdict", verdictName(rig.verdict), "rms_px", rig.rms_px, "num_frames",
+                         rig.num_frames, "findings", rig.findings));
+  }
   if (!rig.covariance.empty()) writeEntries(out, "covariance", detail::triangleRows(rig.covariance));
   if (!rig.created_by.empty()) writeEntries(out, "created_by", rig.created_by);
   out << YAML::EndMap;

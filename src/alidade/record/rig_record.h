@@ -33,6 +33,9 @@ struct RigRecord {
   /// Joint covariance, lower triangle row by row: the parameters of each camera, then the tangent of
   /// camera_from_rig of each camera but the first; empty = unknown.
   std::vector<double> covariance = {};
+
+  /// Is it known how the poses were estimated? Otherwise verdict, rms_px and findings mean nothing.
+  [[nodiscard]] bool isCalibrated() const { return num_frames > 0 || !findings.empty(); }
 };
 
 /// The cameras of the record at their places. @throws Error as AnyRig's constructor

@@ -10,7 +10,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/geometry/symmetric_eigen.h"
+#include "alidade/validate/correlations.h"
 
 namespace alidade {
 namespace {
@@ -296,36 +296,6 @@ FileCheck checkSelfCheck(const CameraRecord& record, const SelfCheckOutcome& out
   return check;
 }
 
-// A lower triangle row by row as a matrix of correlations, and the standard deviations: the units of the
-// parameters span ten orders of magnitude.
-struct Correlations {
-  Eigen::MatrixXd matrix;
-  Eigen::VectorXd std;
-
-  Correlations(std::span<const double> triangle, Eigen::Index n) : matrix(n, n) {
-    expect(static_cast<Eigen::Index>(triangle.size()) == n * (n + 1) / 2, "a whole lower triangle");
-    std::size_t k = 0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j <= i; ++j) matrix(i, j) = matrix(j, i) = triangle[k++];
-    }
-    std = matrix.diagonal().cwiseSqrt();
-    for (Eigen::Index i = 0; i < n; ++i) {
-      // A parameter that was held has neither variance nor covariance.
-      const double scale = matrix.row(i).isZero(0) ? 1 : 1 / std(i);
-      matrix.row(i) *= scale;
-      matrix.col(i) *= scale;
-    }
-  }
-
-  // One focal length for both axes makes it singular, so that rounding may leave an eigenvalue below zero.
-  [[nodiscard]] bool isSemidefinite() const {
-    constexpr double kRounding = 1e-10;
-    if (!matrix.allFinite()) return false;
-    const SymmetricEigen solver(matrix);
-    return solver.eigenvalues().minCoeff() >= -kRounding * static_cast<double>(matrix.rows());
-  }
-};
-
 // Of a record that states one.
 FileCheck checkCovariance(const CameraRecord& record) {
   constexpr double kStdShare = 1e-6;
@@ -420,6 +390,7 @@ Severity CameraJudgement::severity() const {
 Severity FileJudgement::severity() const {
   Severity worst = error.empty() ? Severity::kPass : Severity::kFailure;
   for (const CameraJudgement& camera : cameras) worst = std::max(worst, camera.severity());
+  for (const FileCheck& check : rig_checks) worst = std::max(worst, check.severity);
   return worst;
 }
 
@@ -438,10 +409,11 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
   }
   // Every command prints these; only a key that is ignored may be a slip.
   for (const Remark& remark : stated.remarks) {
-    judgement.checks.push_back(
-        {.severity = remark.id == "unknown_keys" ? Severity::kWarning : Severity::kNote,
-         .id = remark.id,
-         .message = withoutPath(remark.message, cameraFilePath(file))});
+    judgement.checks.push_back({.severity = remark.id == "unknown_keys" ? Severity::kWarning
+                                            : remark.id == "bad_pose"   ? Severity::kFailure
+                                                                        : Severity::kNote,
+                                .id = remark.id,
+                                .message = withoutPath(remark.message, cameraFilePath(file))});
   }
   return judgement;
 }

@@ -72,6 +72,7 @@ struct FileJudgement {
   std::string format = {};                    ///< id; empty: it cannot be read
   std::string error = {};                     ///< why it cannot be read; empty: it can
   std::vector<CameraJudgement> cameras = {};  ///< in the file's order; none if it cannot be read
+  std::vector<FileCheck> rig_checks = {};     ///< of where the cameras are; none if the file does not say it
 
   /// The most severe of all checks; a failure if the file cannot be read.
   [[nodiscard]] Severity severity() const;

@@ -51,7 +51,9 @@ std::optional<AnyCamera> throughFile(const CameraFormat& format, const AnyCamera
     EXPECT_NE(std::string(error.what()).find("--model"), std::string::npos) << error.what();
     return std::nullopt;
   }
-  const CameraSource source = parseCameras(text, "file");
+  ReadOptions options;
+  if (!format.holds_size) options.image_size = kTestImage;
+  const CameraSource source = parseCameras(text, "file", options);
   EXPECT_EQ(source.format, format.id);
   EXPECT_EQ(source.cameras.size(), 1u);
   EXPECT_EQ(source.cameras.front().image_size, std::optional(kTestImage));

@@ -35,7 +35,7 @@ TEST(FormatRoundTrip, IsWhatTheDocumentationSays) {
 }
 
 TEST(FormatRoundTrip, IsExactFromEachFormatToEach) {
-  EXPECT_EQ(countConversions(), 404);
+  EXPECT_EQ(countConversions(), 499);
 }
 
 // Formats that hold several cameras hold them in order, each with its own lens and size.
@@ -50,11 +50,14 @@ TEST(FormatRoundTrip, KeepsSeveralCameras) {
        .image_size = {752, 480}}};
   int num_formats = 0;
   for (const CameraFormat* format : cameraFormats()) {
-    if (!format->holds_several) continue;
+    // One of OpenCV's has one kind of lens, and one of Alidade's has poses; see rig_formats_test.cc.
+    if (format->max_cameras < CameraFormat::kAnyNumber || format->id == "alidade") continue;
     const CameraSource source = parseCameras(formatText(*format, cameras), "file");
     ASSERT_EQ(source.cameras.size(), 2u) << format->id;
     for (std::size_t i = 0; i < 2; ++i) {
-      EXPECT_EQ(source.cameras[i].image_size, std::optional(cameras[i].image_size));
+      if (format->holds_size) {
+        EXPECT_EQ(source.cameras[i].image_size, std::optional(cameras[i].image_size));
+      }
       const GridDifference difference =
           gridDifference(cameras[i].camera, source.cameras[i].camera, cameras[i].image_size);
       EXPECT_LT(difference.worst_px, 1e-9) << format->id;
@@ -62,7 +65,7 @@ TEST(FormatRoundTrip, KeepsSeveralCameras) {
     }
     ++num_formats;
   }
-  EXPECT_EQ(num_formats, 3);
+  EXPECT_EQ(num_formats, 4);
 }
 
 // What a format has no place for is named.

@@ -3,7 +3,9 @@
 #include "alidade/files/camera_file.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/pose_numbers.h"
 #include "alidade/files/nodes.h"
+#include "alidade/files/rig_file.h"
 
 namespace alidade::detail::formats {
 namespace alidade_format {
@@ -40,7 +42,24 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   return {.cameras = {{.camera = file.camera, .image_size = file.image_size, .own = std::move(file)}}};
 }
 
+// Several cameras are a rig. What made them and how well is not known here.
 std::string write(std::span<const NamedCamera> cameras) {
+  if (cameras.size() > 1) {
+    const std::vector<SE3> poses = posesOf(cameras);
+    if (poses.empty()) {
+      throw inputError({.where = cameras.front().where,
+                        .found = std::to_string(cameras.size()) + " cameras without poses",
+                        .expected = "one camera, or cameras with poses, which are a rig",
+                        .next_step = "select a camera with FILE#NAME"});
+    }
+    RigRecord rig;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      rig.cameras.push_back(
+          {.camera = bareRecord(cameras[i].camera, cameras[i].image_size, ""), .camera_from_rig = poses[i]});
+      rig.cameras.back().camera.name.name = cameras[i].name.empty() ? std::to_string(i) : cameras[i].name;
+    }
+    return rigFileText(rig);
+  }
   return cameraFileText(bareRecord(cameras.front().camera, cameras.front().image_size, ""));
 }
 
@@ -51,6 +70,8 @@ const CameraFormat& alidade() {
   static const CameraFormat kFormat = {.id = "alidade",
                                        .title = "Alidade camera file (YAML)",
                                        .models = {modelIds().begin(), modelIds().end()},
+                                       .max_cameras = CameraFormat::kAnyNumber,
+                                       .poses = CameraFormat::Poses::kFromRig,
                                        .marks = {"alidade_camera", "alidade_rig"},
                                        .recognises = recognises,
                                        .read = read,

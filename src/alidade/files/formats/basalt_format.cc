@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // basalt's calibration (JSON, by cereal): value0 with intrinsics (camera_type and its parameters by name) and
-// resolution (basalt-headers: serialization/headers_serialization.h; the names of the types in camera/*.hpp;
-// pinhole-radtan8 in the forks of Monado). Pixel (0, 0) is a pixel's centre.
+// resolution, and T_imu_cam, the pose of each camera in the IMU's frame (basalt-headers:
+// serialization/headers_serialization.h; the names of the types in camera/*.hpp; pinhole-radtan8 in the forks
+// of Monado). Pixel (0, 0) is a pixel's centre.
 #include <array>
 #include <cmath>
 #include <string>
@@ -13,6 +14,7 @@
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade::detail::formats {
 namespace basalt_format {
@@ -53,17 +55,30 @@ void remarkLimit(const YamlNode& parameters, StatedCamera& camera) {
                           " on the normalised plane is narrower than the domain of the lens; it is ignored"});
 }
 
-// Files of cameras alone have unit poses.
-bool hasPoses(const YamlNode& value) {
-  const auto poses = value.find("T_imu_cam");
-  if (!poses || !poses->isSequence()) return false;
-  for (const YamlNode& pose : poses->items()) {
-    for (const char* key : {"px", "py", "pz", "qx", "qy", "qz"}) {
-      const auto number = pose.find(key);
-      if (!number || parseDouble(number->text()) != 0.0) return true;
-    }
+SE3 readPoseOf(const YamlNode& node) {
+  const auto at = [&node](const char* key) { return node.at(key).number(); };
+  const SO3::Quaternion q(at("qw"), at("qx"), at("qy"), at("qz"));
+  const SO3 rotation = withPlace(node.where(), [&q] { return SO3::fromQuaternion(q); });
+  return {rotation, {at("px"), at("py"), at("pz")}};
+}
+
+// The IMU is the rig. Files of cameras alone have unit poses, which say nothing.
+std::vector<SE3> readPoses(const YamlNode& value, std::size_t num_cameras) {
+  const auto listed = value.find("T_imu_cam");
+  if (!listed || listed->isNull()) return {};
+  std::vector<SE3> poses;
+  bool says_nothing = true;
+  for (const YamlNode& item : listed->items()) {
+    const SE3 imu_from_camera = readPoseOf(item);
+    says_nothing = says_nothing && imu_from_camera.log().isZero(0);
+    poses.push_back(imu_from_camera.inverse());
   }
-  return false;
+  if (poses.size() != num_cameras) {
+    throw listed->error(std::to_string(poses.size()) + " poses",
+                        std::to_string(num_cameras) + ", one per camera",
+                        "add the missing ones, or remove the extra ones");
+  }
+  return says_nothing ? std::vector<SE3>() : poses;
 }
 
 StatedCamera readOne(const YamlNode& node, const std::string& name, const YamlNode& resolution) {
@@ -100,8 +115,9 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   }
   for (StatedCamera& camera : all.cameras) {
     remarkUnknownKeys(value, words(kNotCarried + kOtherKeys), camera);
-    remarkNotCarried(value, words(kNotCarried + (hasPoses(value) ? " T_imu_cam" : "")), camera);
+    remarkNotCarried(value, words(kNotCarried), camera);
   }
+  statePoses(all, [&](std::vector<Remark>&) { return readPoses(value, intrinsics.size()); });
   return all;
 }
 
@@ -115,14 +131,20 @@ json intrinsicsJson(const AnyCamera& camera) {
   return {{"camera_type", lens.name}, {"intrinsics", std::move(numbers)}};
 }
 
+json poseJson(const NamedCamera& named) {
+  const SE3 imu_from_camera = named.camera_from_rig.value_or(SE3()).inverse();
+  const Eigen::Vector3d& p = imu_from_camera.translation;
+  const SO3::Quaternion& q = imu_from_camera.rotation.quaternion();
+  return {{"px", p.x()}, {"py", p.y()}, {"pz", p.z()}, {"qx", q.x()},
+          {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
+}
+
 std::string write(std::span<const NamedCamera> cameras) {
-  const json no_turn = {{"px", 0.0}, {"py", 0.0}, {"pz", 0.0}, {"qx", 0.0},
-                        {"qy", 0.0}, {"qz", 0.0}, {"qw", 1.0}};
   const auto intrinsics = [](const NamedCamera& named) { return intrinsicsJson(named.camera); };
   const auto size = [](const NamedCamera& n) { return std::array{n.image_size.width, n.image_size.height}; };
   // basalt reads no file without the rest. It is what its own calibration of cameras writes before it knows
   // an IMU.
-  const json values = {{"T_imu_cam", json::array_t(cameras.size(), no_turn)},
+  const json values = {{"T_imu_cam", mapped(cameras, poseJson)},
                        {"intrinsics", mapped(cameras, intrinsics)},
                        {"resolution", mapped(cameras, size)},
                        {"calib_accel_bias", std::vector<double>(9)},
@@ -145,7 +167,8 @@ const CameraFormat& basalt() {
       .id = "basalt",
       .title = "basalt calibration (JSON)",
       .models = {"pinhole", "rational", "kannala_brandt", "fov", "ucm", "eucm", "double_sphere"},
-      .holds_several = true,
+      .max_cameras = CameraFormat::kAnyNumber,
+      .poses = CameraFormat::Poses::kFromRig,
       .marks = {"camera_type", "intrinsics"},
       .recognises = recognises,
       .read = read,

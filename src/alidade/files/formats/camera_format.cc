@@ -10,6 +10,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade {
 namespace {
@@ -28,9 +29,9 @@ std::string absentPart(const CameraFormat& format, const AnyCamera& camera) {
 
 std::span<const CameraFormat* const> cameraFormats() {
   using namespace detail::formats;
-  static const std::array kFormats = {&alidade(),   &opencv(),  &ros(),    &kalibr(),
-                                      &colmap(),    &mrcal(),   &basalt(), &nerfstudio(),
-                                      &camodocal(), &orbslam(), &matlab()};
+  static const std::array kFormats = {&alidade(),    &opencv(),    &ros(),     &kalibr(),
+                                      &colmap(),     &colmapRig(), &mrcal(),   &basalt(),
+                                      &nerfstudio(), &camodocal(), &orbslam(), &matlab()};
   return kFormats;
 }
 
@@ -126,8 +127,42 @@ RepresentableModels representableModels(const CameraFormat& format) {
   return all;
 }
 
+namespace {
+
+void requireRoom(const CameraFormat& format, std::span<const NamedCamera> cameras) {
+  expect(!cameras.empty(), "a camera file has a camera");
+  if (cameras.size() <= format.max_cameras) return;
+  throw inputError({.where = cameras.front().where,
+                    .found = std::to_string(cameras.size()) + " cameras",
+                    .expected = "at most " + std::to_string(format.max_cameras) +
+                                " in a file of the format " + std::string(format.title)});
+}
+
+// Are the cameras where they were, as far as the format says it?
+bool standEqually(const CameraFormat& format, std::span<const NamedCamera> cameras,
+                  const std::vector<StatedCamera>& back) {
+  const bool is_from_rig = format.poses == CameraFormat::Poses::kFromRig;
+  const bool is_from_first = format.poses == CameraFormat::Poses::kFromFirst && cameras.size() > 1;
+  const std::vector<SE3> poses = is_from_rig     ? detail::posesOf(cameras)
+                                 : is_from_first ? detail::posesFromFirst(cameras)
+                                                 : std::vector<SE3>();
+  constexpr double kSame = 1e-9;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    // A file of one camera may have no place for it.
+    if (poses.size() == 1 && !back[i].camera_from_rig) return true;
+    const SE3 read = back[i].camera_from_rig.value_or(SE3());
+    const double rotation = (read.rotation.inverse() * poses[i].rotation).log().norm();
+    const double distance = (read.translation - poses[i].translation).norm();
+    if (!(rotation < kSame && distance <= kSame * (1 + poses[i].translation.norm()))) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                        const std::string& path) {
+  requireRoom(format, cameras);
   std::vector<NamedCamera> held(cameras.begin(), cameras.end());
   for (NamedCamera& named : held) named.camera = heldCamera(format, named);
   const auto dialect =
@@ -146,6 +181,13 @@ std::string formatText(const CameraFormat& format, std::span<const NamedCamera> 
                   std::string(format.title) + ": it sees rays near 90 degrees, or its numbers are extreme",
          .expected = "the same projection",
          .next_step = "use --to alidade, or crop the image"});
+  }
+  if (!standEqually(format, cameras, back)) {
+    throw inputError({.where = cameras.front().where,
+                      .found = "found poses that would differ when they are read from the format " +
+                               std::string(format.title) + ": their numbers are extreme",
+                      .expected = "the same poses",
+                      .next_step = "check the unit, which is metres"});
   }
   return text;
 }

@@ -25,6 +25,8 @@ struct AbsentParameter {
 /// A format of camera files: how to know it, to read it and to write it. Adding one is one file that defines
 /// such an object, and a line in camera_format.cc.
 struct CameraFormat {
+  static constexpr std::size_t kAnyNumber = 1'000'000;  ///< of cameras
+
   std::string_view id;     ///< as in --to: "kalibr"
   std::string_view title;  ///< for people: "Kalibr camchain (YAML)"
   /// The models that it can hold exactly, in the order in which they are tried where a camera is of another
@@ -32,7 +34,12 @@ struct CameraFormat {
   std::vector<std::string_view> models;
   /// What of these models it cannot say.
   std::vector<AbsentParameter> absent = {};
-  bool holds_several = false;  ///< several cameras in a file
+  std::size_t max_cameras = 1;  ///< in a file
+  /// Where cameras are, as far as a file can say it: nothing, the pose of each from the first, or
+  /// camera_from_rig. What read() knows of poses may be more than what is written.
+  enum class Poses { kNone, kFromFirst, kFromRig };
+  Poses poses = Poses::kNone;
+  bool holds_size = true;  ///< the image size
   /// Keys that a file of this format has, and that hardly anything but a camera file has. They tell a camera
   /// file with a slip in a key from a file without a camera.
   std::vector<std::string_view> marks = {};
@@ -68,10 +75,11 @@ struct RepresentableModels {
 [[nodiscard]] RepresentableModels representableModels(const CameraFormat& format);
 
 /// The file of these cameras, each in a model that `format` holds, with every parameter that is not zero, and
-/// that is the same lens. It is read back
-/// before it is handed out: every camera projects as it did.
-/// `path` is where it is to be written, as far as its extension tells a dialect.
-/// @throws Error (kInput) if a camera cannot be held exactly, with the reason
+/// that is the same lens. It is read back before it is handed out: every camera projects as it did, and
+/// stands where it did, as far as the format says poses.
+/// @param cameras  at least one; all have a pose, or none
+/// @param path     where it is to be written, as far as its extension tells a dialect
+/// @throws Error (kInput) if a camera cannot be held exactly, or if there are too many, with the reason
 [[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                                      const std::string& path = "");
 
@@ -96,6 +104,7 @@ namespace detail::formats {
 [[nodiscard]] const CameraFormat& basalt();
 [[nodiscard]] const CameraFormat& camodocal();
 [[nodiscard]] const CameraFormat& colmap();
+[[nodiscard]] const CameraFormat& colmapRig();
 [[nodiscard]] const CameraFormat& kalibr();
 [[nodiscard]] const CameraFormat& matlab();
 [[nodiscard]] const CameraFormat& mrcal();

@@ -14,28 +14,11 @@
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/colmap_lenses.h"
 #include "alidade/files/formats/lens_numbers.h"
 
 namespace alidade::detail::formats {
 namespace colmap_format {
-
-constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
-
-// The first of each of our models is the one that is written.
-constexpr std::array<LensLayout, 13> kLenses = {
-    {{"PINHOLE", "pinhole", "fx fy cx cy"},
-     {"OPENCV", "radtan", "fx fy cx cy k1 k2 p1 p2"},
-     {"FULL_OPENCV", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
-     {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
-     {"FOV", "fov", "fx fy cx cy w"},
-     {"EUCM", "eucm", "fx fy cx cy alpha beta"},
-     {"SIMPLE_PINHOLE", "pinhole", "f cx cy"},
-     {"SIMPLE_RADIAL", "radtan", "f cx cy k1"},
-     {"RADIAL", "radtan", "f cx cy k1 k2"},
-     {"SIMPLE_FISHEYE", "kannala_brandt", "f cx cy"},
-     {"FISHEYE", "kannala_brandt", "fx fy cx cy"},
-     {"SIMPLE_RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1"},
-     {"RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1 k2"}}};
 
 struct Line {
   std::string place;  // "cameras.txt:4"
@@ -89,11 +72,11 @@ int sideOf(const Line& line, const std::string& word) {
 }
 
 const LensLayout& lensOf(const Line& line) {
-  if (const LensLayout* lens = findLayout(kLenses, line.words[1])) return *lens;
+  if (const LensLayout* lens = findLayout(kColmapLenses, line.words[1])) return *lens;
   throw UnsupportedCamera(
       inputError({.where = line.place,
                   .found = "found the camera model " + line.words[1],
-                  .expected = "one of " + join(layoutNames(kLenses), ", "),
+                  .expected = "one of " + join(layoutNames(kColmapLenses), ", "),
                   .next_step = "run COLMAP with one of these models, or remove the camera from the file"}));
 }
 
@@ -128,7 +111,7 @@ Statement parseLine(const Line& line) {
     listed.push_back({*number});
   }
   std::vector<StatedNumber> parameters = storageOrder(lens, listed);
-  takeOrigin(parameters, kOrigin);
+  takeOrigin(parameters, kColmapOrigin);
   const ImageSize size = {.width = sideOf(line, line.words[2]), .height = sideOf(line, line.words[3])};
   return {.model = lens.model, .parameters = std::move(parameters), .size = size};
 }
@@ -210,10 +193,11 @@ std::string write(std::span<const NamedCamera> cameras) {
       "# Number of cameras: {}\n",
       cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const LensLayout& lens = layoutOf(kLenses, cameras[i].camera.modelId());
+    const LensLayout& lens = layoutOf(kColmapLenses, cameras[i].camera.modelId());
     text += fmt::format("{} {} {} {}", i + 1, lens.name, cameras[i].image_size.width,
                         cameras[i].image_size.height);
-    for (const double value : listedOrder(lens, cameras[i].camera, kOrigin)) text += " " + exactText(value);
+    for (const double value : listedOrder(lens, cameras[i].camera, kColmapOrigin))
+      text += " " + exactText(value);
     text += "\n";
   }
   return text;
@@ -228,7 +212,7 @@ const CameraFormat& colmap() {
       .title = "COLMAP cameras.txt",
       .models = {"pinhole", "radtan", "rational", "kannala_brandt", "fov", "eucm"},
       .absent = {{"radtan", "k3"}},
-      .holds_several = true,
+      .max_cameras = CameraFormat::kAnyNumber,
       .recognises = recognises,
       .read = read,
       .write = write};

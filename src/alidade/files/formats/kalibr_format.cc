@@ -12,10 +12,12 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade::detail::formats {
 namespace kalibr_format {
@@ -32,7 +34,13 @@ constexpr std::array<LensLayout, 8> kLenses = {
      {"eucm-none", "eucm", "alpha beta fx fy cx cy"},
      {"ds-none", "double_sphere", "xi alpha fx fy cx cy"}}};
 
-const std::string kPoses = "T_cn_cnm1 T_cam_imu T_imu_cam timeshift_cam_imu line_delay T_BS ";
+// Poses: of a camera from the one before it; of a camera from the IMU; of the IMU (EuRoC's body) from a
+// camera.
+constexpr const char* kChain = "T_cn_cnm1";
+constexpr const char* kFromImu = "T_cam_imu";
+constexpr std::array kImuFrom = {"T_imu_cam", "T_BS"};
+const std::string kPoses = "T_cn_cnm1 T_cam_imu T_imu_cam T_BS ";
+const std::string kNotCarried = "timeshift_cam_imu line_delay ";
 const std::string kOtherKeys =
     "camera_model intrinsics distortion_model distortion_coeffs distortion_coefficients resolution rostopic "
     "cam_overlaps sensor_type comment rate_hz";
@@ -134,22 +142,94 @@ StatedCamera readOne(const YamlNode& node, const std::string& name) {
   if (node.has("resolution")) size = readSize(node.at("resolution"));
   StatedCamera camera =
       stateCamera(node.at("intrinsics").where(), name, lens.model, storageOrder(lens, listed), size);
-  remarkUnknownKeys(node, words(kPoses + kOtherKeys), camera);
-  remarkNotCarried(node, words(kPoses), camera);
+  remarkUnknownKeys(node, words(kPoses + kNotCarried + kOtherKeys), camera);
   return camera;
+}
+
+// "cam10" comes after "cam2", which is how Kalibr numbers its chain; others keep their order.
+std::vector<std::size_t> chainOrder(const std::vector<std::string>& names) {
+  std::vector<std::pair<int, std::size_t>> numbered;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    numbered.emplace_back(parseInt(names[i].substr(std::min<std::size_t>(names[i].size(), 3))).value_or(0),
+                          i);
+  std::stable_sort(numbered.begin(), numbered.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  return mapped(numbered, [](const auto& pair) { return pair.second; });
+}
+
+bool isStated(const YamlNode& node, const char* key) {
+  const auto value = node.find(key);
+  return value && !value->isNull();
+}
+
+// The key of the poses to read in these cameras, which are in the chain's order; null: not all have one.
+const char* poseKey(std::span<const YamlNode> nodes) {
+  const auto allHave = [](std::span<const YamlNode> some, const char* key) {
+    return !some.empty() &&
+           std::all_of(some.begin(), some.end(), [key](const YamlNode& node) { return isStated(node, key); });
+  };
+  if (allHave(nodes.subspan(1), kChain)) return kChain;
+  for (const char* key : {kFromImu, kImuFrom[0], kImuFrom[1]}) {
+    if (allHave(nodes, key)) return key;
+  }
+  return nullptr;
+}
+
+// camera_from_rig, where the rig is the first camera of a chain, or else the IMU.
+std::vector<SE3> readPoses(std::span<const YamlNode> nodes, std::string_view key,
+                           std::vector<Remark>& remarks) {
+  std::vector<SE3> poses;
+  for (const YamlNode& node : nodes) {
+    if (key != kChain) {
+      const SE3 stated = readMotion(node.at(std::string(key)), remarks);
+      poses.push_back(key == kFromImu ? stated : stated.inverse());
+    } else {
+      poses.push_back(poses.empty() ? SE3() : readMotion(node.at(kChain), remarks) * poses.back());
+    }
+  }
+  return poses;
+}
+
+// `nodes` are those of the cameras, in the file's order.
+void stateKalibrPoses(StatedCameras& all, std::span<const YamlNode> nodes,
+                      const std::vector<std::string>& names) {
+  expect(names.size() == nodes.size(), "each camera has a name, perhaps an empty one");
+  const std::vector<std::size_t> order = chainOrder(names);
+  const std::vector<YamlNode> chain = mapped(order, [&nodes](std::size_t i) { return nodes[i]; });
+  const char* key = poseKey(chain);
+  std::vector<std::string> passed = words(kNotCarried);
+  for (const std::string& other : words(kPoses)) {
+    if (key == nullptr || other != key) passed.push_back(other);
+  }
+  for (StatedCamera& camera : all.cameras) remarkNotCarried(nodes[camera.number], passed, camera);
+  if (key == nullptr) return;
+  statePoses(all, [&](std::vector<Remark>& remarks) {
+    const std::vector<SE3> in_chain = readPoses(chain, key, remarks);
+    std::vector<SE3> poses(in_chain.size());
+    for (std::size_t i = 0; i < order.size(); ++i) poses[order[i]] = in_chain[i];
+    return poses;
+  });
 }
 
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  if (isCamera(root)) return {.cameras = {readOne(root, "")}};
   StatedCameras all;
   std::vector<std::string> known;
-  for (const std::string& key : root.keys()) {
-    if (!key.starts_with("cam")) continue;
-    known.push_back(key);
-    all.add(key, [&] { return readOne(root.at(key), key); });
+  std::vector<YamlNode> nodes;
+  if (isCamera(root)) {
+    all.add("", [&] { return readOne(root, ""); });
+    if (all.cameras.empty()) throw UnsupportedCamera(all.refused.front().reason);
+    nodes.push_back(root);
+  } else {
+    for (const std::string& key : root.keys()) {
+      if (!key.starts_with("cam")) continue;
+      known.push_back(key);
+      nodes.push_back(root.at(key));
+      all.add(key, [&] { return readOne(root.at(key), key); });
+    }
+    for (StatedCamera& camera : all.cameras) remarkUnknownKeys(root, known, camera);
   }
-  for (StatedCamera& camera : all.cameras) remarkUnknownKeys(root, known, camera);
+  stateKalibrPoses(all, nodes, isCamera(root) ? std::vector<std::string>{""} : known);
   return all;
 }
 
@@ -163,8 +243,17 @@ const LensLayout& writtenLens(const AnyCamera& camera) {
   return is_plain ? *findLayout(kLenses, "omni-none") : lens;
 }
 
+// As Kalibr writes it, a row a line.
+std::string chainText(const SE3& camera_from_last) {
+  const Eigen::Matrix4d matrix = camera_from_last.matrix();
+  std::string text = std::string("  ") + kChain + ":\n";
+  for (Eigen::Index row = 0; row < 4; ++row) text += "  - " + listText(rowMajor(matrix.row(row))) + "\n";
+  return text;
+}
+
 std::string write(std::span<const NamedCamera> cameras) {
   std::string text;
+  const std::vector<SE3> poses = posesOf(cameras);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const LensLayout& lens = writtenLens(cameras[i].camera);
     const std::vector<double> listed = listedOrder(lens, cameras[i].camera);
@@ -173,10 +262,12 @@ std::string write(std::span<const NamedCamera> cameras) {
     // Kalibr goes by these keys and wants a topic.
     const std::string key = "cam" + std::to_string(i);
     const std::string topic = "/" + (cameras[i].name.empty() ? key : cameras[i].name) + "/image_raw";
+    text += key + ":\n";
+    if (i > 0 && !poses.empty()) text += chainText(poses[i] * poses[i - 1].inverse());
     text += fmt::format(
-        "{}:\n  cam_overlaps: []\n  camera_model: {}\n  distortion_coeffs: {}\n  distortion_model: {}\n"
+        "  cam_overlaps: []\n  camera_model: {}\n  distortion_coeffs: {}\n  distortion_model: {}\n"
         "  intrinsics: {}\n  resolution: [{}, {}]\n  rostopic: {}\n",
-        key, cameraModel(lens), listText(all.subspan(num_intrinsics)), distortionModel(lens),
+        cameraModel(lens), listText(all.subspan(num_intrinsics)), distortionModel(lens),
         listText(all.first(num_intrinsics)), cameras[i].image_size.width, cameras[i].image_size.height,
         yamlText(topic));
   }
@@ -192,7 +283,8 @@ const CameraFormat& kalibr() {
       .title = "Kalibr camchain (YAML)",
       .models = {"pinhole", "radtan", "kannala_brandt", "fov", "omni", "eucm", "double_sphere"},
       .absent = {{"radtan", "k3"}},
-      .holds_several = true,
+      .max_cameras = CameraFormat::kAnyNumber,
+      .poses = CameraFormat::Poses::kFromFirst,
       .marks = {"camera_model", "intrinsics", "distortion_model", "distortion_coeffs"},
       .recognises = recognises,
       .read = read,

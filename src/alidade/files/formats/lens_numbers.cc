@@ -292,8 +292,9 @@ void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys,
     if (node && !saysNothing(*node)) dropped.push_back(key);
   }
   if (dropped.empty()) return;
-  camera.remarks.push_back({"not_carried", keysText(map, dropped) + (dropped.size() == 1 ? " is" : " are") +
-                                               " ignored: only intrinsics and image size are read"});
+  camera.remarks.push_back(
+      {"not_carried", keysText(map, dropped) + (dropped.size() == 1 ? " is" : " are") +
+                          " ignored: only lenses, image sizes and where cameras are to each other are read"});
 }
 
 }  // namespace alidade::detail

@@ -117,7 +117,7 @@ void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> mo
 /// A remark if the map has other keys than these.
 void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera);
 
-/// A remark if one of these keys says something that a camera alone does not hold: poses, times, noise.
+/// A remark if one of these keys says something that is not read: times, noise, poses of other things.
 /// Zeros, empty values and unit matrices say nothing.
 void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys, StatedCamera& camera);
 

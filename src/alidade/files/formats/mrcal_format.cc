@@ -10,6 +10,7 @@
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade::detail::formats {
 namespace mrcal_format {
@@ -25,9 +26,11 @@ constexpr LensLayout kStereographic = {"LENSMODEL_STEREOGRAPHIC", "ucm", "fx fy 
 
 constexpr std::array kModelKeys = {"lensmodel", "lens_model",
                                    "distortion_model"};  // of today, and of old files
-const std::string kPoses = "extrinsics rt_cam_ref valid_intrinsics_region ";
+const std::string kNotCarried = "valid_intrinsics_region ";
+// Rotation vector and translation, camera from reference.
+constexpr std::array kPoseKeys = {"extrinsics", "rt_cam_ref"};
 const std::string kOtherKeys =
-    "lensmodel lens_model distortion_model intrinsics imagersize icam_intrinsics "
+    "extrinsics rt_cam_ref lensmodel lens_model distortion_model intrinsics imagersize icam_intrinsics "
     "icam_intrinsics_optimization_inputs optimization_inputs";
 
 const char* modelKey(const CameraDocument& document) {
@@ -52,6 +55,16 @@ const LensLayout& lensOf(const YamlNode& node) {
                    "convert it to one of these with mrcal-convert-lensmodel");
 }
 
+std::vector<SE3> readPoses(const YamlNode& root) {
+  for (const char* key : kPoseKeys) {
+    const auto node = root.find(key);
+    if (!node) continue;
+    const std::vector<StatedNumber> rt = statedNumbers(*node, 6);
+    return {{SO3::exp({rt[0].value, rt[1].value, rt[2].value}), {rt[3].value, rt[4].value, rt[5].value}}};
+  }
+  return {};
+}
+
 StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   const LensLayout& lens = lensOf(root.at(modelKey(document)));
@@ -60,20 +73,24 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   if (&lens == &kStereographic) parameters.back().value = 0.5;
   StatedCamera camera =
       stateCamera(root.at("intrinsics").where(), "", lens.model, parameters, readSize(root.at("imagersize")));
-  remarkUnknownKeys(root, words(kPoses + kOtherKeys), camera);
-  remarkNotCarried(root, words(kPoses), camera);
-  return {.cameras = {camera}};
+  remarkUnknownKeys(root, words(kNotCarried + kOtherKeys), camera);
+  remarkNotCarried(root, words(kNotCarried), camera);
+  StatedCameras all{.cameras = {camera}};
+  statePoses(all, [&root](std::vector<Remark>&) { return readPoses(root); });
+  return all;
 }
 
 std::string write(std::span<const NamedCamera> cameras) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = layoutOf(kLenses, named.camera.modelId());
+  const SE3 pose = named.camera_from_rig.value_or(SE3());
+  Eigen::Matrix<double, 6, 1> rt;
+  rt << pose.rotation.log(), pose.translation;
   return fmt::format(
       "{{\n    'lensmodel':  '{}',\n\n    # intrinsics are {}\n    'intrinsics': {},\n\n"
-      "    # extrinsics are rt_fromref\n    'extrinsics': [0, 0, 0, 0, 0, 0],\n\n    'imagersize': [{}, "
-      "{}]\n}}\n",
-      lens.name, lens.order, listText(listedOrder(lens, named.camera)), named.image_size.width,
-      named.image_size.height);
+      "    # extrinsics are rt_fromref\n    'extrinsics': {},\n\n    'imagersize': [{}, {}]\n}}\n",
+      lens.name, lens.order, listText(listedOrder(lens, named.camera)), listText(rowMajor(rt)),
+      named.image_size.width, named.image_size.height);
 }
 
 }  // namespace mrcal_format
@@ -83,6 +100,7 @@ const CameraFormat& mrcal() {
   static const CameraFormat kFormat = {.id = "mrcal",
                                        .title = "mrcal camera model (.cameramodel)",
                                        .models = {"pinhole", "radtan", "rational", "thin_prism"},
+                                       .poses = CameraFormat::Poses::kFromRig,
                                        .marks = {"lensmodel", "intrinsics", "imagersize"},
                                        .recognises = recognises,
                                        .read = read,

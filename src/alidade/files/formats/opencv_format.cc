@@ -17,6 +17,8 @@
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/opencv_pair.h"
+#include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade::detail::formats {
 namespace opencv_format {
@@ -26,10 +28,11 @@ const std::vector<std::string> kMatrixKeys =
 const std::vector<std::string> kCoefficientKeys = words(
     "distortion_coefficients Distortion_Coefficients distCoeffs DistCoeffs dist_coeffs dist_coeff distortion "
     "dist D");
-const std::string kStereo = "R T R1 R2 P1 P2 extrinsic_parameters ";
+const std::string kPair = "R T ";
+const std::string kStereo = "R1 R2 P1 P2 extrinsic_parameters ";
 // Names that mean something, or that OpenCV's samples write beside the camera.
 const std::vector<std::string> kOtherKeys = words(
-    kStereo +
+    kPair + kStereo +
     "Q E F image_width image_height image_Width image_Height image_size imageSize cameraResolution width "
     "height fisheye_model distortion_model xi camera_name calibration_time calibration_Time calibrationDate "
     "framesCount nframes nr_of_frames nrOfFrames board_width board_height board_Width board_Height "
@@ -225,9 +228,15 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
     for (const std::string& key : kCoefficientKeys) known.push_back(key + suffix);
     if (findKey(root, kMatrixKeys, suffix)) all.add(suffix, [&] { return readOne(root, suffix, options); });
   }
+  const bool is_pair = all.cameras.size() + all.refused.size() == 2 && statesPair(document);
   for (StatedCamera& camera : all.cameras) {
     remarkUnknownKeys(root, known, camera);
-    remarkNotCarried(root, words(kStereo), camera);
+    remarkNotCarried(root, words(is_pair ? kStereo : kPair + kStereo), camera);
+  }
+  if (is_pair) {
+    statePoses(all, [&root](std::vector<Remark>& remarks) {
+      return std::vector<SE3>{SE3(), readPair(root, remarks)};
+    });
   }
   return all;
 }
@@ -267,36 +276,88 @@ constexpr Style kJson = {
     .between_nodes = ",\n",
     .tail = "\n}\n"};
 
-std::string textOf(const NamedCamera& named, const Style& style) {
-  std::vector<std::string> nodes;
-  const auto addNumber = [&](const char* key, const std::string& value) {
-    nodes.push_back(fmt::format(fmt::runtime(style.number), key, value));
-  };
-  const auto addMatrix = [&](const char* key, std::size_t rows, std::size_t columns,
-                             std::span<const double> values) {
+class NodeWriter {
+ public:
+  explicit NodeWriter(const Style& style) : style_(style) {}
+
+  void addNumber(const std::string& key, const std::string& value) {
+    nodes_.push_back(fmt::format(fmt::runtime(style_.number), key, value));
+  }
+  void addMatrix(const std::string& key, std::size_t rows, std::size_t columns,
+                 std::span<const double> values) {
     const std::vector<std::string> texts = mapped(values, realText);
-    nodes.push_back(
-        fmt::format(fmt::runtime(style.matrix), key, rows, columns, join(texts, style.between_values)));
-  };
-  const std::span<const double> p = named.camera.parameters();
-  const std::string_view model = named.camera.modelId();
-  addNumber("image_width", std::to_string(named.image_size.width));
-  addNumber("image_height", std::to_string(named.image_size.height));
-  addNumber("fisheye_model", model == "kannala_brandt" ? "1" : "0");
-  addMatrix("camera_matrix", 3, 3, std::array{p[0], 0.0, p[2], 0.0, p[1], p[3], 0.0, 0.0, 1.0});
+    nodes_.push_back(
+        fmt::format(fmt::runtime(style_.matrix), key, rows, columns, join(texts, style_.between_values)));
+  }
+  [[nodiscard]] std::string text() const {
+    return style_.head + join(nodes_, style_.between_nodes) + style_.tail;
+  }
+
+ private:
+  const Style& style_;
+  std::vector<std::string> nodes_;
+};
+
+void addLens(NodeWriter& writer, const AnyCamera& camera, const std::string& matrix_key,
+             const std::string& coefficients_key) {
+  const std::span<const double> p = camera.parameters();
+  writer.addMatrix(matrix_key, 3, 3, std::array{p[0], 0.0, p[2], 0.0, p[1], p[3], 0.0, 0.0, 1.0});
   std::vector<double> coefficients(p.begin() + 4, p.end());
-  if (model == "pinhole") coefficients.assign(5, 0.0);
-  if (model == "omni") {
-    addNumber("xi", realText(coefficients.front()));  // as the sample omni_calibration writes it
+  if (camera.modelId() == "pinhole") coefficients.assign(5, 0.0);
+  if (camera.modelId() == "omni") {
+    writer.addNumber("xi", realText(coefficients.front()));  // as the sample omni_calibration writes it
     coefficients.erase(coefficients.begin());
   }
-  addMatrix("distortion_coefficients", coefficients.size(), 1, coefficients);
-  return style.head + join(nodes, style.between_nodes) + style.tail;
+  writer.addMatrix(coefficients_key, coefficients.size(), 1, coefficients);
+}
+
+// The two cameras of a file have one size and one kind of lens.
+void requirePair(std::span<const NamedCamera> cameras) {
+  const auto& [first, second] = std::tie(cameras.front(), cameras.back());
+  const auto refuse = [&second](const std::string& found, const std::string& expected) {
+    throw inputError(
+        {.where = second.where,
+         .found = found,
+         .expected = expected + ", because a file of OpenCV states it once for both cameras",
+         .next_step = "write each camera to a file of its own (FILE#NAME), or use another format"});
+  };
+  if (first.image_size != second.image_size) {
+    refuse("found an image of " + sizeText(second.image_size) + " pixels",
+           sizeText(first.image_size) + " as of the first camera");
+  }
+  const auto kindOf = [](const NamedCamera& named) {
+    const std::string_view model = named.camera.modelId();
+    return model == "kannala_brandt" ? "a fisheye" : model == "omni" ? "an omni" : "an ordinary";
+  };
+  const std::string kind = kindOf(second);
+  if (kind != kindOf(first)) refuse("found " + kind + " lens", std::string(kindOf(first)) + " lens");
+  if (kind == "an omni") refuse("found two omni lenses", "one, because there is only one xi");
+}
+
+std::string textOf(std::span<const NamedCamera> cameras, const Style& style) {
+  NodeWriter writer(style);
+  const NamedCamera& first = cameras.front();
+  writer.addNumber("image_width", std::to_string(first.image_size.width));
+  writer.addNumber("image_height", std::to_string(first.image_size.height));
+  writer.addNumber("fisheye_model", first.camera.modelId() == "kannala_brandt" ? "1" : "0");
+  if (cameras.size() == 1) {
+    addLens(writer, first.camera, "camera_matrix", "distortion_coefficients");
+    return writer.text();
+  }
+  requirePair(cameras);
+  addLens(writer, first.camera, "M1", "D1");
+  addLens(writer, cameras.back().camera, "M2", "D2");
+  const std::vector<SE3> poses = posesFromFirst(cameras);
+  if (!poses.empty()) {
+    writer.addMatrix("R", 3, 3, rowMajor(poses.back().rotation.matrix()));
+    writer.addMatrix("T", 3, 1, rowMajor(poses.back().translation));
+  }
+  return writer.text();
 }
 
 template <const Style& kStyle>
 std::string write(std::span<const NamedCamera> cameras) {
-  return textOf(cameras.front(), kStyle);
+  return textOf(cameras, kStyle);
 }
 
 }  // namespace opencv_format
@@ -307,6 +368,8 @@ const CameraFormat& opencv() {
       .id = "opencv",
       .title = "OpenCV FileStorage (YAML, XML, JSON)",
       .models = {"pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "omni"},
+      .max_cameras = 2,
+      .poses = CameraFormat::Poses::kFromFirst,
       .marks = {"camera_matrix", "distortion_coefficients", "dist_coeffs", "intrinsic_matrix"},
       .recognises = recognises,
       .read = read,

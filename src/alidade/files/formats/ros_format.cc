@@ -18,6 +18,7 @@
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade::detail::formats {
 namespace ros_format {
@@ -29,11 +30,13 @@ struct Names {
   const char* matrix;
   const char* coefficients;
   const char* projection;
+  const char* rectification;
 };
 constexpr std::array<Names, 3> kNames = {
-    {{"image_width", "image_height", "camera_matrix", "distortion_coefficients", "projection_matrix"},
-     {"width", "height", "K", "D", "P"},
-     {"width", "height", "k", "d", "p"}}};
+    {{"image_width", "image_height", "camera_matrix", "distortion_coefficients", "projection_matrix",
+      "rectification_matrix"},
+     {"width", "height", "K", "D", "P", "R"},
+     {"width", "height", "k", "d", "p", "r"}}};
 const std::vector<std::string> kKnown = words(
     "image_width image_height camera_name camera_matrix distortion_model distortion_coefficients "
     "rectification_matrix projection_matrix header width height K D R P k d r p binning_x binning_y roi");
@@ -72,8 +75,8 @@ bool recognises(const CameraDocument& document) {
 // A file of one kind that has a key of another, of which either may be meant.
 void refuseMixedNames(const YamlNode& root, const Names& names) {
   for (const Names& other : kNames) {
-    for (const auto member :
-         {&Names::width, &Names::height, &Names::matrix, &Names::coefficients, &Names::projection}) {
+    for (const auto member : {&Names::width, &Names::height, &Names::matrix, &Names::coefficients,
+                              &Names::projection, &Names::rectification}) {
       const std::string own = names.*member;
       const std::string foreign = other.*member;
       const auto theirs = root.find(foreign);
@@ -146,6 +149,25 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
                                              "the camera matrix and is ignored"});
     return;
   }
+}
+
+// A pair says where its cameras are by its rectification: R takes directions of the camera to the rectified
+// frame, which all cameras of a rig share, and P = K' [I t] projects points in that of the first camera. It
+// is the rig's frame. Drivers that know neither write zeros.
+std::vector<SE3> readPoses(const YamlNode& root, const Names& names, std::vector<Remark>& remarks) {
+  const auto listed = [&root](const char* key, std::size_t count) {
+    const auto node = root.find(key);
+    return node && !node->isNull() ? statedNumbers(*node, count) : std::vector<StatedNumber>();
+  };
+  const std::vector<StatedNumber> P = listed(names.projection, 12);
+  const std::vector<StatedNumber> R = listed(names.rectification, 9);
+  const auto isZero = [](const StatedNumber& number) { return number.value == 0; };
+  if (P.empty() || std::all_of(R.begin(), R.end(), isZero) || !(P[0].value > 0 && P[5].value > 0)) return {};
+  const double z = P[11].value;
+  const Eigen::Vector3d rectified_from_rig((P[3].value - P[2].value * z) / P[0].value,
+                                           (P[7].value - P[6].value * z) / P[5].value, z);
+  const SO3 camera_from_rectified = readRotation(root.at(names.rectification), remarks).inverse();
+  return {{camera_from_rectified, camera_from_rectified * rectified_from_rig}};
 }
 
 // Images of a topic may be binned and cut; the camera is that of the whole sensor.
@@ -222,10 +244,12 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   StatedCamera camera = stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model,
                                     parameters, size, remarks);
   remarkUnknownKeys(root, kKnown, camera);
-  remarkNotCarried(root, {"rectification_matrix", "R", "r"}, camera);
   remarkProjection(root, names.projection, pinhole, camera);
   remarkCroppedImages(root, camera);
-  return {.cameras = {camera}};
+  StatedCameras all{.cameras = {camera}};
+  statePoses(all, [&](std::vector<Remark>& told) { return readPoses(root, names, told); });
+  if (!all.cameras[0].camera_from_rig) remarkNotCarried(root, {names.rectification}, all.cameras[0]);
+  return all;
 }
 
 std::string matrixText(const std::string& key, int rows, int columns, std::span<const double> values) {

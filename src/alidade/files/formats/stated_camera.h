@@ -14,7 +14,7 @@ namespace alidade {
 
 /// Something unusual in a file that the reader accepted: for `validate` and for messages.
 struct Remark {
-  std::string id;       ///< stable, for scripts: "unknown_keys", "assumed", "not_carried"
+  std::string id;       ///< stable, for scripts: "unknown_keys", "assumed", "not_carried", "bad_pose"
   std::string message;  ///< one sentence, with the place
 };
 
@@ -28,7 +28,8 @@ struct StatedCamera {
   std::vector<Remark> remarks = {};
   /// The principal point of the rectified images, px, where a ROS file states a projection matrix.
   std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
-  /// Where it is, if the file says where all of its cameras are.
+  /// Where it is, if the file says where all of its cameras are. A file of one camera may say it too, in a
+  /// frame that it has in common with other files.
   std::optional<SE3> camera_from_rig = {};
   std::optional<CameraRecord> own = {};  ///< the whole record of an Alidade camera file
 };

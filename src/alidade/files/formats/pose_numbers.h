@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/core/error.h"
+#include "alidade/files/formats/stated_camera.h"
+#include "alidade/files/yaml_node.h"
+#include "alidade/geometry/se3.h"
+
+// Poses of cameras as other programs write them.
+namespace alidade::detail {
+
+/// A rotation matrix, 3x3 (rows, nine numbers, or {rows, cols, data}). One of few digits, as of three
+/// decimals, is taken as the nearest rotation, with a remark. @throws Error (kInput) for what is no rotation
+[[nodiscard]] SO3 readRotation(const YamlNode& node, std::vector<Remark>& remarks);
+
+/// [R t; 0 0 0 1], 4x4 in the same notations.
+[[nodiscard]] SE3 readMotion(const YamlNode& node, std::vector<Remark>& remarks);
+
+/// Three numbers.
+[[nodiscard]] Eigen::Vector3d readVector(const YamlNode& node);
+
+/// @throws Error (kInput), naming the camera, for numbers so large that a pose overflowed
+void requireFinite(std::span<const SE3> poses, const StatedCameras& cameras);
+
+/// Gives each camera the pose of its number among those that `read` returns: camera_from_rig, or none at all.
+/// A lens may be used although a pose is damaged, so what `read` throws becomes a remark (bad_pose), and no
+/// camera gets a pose. `read` takes a list of remarks to add to.
+template <class Read>
+void statePoses(StatedCameras& all, const Read& read) {
+  std::vector<Remark> remarks;
+  try {
+    const std::vector<SE3> poses = read(remarks);
+    requireFinite(poses, all);
+    for (StatedCamera& camera : all.cameras) {
+      if (!poses.empty()) camera.camera_from_rig = poses.at(camera.number);
+    }
+  } catch (const Error& e) {
+    if (e.code() != ErrorCode::kInput) throw;
+    remarks.push_back({"bad_pose", e.what()});
+  }
+  if (all.cameras.empty()) return;
+  std::vector<Remark>& told = all.cameras.front().remarks;
+  told.insert(told.end(), remarks.begin(), remarks.end());
+}
+
+/// The poses of cameras to write; empty if they have none.
+[[nodiscard]] std::vector<SE3> posesOf(std::span<const NamedCamera> cameras);
+
+/// The same from the first camera: camera_from_first.
+[[nodiscard]] std::vector<SE3> posesFromFirst(std::span<const NamedCamera> cameras);
+
+/// The numbers of a matrix, row by row.
+[[nodiscard]] std::vector<double> rowMajor(const Eigen::MatrixXd& matrix);
+
+}  // namespace alidade::detail

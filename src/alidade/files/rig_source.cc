@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/files/rig_source.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/files/atomic_file.h"
+#include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/opencv_pair.h"
+#include "alidade/files/formats/pose_numbers.h"
+#include "alidade/files/rig_file.h"
+
+namespace alidade {
+namespace {
+
+// What a file of R and T without lenses says; nothing for any other file.
+std::optional<detail::CameraDocument> pairDocument(const std::string& path) {
+  constexpr std::size_t kMaxBytes = 1U << 20U;
+  try {
+    detail::CameraDocument document(readTextFile(path, kMaxBytes), path);
+    if (detail::statesPair(document) && !detail::formats::opencv().recognises(document)) return document;
+  } catch (const Error&) {
+    // Whoever reads it as a camera file says what is wrong.
+  }
+  return std::nullopt;
+}
+
+GatheredCameras ofOneFile(const std::string& path, const ReadOptions& options) {
+  GatheredCameras all{.source = loadCameras(path, options), .where = {}};
+  const CameraSource& source = all.source;
+  const bool has_several = source.cameras.size() + source.refused.size() > 1;
+  for (const StatedCamera& camera : source.cameras)
+    all.where.push_back(has_several ? source.path + "#" + cameraLabel(camera) : path);
+  const bool is_whole_rig = source.format == "alidade" && path == source.path && source.refused.empty() &&
+                            source.cameras.front().camera_from_rig;
+  if (is_whole_rig) all.rig = loadRig(path);
+  return all;
+}
+
+GatheredCameras ofOpenCvPair(const std::string& lenses, const detail::CameraDocument& poses,
+                             const ReadOptions& options) {
+  GatheredCameras all = ofOneFile(lenses, options);
+  StatedCameras cameras{.cameras = std::move(all.source.cameras)};
+  if (all.source.format != "opencv" || cameras.cameras.size() != 2 || !all.source.refused.empty()) {
+    throw inputError({.where = lenses,
+                      .found = "found " + std::to_string(cameras.cameras.size()) + " cameras in the format " +
+                               std::string(all.source.format_name),
+                      .expected = "the two cameras of OpenCV (M1 D1 M2 D2) that R and T of " + poses.file() +
+                                  " belong to"});
+  }
+  detail::statePoses(cameras, [&poses](std::vector<Remark>& remarks) {
+    return std::vector<SE3>{SE3(), detail::readPair(poses.root(), remarks)};
+  });
+  for (const StatedCamera& camera : cameras.cameras) requirePose(camera, poses.file());
+  all.source.cameras = std::move(cameras.cameras);
+  return all;
+}
+
+bool areNames(const std::vector<std::string>& names) {
+  const bool is_any_empty = std::any_of(names.begin(), names.end(), [](const auto& n) { return n.empty(); });
+  return !is_any_empty && std::set<std::string>(names.begin(), names.end()).size() == names.size();
+}
+
+// "left" of left.cameramodel, "cam0" of cam0/sensor.yaml; numbers where neither tells them apart.
+void nameCameras(GatheredCameras& all) {
+  const auto partOf = [](const auto& part) {
+    return [part](const std::string& path) {
+      return part(std::filesystem::absolute(cameraFilePath(path)).lexically_normal());
+    };
+  };
+  std::vector<std::string> stated = mapped(all.source.cameras, &StatedCamera::name);
+  using std::filesystem::path;
+  for (const auto& names :
+       {stated, mapped(all.where, partOf([](const path& p) { return p.stem().string(); })),
+        mapped(all.where, partOf([](const path& p) { return p.parent_path().filename().string(); }))}) {
+    if (!areNames(names)) continue;
+    for (std::size_t i = 0; i < names.size(); ++i) all.source.cameras[i].name = names[i];
+    return;
+  }
+  for (StatedCamera& camera : all.source.cameras) camera.name.clear();
+}
+
+// A reference frame that each file has for itself puts every camera at its origin.
+void refuseOnePlace(const GatheredCameras& all) {
+  const SE3& first = *all.source.cameras.front().camera_from_rig;
+  for (const StatedCamera& camera : all.source.cameras) {
+    constexpr double kRounding = 1e-12;
+    if ((camera.camera_from_rig->inverse() * first).log().norm() > kRounding) return;
+  }
+  throw inputError({.where = all.where.back(),
+                    .found = "found the same pose as in " + all.where.front(),
+                    .expected = "files that say where the cameras are to each other",
+                    .next_step = "calibrate them together: alidade rig calibrate"});
+}
+
+}  // namespace
+
+GatheredCameras gatherCameras(std::span<const std::string> paths, const ReadOptions& options) {
+  expect(!paths.empty(), "cameras come from a file");
+  if (paths.size() == 1) return ofOneFile(paths.front(), options);
+  if (paths.size() == 2) {
+    for (const std::size_t i : {1U, 0U}) {
+      if (const auto poses = pairDocument(paths[i])) return ofOpenCvPair(paths[1 - i], *poses, options);
+    }
+  }
+  GatheredCameras all;
+  for (const std::string& path : paths) {
+    GatheredCameras one = ofOneFile(path, options);
+    requireAll(one.source);
+    static_cast<void>(onlyCamera(one.source));
+    requirePose(one.source.cameras.front(), path);
+    if (all.where.empty())
+      all.source = {.path = one.source.path,
+                    .format = one.source.format,
+                    .format_name = one.source.format_name,
+                    .cameras = {}};
+    all.source.cameras.push_back(std::move(one.source.cameras.front()));
+    all.source.cameras.back().number = all.where.size();
+    all.where.push_back(path);
+  }
+  nameCameras(all);
+  refuseOnePlace(all);
+  return all;
+}
+
+}  // namespace alidade

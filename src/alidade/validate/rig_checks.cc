@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/rig_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/core/error.h"
+#include "alidade/core/text.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/validate/correlations.h"
+
+namespace alidade {
+namespace {
+
+// Of the cameras that are farthest apart.
+struct Extent {
+  double distance_m = 0;
+  std::size_t first = 0;
+  std::size_t second = 0;
+};
+
+Extent extentOf(const RigRecord& rig) {
+  Extent extent;
+  for (std::size_t a = 0; a < rig.cameras.size(); ++a) {
+    const SE3 rig_from_a = rig.cameras[a].camera_from_rig.inverse();
+    for (std::size_t b = 0; b < a; ++b) {
+      const double distance = (rig.cameras[b].camera_from_rig * rig_from_a).translation.norm();
+      if (distance > extent.distance_m) extent = {.distance_m = distance, .first = b, .second = a};
+    }
+  }
+  return extent;
+}
+
+const std::string& nameOf(const RigRecord& rig, std::size_t camera) {
+  return rig.cameras[camera].camera.name.name;
+}
+
+// Lengths in millimetres are the commonest slip: no rig is as large as a street.
+FileCheck checkExtent(const RigRecord& rig) {
+  constexpr double kLargest = 30;  // m
+  const Extent extent = extentOf(rig);
+  const bool is_huge = !(extent.distance_m <= kLargest);
+  std::string message = extent.distance_m == 0
+                            ? "all cameras are at one place"
+                            : fmt::format("{} and {} are {:.5g} m apart", nameOf(rig, extent.first),
+                                          nameOf(rig, extent.second), extent.distance_m);
+  if (rig.cameras.size() > 2 && extent.distance_m > 0) message += ", farther than all others";
+  if (is_huge) message += fmt::format("; limit: {} m (are the lengths in metres?)", kLargest);
+  return {.severity = is_huge ? Severity::kWarning : Severity::kPass,
+          .id = "extent",
+          .message = std::move(message),
+          .values = {{"extent_m", extent.distance_m}}};
+}
+
+// Two cameras that look alike from one place show that a pose was copied, or never filled in.
+FileCheck checkSamePose(const RigRecord& rig) {
+  constexpr double kSame = 1e-9;  // m, rad
+  std::vector<std::string> pairs;
+  for (std::size_t a = 0; a < rig.cameras.size(); ++a) {
+    const SE3 rig_from_a = rig.cameras[a].camera_from_rig.inverse();
+    for (std::size_t b = 0; b < a && pairs.size() < 3; ++b) {
+      const SE3 b_from_a = rig.cameras[b].camera_from_rig * rig_from_a;
+      if (b_from_a.translation.norm() < kSame && b_from_a.rotation.log().norm() < kSame)
+        pairs.push_back(nameOf(rig, b) + " and " + nameOf(rig, a));
+    }
+  }
+  if (pairs.empty())
+    return {.severity = Severity::kPass, .id = "poses", .message = "no two cameras have the same pose"};
+  return {.severity = Severity::kWarning,
+          .id = "poses",
+          .message = "the same pose: " + join(pairs, "; ") + " (was a pose copied, or never filled in?)"};
+}
+
+FileCheck checkRigVerdict(const RigRecord& rig) {
+  const bool is_rejected = rig.verdict == Verdict::kNo;
+  std::string message =
+      fmt::format("the verdict was {} with {} frames", verdictName(rig.verdict), rig.num_frames);
+  if (!rig.findings.empty()) message += ": " + join(rig.findings, ", ");
+  if (is_rejected) message += "; the rig must not be used";
+  return {.severity = is_rejected                            ? Severity::kFailure
+                      : rig.verdict == Verdict::kTrustworthy ? Severity::kPass
+                                                             : Severity::kNote,
+          .id = "rig_calibration",
+          .message = std::move(message)};
+}
+
+// Of a rig that states one: its last rows are the poses of all cameras but the first.
+FileCheck checkJointCovariance(const RigRecord& rig) {
+  constexpr double kStdShare = 1e-6;
+  Eigen::Index at = 0;
+  for (const RigCameraRecord& camera : rig.cameras)
+    at += static_cast<Eigen::Index>(camera.camera.camera.parameters().size());
+  const Correlations correlations(rig.covariance,
+                                  at + 6 * (static_cast<Eigen::Index>(rig.cameras.size()) - 1));
+  const bool is_semidefinite = correlations.isSemidefinite();
+  bool is_consistent = true;
+  for (std::size_t i = 1; i < rig.cameras.size(); ++i, at += 6) {
+    Eigen::Matrix<double, 6, 1> stated;
+    stated << rig.cameras[i].translation_std_m, rig.cameras[i].rotation_std_rad;
+    const Eigen::Matrix<double, 6, 1> expected = correlations.std.segment<6>(at);
+    is_consistent = is_consistent && (stated - expected).norm() <= kStdShare * expected.norm();
+  }
+  if (is_semidefinite && is_consistent)
+    return {.severity = Severity::kPass, .id = "rig_covariance", .message = "the covariance matrix is valid"};
+  return {.severity = Severity::kFailure,
+          .id = "rig_covariance",
+          .message = std::string("the covariance of the rig is wrong (were numbers edited?): ") +
+                     (is_semidefinite ? "it contradicts camera_from_rig_std" : "a variance is negative")};
+}
+
+}  // namespace
+
+std::vector<FileCheck> checkRig(const RigRecord& rig) {
+  expect(rig.cameras.size() > 1, "a rig has two cameras or more");
+  std::vector<FileCheck> checks = {checkExtent(rig), checkSamePose(rig)};
+  if (!rig.covariance.empty()) checks.push_back(checkJointCovariance(rig));
+  if (rig.isCalibrated()) checks.push_back(checkRigVerdict(rig));
+  return checks;
+}
+
+std::vector<FileCheck> judgeRig(const CameraSource& source) {
+  const bool is_rig =
+      source.cameras.size() > 1 && source.refused.empty() &&
+      std::all_of(source.cameras.begin(), source.cameras.end(),
+                  [](const StatedCamera& camera) { return camera.camera_from_rig.has_value(); });
+  if (!is_rig) return {};
+  CameraSource sized = source;
+  for (StatedCamera& camera : sized.cameras) {
+    if (!camera.image_size) camera.image_size = sizeAround(camera.camera);
+  }
+  return checkRig(rigOf(sized));
+}
+
+}  // namespace alidade
