@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <filesystem>
 #include <numbers>
-#include <set>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -13,29 +11,15 @@
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/files/corners_file.h"
-#include "alidade/files/frame_table_file.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/rig/rig_calibrator.h"
-#include "board_views.h"
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
+#include "rig_inputs.h"
 
 namespace alidade {
 namespace {
-
-// "left" for photos/left/, photos/left*.png and left.csv.
-std::string nameOf(const std::string& input) {
-  std::filesystem::path path(input);
-  if (!path.has_filename()) path = path.parent_path();
-  std::string name = path.filename().string();
-  name = name.substr(0, name.find_first_of("*?[%"));
-  if (isCornersFile(input) || std::filesystem::path(name).has_extension())
-    name = std::filesystem::path(name).stem().string();
-  while (!name.empty() && (name.back() == '_' || name.back() == '-' || name.back() == '.')) name.pop_back();
-  return name;
-}
 
 std::string poseLine(const RigCamera& camera, const SE3& camera_from_rig) {
   constexpr double kMillimetres = 1000;
@@ -158,9 +142,9 @@ class RigCalibrateCommand final : public Command {
         "Example: alidade rig calibrate left/ right/ --board checkerboard:9x6:25mm -o rig.yaml\n"
         "Images with the same name, or else with the same last number in it, were taken at the same time.\n"
         "Exit code 3: done, but the rig must not be used; no rig file is written.");
-    app.add_option("input", inputs_,
+    app.add_option("input", views_.inputs,
                    "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)");
-    addBoardOption(app, boards_);
+    views_.addOptions(app);
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     models.emplace_back(kAutoModel);
     app.add_option(
@@ -168,18 +152,15 @@ class RigCalibrateCommand final : public Command {
            "Camera model as for alidade calibrate, for all cameras; or one for each, separated by commas")
         ->delimiter(',')
         ->check(CLI::IsMember(models));
-    app.add_option("--names", names_, "Names of the cameras, separated by commas. Default: from the inputs")
-        ->delimiter(',');
-    app.add_option("--match", match_,
-                   "CSV file that says which images were taken together: a column for each camera, a row for "
-                   "each frame. Default: images whose names match")
-        ->type_name("FILE");
     app.add_option(
            "--fixed", fixed_,
            "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
            "calibrate this one); their lenses are kept")
         ->delimiter(',');
-    addDetectionOptions(app, detection_);
+    app.add_option("--board-shape", shape_,
+                   "flat: boards are flat; warp: their bend is estimated; auto: if seen")
+        ->check(CLI::IsMember({"flat", "warp", "auto"}))
+        ->capture_default_str();
     app.add_option("-o,--output", output_, "Rig file to write (YAML)");
     app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
         ->check(pixelComplaint, "")
@@ -189,16 +170,12 @@ class RigCalibrateCommand final : public Command {
   }
 
   int run(const CLI::App&) override {
-    if (inputs_.size() < 2) {
-      throw missingError("rig calibrate", fmt::format("{} inputs", inputs_.size()),
+    if (views_.inputs.size() < 2) {
+      throw missingError("rig calibrate", fmt::format("{} inputs", views_.inputs.size()),
                          "two or more, one for each camera, for example left/ right/");
     }
-    std::vector<std::string> sources;
-    for (const std::string& input : inputs_) {
-      const std::vector<std::string> files = isCornersFile(input) ? std::vector{input} : withImages({input});
-      sources.insert(sources.end(), files.begin(), files.end());
-    }
-    sources.insert(sources.end(), {match_, common_.config});
+    std::vector<std::string> sources = views_.sources();
+    sources.push_back(common_.config);
     for (const std::string& file : fixed_) sources.push_back(cameraFilePath(file));
     checkOutput(output_, sources, common_);
     RigOptions options{.camera = {.tolerance_px = *parsePixels(tolerance_), .jobs = common_.jobs},
@@ -206,16 +183,20 @@ class RigCalibrateCommand final : public Command {
     options.camera.cancel = catchInterrupts();
     if (models_.size() == 1) options.camera.model = models_.front();
     if (models_.size() > 1) options.models = models_;
-    if (models_.size() > 1 && models_.size() != inputs_.size()) {
-      throw usageError({.where = "--model",
-                        .found = fmt::format("{} models for {} cameras", models_.size(), inputs_.size()),
-                        .expected = "one model, or one for each camera"});
+    if (models_.size() > 1 && models_.size() != views_.inputs.size()) {
+      throw usageError(
+          {.where = "--model",
+           .found = fmt::format("{} models for {} cameras", models_.size(), views_.inputs.size()),
+           .expected = "one model, or one for each camera"});
     }
     options.given = givenCameras();
-    if (!match_.empty()) options.frames = readFrameTable(match_);
-    std::vector<Board> boards;
-    std::vector<RigViews> cameras = readCameras(options.camera.cancel, boards);
-    const RigCalibration rig = calibrateRig(boards, std::move(cameras), options);
+    options.frames = views_.frames();
+    options.camera.board_shape = shape_ == "flat"   ? BoardShapeMode::kFlat
+                                 : shape_ == "warp" ? BoardShapeMode::kWarp
+                                                    : BoardShapeMode::kAuto;
+    RigInputViews given = readRigViews("rig calibrate", views_, views_.cameraNames("rig calibrate"), common_,
+                                       options.camera.cancel);
+    const RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
     const bool is_kept = rig.isUsable() || keep_;
     if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(recordOf(rig, programName())));
     if (common_.json) {
@@ -233,26 +214,10 @@ class RigCalibrateCommand final : public Command {
   }
 
  private:
-  std::vector<std::string> cameraNames() const {
-    std::vector<std::string> names = names_;
-    if (names.empty()) {
-      for (const std::string& input : inputs_) names.push_back(nameOf(input));
-    }
-    const std::set<std::string> unique(names.begin(), names.end());
-    if (names.size() != inputs_.size() || unique.size() != names.size() || unique.contains("")) {
-      throw usageError(
-          {.where = names_.empty() ? "rig calibrate" : "--names",
-           .found = "the names " + join(names, ", ") + fmt::format(" for {} cameras", inputs_.size()),
-           .expected = "a different name for each camera",
-           .next_step = "give --names, for example --names left,right"});
-    }
-    return names;
-  }
-
   std::vector<std::optional<CameraRecord>> givenCameras() const {
-    if (!fixed_.empty() && fixed_.size() != inputs_.size()) {
+    if (!fixed_.empty() && fixed_.size() != views_.inputs.size()) {
       throw usageError({.where = "--fixed",
-                        .found = fmt::format("{} files for {} cameras", fixed_.size(), inputs_.size()),
+                        .found = fmt::format("{} files for {} cameras", fixed_.size(), views_.inputs.size()),
                         .expected = "one for each camera, or '-'"});
     }
     return mapped(fixed_, [&](const std::string& file) {
@@ -260,40 +225,10 @@ class RigCalibrateCommand final : public Command {
     });
   }
 
-  std::vector<RigViews> readCameras(const CancelFlag* cancel, std::vector<Board>& boards) const {
-    const std::vector<std::string> names = cameraNames();
-    std::vector<RigViews> cameras;
-    for (std::size_t c = 0; c < inputs_.size(); ++c) {
-      GivenViews given = readViews(
-          {.command = "rig calibrate", .inputs = {inputs_[c]}, .boards = boards_, .detection = detection_},
-          common_, cancel);
-      if (c == 0) boards = given.boards;
-      if (given.boards != boards) {
-        throw inputError({.where = inputs_[c],
-                          .found = "other boards than in " + inputs_.front(),
-                          .expected = "the same boards for all cameras, in the same order"});
-      }
-      if (!common_.quiet && !common_.json) {
-        printMessage(
-            fmt::format("{}: a board in {} of {} images", names[c], given.num_found, given.num_images));
-        if (!given.reasons.empty()) {
-          const std::string lines = listed(given.reasons);
-          printMessage(lines.substr(0, lines.size() - 1));
-        }
-      }
-      cameras.push_back(
-          {.name = names[c], .views = std::move(given.views), .images = std::move(given.images)});
-    }
-    return cameras;
-  }
-
-  std::vector<std::string> inputs_;
-  std::vector<std::string> boards_;
+  RigInputs views_;
   std::vector<std::string> models_;
-  std::vector<std::string> names_;
-  std::string match_;
+  std::string shape_ = "auto";
   std::vector<std::string> fixed_;
-  DetectionOptions detection_;
   std::string output_;
   std::string tolerance_ = "1px";
   bool keep_ = false;

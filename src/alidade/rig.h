@@ -10,3 +10,4 @@
 #include "alidade/core/error.h"
 #include "alidade/record/rig_record.h"
 #include "alidade/rig/rig_calibrator.h"
+#include "alidade/rig/rig_validation.h"

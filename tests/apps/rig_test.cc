@@ -96,6 +96,35 @@ TEST_F(RigCalibrate, KeepsGivenLenses) {
               FailsWith(2, HasSubstr("this is also an input")));
 }
 
+TEST_F(RigCalibrate, IsValidatedByImages) {
+  const std::string rig = scratch_.path("rig.yaml");
+  ASSERT_THAT(calibrate({"--model", "radtan", "-o", rig}), EndsWith(0));
+  const std::vector<std::string> inputs = {scratch_.path("left.csv"), scratch_.path("right.csv")};
+  const auto validate = [&](const std::string& file, const std::vector<std::string>& more) {
+    std::vector<std::string> args = {"rig", "validate", file};
+    args.insert(args.end(), more.begin(), more.end());
+    return runAlidade(args);
+  };
+  const RunResult json = validate(rig, {inputs[0], inputs[1], "--json"});
+  EXPECT_THAT(json, EndsWith(0));
+  EXPECT_LT(nlohmann::json::parse(json.out).at("rms_px").get<double>(), 0.1);
+  const RunResult text = validate(rig, {inputs[1], inputs[0], "--names", "right,left"});
+  EXPECT_THAT(text, EndsWith(0));
+  EXPECT_THAT(text.out, AllOf(HasSubstr("Verdict   the images confirm the rig\n"), HasSubstr("right\n")));
+  // Elsewhere.
+  RigRecord moved = loadRig(rig);
+  moved.cameras[1].camera_from_rig.translation.y() += 0.05;
+  scratch_.write("moved.yaml", rigFileText(moved));
+  const RunResult no = validate(scratch_.path("moved.yaml"), inputs);
+  EXPECT_THAT(no, EndsWith(3));
+  EXPECT_THAT(no.err, HasSubstr("error: the images contradict the rig: right stands elsewhere"));
+  EXPECT_THAT(validate(rig, {inputs[0]}),
+              FailsWith(2, AllOf(HasSubstr("1 inputs"), HasSubstr("left, right"))));
+  EXPECT_THAT(validate(rig, {inputs[0], inputs[1], "--names", "left,middle"}),
+              FailsWith(2, AllOf(HasSubstr("'middle'"), HasSubstr("left, right"))));
+  EXPECT_THAT(runAlidade({"rig", "validate"}), FailsWith(2, HasSubstr("no rig file")));
+}
+
 TEST_F(RigCalibrate, SaysWhatIsWrong) {
   EXPECT_THAT(runAlidade({"rig"}), FailsWith(2, AllOf(HasSubstr("rig: no command"), HasSubstr("calibrate"))));
   EXPECT_THAT(runAlidade({"rig", "solve"}), FailsWith(2, HasSubstr("solve")));

@@ -12,6 +12,7 @@
 #include "alidade/rig/rig_calibrator.h"
 #include "alidade/rig/rig_start.h"
 #include "alidade/rig/rig_uncertainty.h"
+#include "alidade/rig/rig_validation.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "support/message_of.h"
@@ -319,6 +320,46 @@ TEST(Rig, NeedsTwoCameras) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kUsage);
   }
+}
+
+TEST(RigValidation, TellsARightRigFromAWrongOne) {
+  const RigScene scene = sceneOf(threeCameras(), kCharuco, 30, 0.1, 53);
+  RigRecord truth;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const TrueCamera& camera = scene.cameras[c];
+    truth.cameras.push_back(
+        {.camera = bareRecord(camera.camera, camera.size, ""), .camera_from_rig = camera.camera_from_rig});
+    truth.cameras.back().camera.name.name = scene.views[c].name;
+  }
+  const auto validated = [&](const RigRecord& rig, const Board& board) {
+    return validateRig(rig, std::span(&board, 1), scene.views, optionsFor(scene));
+  };
+  const RigValidation right = validated(truth, kCharuco);
+  EXPECT_EQ(right.verdict(), Verdict::kTrustworthy);
+  EXPECT_NEAR(right.rms_px, 0.1 * std::sqrt(2), 0.01);
+  EXPECT_LT(right.freed_rms_px, right.rms_px);
+  EXPECT_GT(right.num_points, 1500u);
+  EXPECT_EQ(right.num_failed, 0u);
+  // Of the four or more numbers of a point's pixels, three are used up.
+  EXPECT_GT(right.epipolar_px, 0.06);
+  EXPECT_LT(right.epipolar_px, 0.11);
+  EXPECT_NEAR(right.length_ratio, 1, 4 * right.length_ratio_std);
+  EXPECT_LT(right.length_ratio_std, 1e-3);
+  for (std::size_t c = 1; c < 3; ++c) EXPECT_LT(right.cameras[c].sigmas, 3) << c;
+  // Another pose of a camera.
+  RigRecord moved = truth;
+  moved.cameras[2].camera_from_rig.translation.x() += 0.004;
+  const RigValidation wrong = validated(moved, kCharuco);
+  EXPECT_THAT(wrong.diagnoses, Contains(Field(&Diagnosis::id, "pose_contradicted")));
+  EXPECT_GT(wrong.cameras[2].sigmas, 5);
+  EXPECT_NEAR(wrong.cameras[2].freed_from_stated.translation.x(), -0.004, 0.002);
+  EXPECT_LT(wrong.cameras[1].sigmas, 3);
+  // A rig that is a hundredth too large, lenses being right.
+  RigRecord large = truth;
+  for (RigCameraRecord& camera : large.cameras) camera.camera_from_rig.translation *= 1.01;
+  const RigValidation long_lengths = validated(large, kCharuco);
+  EXPECT_NEAR(long_lengths.length_ratio, 1.01, 0.003);
+  EXPECT_THAT(long_lengths.diagnoses, Contains(Field(&Diagnosis::id, "lengths_contradicted")));
 }
 
 TEST(RigFile, HoldsItsCameras) {

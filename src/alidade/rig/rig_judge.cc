@@ -52,8 +52,8 @@ void judgeMotions(const RigCalibration& rig, double tolerance_px, std::vector<Di
     diagnoses.push_back(
         {.severity = severityOf(motion.effect_px, tolerance_px),
          .id = "camera_moved",
-         .cause = fmt::format("{} stands elsewhere from frame {} on: by {:.2g} mm and {:.2g} degrees, which "
-                              "moves points at the boards' distance by {:.2g} px",
+         .cause = fmt::format("{} stands elsewhere from frame {} on: by {:.2f} mm and {:.3f} degrees, which "
+                              "moves points at the boards' distance by {:.2f} px",
                               rig.cameras.size() == 2 ? name + " relative to the other camera" : name,
                               motion.from_frame, change.translation.norm() * kMillimetres,
                               change.rotation.log().norm() * kDegrees, motion.effect_px),
@@ -131,7 +131,7 @@ void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vecto
       diagnoses.push_back(
           {.severity = severityOf(camera.misfit->effect_px, tolerance_px),
            .id = "given_lens_misfits",
-           .cause = fmt::format("the images of {} contradict the lens of its camera file by {:.2g} px (95 %)",
+           .cause = fmt::format("the images of {} contradict the lens of its camera file by {:.2f} px (95 %)",
                                 camera.name, camera.misfit->effect_px),
            .evidence = fmt::format("RMS {:.3f} px with it, {:.3f} px with the lens freed",
                                    camera.alone_rms_px, camera.misfit->freed_rms_px),

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/rig_validation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/errors.h"
+#include "alidade/adjust/solve.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/camera/triangulation.h"
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/median.h"
+#include "alidade/core/statistics.h"
+#include "alidade/geometry/symmetric_eigen.h"
+#include "alidade/rig/joint_fit.h"
+#include "alidade/rig/rig_uncertainty.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kTangent = 6;
+
+// The pose of a camera of the record with the first one at the rig's origin.
+SE3 statedPose(const RigRecord& rig, std::size_t camera) {
+  return rig.cameras[camera].camera_from_rig * rig.cameras.front().camera_from_rig.inverse();
+}
+
+// The boards placed anew, with lenses and poses of cameras as stated.
+Fit statedFit(const RigRecord& rig, const Fit& freed, const CancelFlag* cancel) {
+  Fit stated = freed;
+  fixShapes(stated);
+  for (std::size_t c = 0; c < stated.cameras.size(); ++c) {
+    stated.cameras[c].camera_from_rig = statedPose(rig, c);
+    stated.cameras[c].is_rig_pose_fixed = true;
+  }
+  return solve(std::move(stated), {.cancel = cancel});
+}
+
+double rmsOfCamera(const Fit& fit, std::size_t camera) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const FitView& view : fit.views) {
+    if (view.camera != camera) continue;
+    for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
+    count += view.errors.size();
+  }
+  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count));
+}
+
+// See TestedRigCamera::effect_px.
+double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
+  const AnyCamera lens = AnyCamera::make(freed.cameras[camera].model, freed.cameras[camera].params);
+  std::vector<double> distances;
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(freed)) {
+    const auto isOf = [&](std::size_t v) { return freed.views[v].camera == camera; };
+    if (std::ranges::none_of(of_placement, isOf)) continue;
+    for (const std::size_t v : of_placement) {
+      if (isOf(v)) continue;
+      const std::size_t other = freed.views[v].camera;
+      const Eigen::Vector3d p_other =
+          cameraFromBoard(freed, freed.views[v]) * boardOf(freed, freed.views[v]).target.middle();
+      const auto pixelBy = [&](const Fit& fit) {
+        return lens.project(fit.cameras[camera].camera_from_rig *
+                            fit.cameras[other].camera_from_rig.inverse() * p_other);
+      };
+      const Projection a = pixelBy(freed);
+      const Projection b = pixelBy(stated);
+      distances.push_back(a.ok() && b.ok() ? (a.pixel - b.pixel).norm()
+                                           : std::numeric_limits<double>::infinity());
+    }
+  }
+  return distances.empty() ? 0 : medianOf(std::move(distances));
+}
+
+// The covariance of a camera's pose in the record, as far as it is stated.
+Eigen::MatrixXd statedPoseCovariance(const RigRecord& rig, std::size_t camera) {
+  if (rig.covariance.empty()) {
+    Eigen::VectorXd std(kTangent);
+    std << rig.cameras[camera].translation_std_m, rig.cameras[camera].rotation_std_rad;
+    return std.cwiseAbs2().asDiagonal();
+  }
+  Eigen::Index num_params = 0;
+  for (const RigCameraRecord& of_rig : rig.cameras)
+    num_params += static_cast<Eigen::Index>(of_rig.camera.camera.parameters().size());
+  const Eigen::Index count = num_params + kTangent * (std::ssize(rig.cameras) - 1);
+  const Eigen::Index at = num_params + kTangent * (static_cast<Eigen::Index>(camera) - 1);
+  return fullMatrix(rig.covariance, count).view().block(at, at, kTangent, kTangent);
+}
+
+double sigmasOf(const RigRecord& rig, const RigCalibration& freed, std::size_t camera) {
+  const int at = rigColumns(freed.fit).pose[camera];
+  if (at < 0 || freed.covariance.rows() == 0) return 0;
+  const Eigen::VectorXd difference =
+      (freed.fit.cameras[camera].camera_from_rig.inverse() * statedPose(rig, camera)).log();
+  const Eigen::MatrixXd covariance =
+      freed.covariance.view().block(at, at, kTangent, kTangent) + statedPoseCovariance(rig, camera);
+  const ScaledInverse inverse = scaledInverse(covariance);
+  if (!inverse.inverse) return 0;
+  return normalOfMeanSquare(difference.dot(*inverse.inverse * difference) / kTangent, kTangent);
+}
+
+// Scale of a board as a rig measures it: the least squares fit of measured points by stated ones, turned,
+// moved and scaled (Umeyama 1991, IEEE PAMI 13(4), equation 43). Noise of the measured points does not bias
+// it.
+double lengthRatio(const std::vector<Eigen::Vector3d>& measured, const std::vector<Eigen::Vector3d>& stated) {
+  const auto meanOf = [](const std::vector<Eigen::Vector3d>& points) {
+    return Eigen::Vector3d(std::accumulate(points.begin(), points.end(), Eigen::Vector3d(0, 0, 0)) /
+                           static_cast<double>(points.size()));
+  };
+  const Eigen::Vector3d measured_mean = meanOf(measured);
+  const Eigen::Vector3d stated_mean = meanOf(stated);
+  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+  double squares = 0;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    products += (measured[i] - measured_mean) * (stated[i] - stated_mean).transpose();
+    squares += (stated[i] - stated_mean).squaredNorm();
+  }
+  // The trace of products^T R over the nearest rotation R is the sum of the singular values, of a plane's
+  // points two.
+  const Eigen::Matrix3d gram = products.transpose() * products;
+  const SymmetricEigen eigen(gram);
+  return (std::sqrt(std::max(0.0, eigen.eigenvalues()(2))) +
+          std::sqrt(std::max(0.0, eigen.eigenvalues()(1)))) /
+         squares;
+}
+
+// Points that two or more cameras see: their epipolar errors and the lengths between them.
+void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& result) {
+  constexpr std::size_t kFewest = 6;  // points of a board
+  const AnyRig rig = rigOf(record);
+  double sum = 0;
+  std::size_t num_pixels = 0;
+  std::vector<double> ratios;
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
+    std::map<int, std::vector<RigPixel>> pixels;
+    const FitBoard& board = boardOf(fit, fit.views[of_placement.front()]);
+    std::map<int, Eigen::Vector3d> stated;
+    for (const std::size_t v : of_placement) {
+      for (const Observation& corner : cornersOnShape(fit, fit.views[v])) {
+        pixels[corner.id].push_back({.camera = fit.views[v].camera, .pixel = corner.pixel});
+        stated[corner.id] = corner.p_board;
+      }
+    }
+    if (board.target.discRadius() > 0) continue;  // the centroids of discs are no images of points
+    std::vector<Eigen::Vector3d> measured;
+    std::vector<Eigen::Vector3d> on_board;
+    for (const auto& [id, of_point] : pixels) {
+      if (of_point.size() < 2) continue;
+      ++result.num_points;
+      const Triangulation point = triangulate(rig, of_point);
+      if (!point.ok()) {
+        ++result.num_failed;
+        continue;
+      }
+      for (const Eigen::Vector2d& residual : point.residuals) sum += residual.squaredNorm();
+      num_pixels += point.residuals.size();
+      measured.push_back(point.p_rig);
+      on_board.push_back(stated[id]);
+    }
+    if (measured.size() >= kFewest) ratios.push_back(lengthRatio(measured, on_board));
+  }
+  if (num_pixels > 0) result.epipolar_px = std::sqrt(sum / static_cast<double>(num_pixels));
+  if (ratios.size() < 2) return;
+  const auto count = static_cast<double>(ratios.size());
+  const double mean = std::accumulate(ratios.begin(), ratios.end(), 0.0) / count;
+  double scatter = 0;
+  for (const double ratio : ratios) scatter += (ratio - mean) * (ratio - mean);
+  result.length_ratio = mean;
+  result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)));
+}
+
+std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) {
+  constexpr double kSure = 3;  // standard deviations
+  constexpr double kWrongLength = 0.002;
+  constexpr double kMmPerM = 1000;
+  constexpr double kDegPerRad = 57.29577951308232;
+  std::vector<Diagnosis> diagnoses;
+  for (const TestedRigCamera& camera : tested.cameras) {
+    if (camera.sigmas > kSure) {
+      diagnoses.push_back(
+          {.severity = severityOf(camera.effect_px, tolerance_px),
+           .id = "pose_contradicted",
+           .cause =
+               fmt::format("{} stands elsewhere than the file says: by {:.2f} mm and {:.3f} degrees, "
+                           "which moves points at the boards' distance by {:.2f} px",
+                           camera.name, camera.freed_from_stated.translation.norm() * kMmPerM,
+                           camera.freed_from_stated.rotation.log().norm() * kDegPerRad, camera.effect_px),
+           .evidence = fmt::format("{:.1f} sigma", camera.sigmas),
+           .next_step =
+               "check that the inputs are in the order of the cameras; otherwise calibrate the rig again",
+           .effect_px = camera.effect_px});
+    }
+    if (camera.misfit) {
+      diagnoses.push_back(
+          {.severity = severityOf(camera.misfit->effect_px, tolerance_px),
+           .id = "lens_contradicted",
+           .cause = fmt::format("the images of {} contradict its lens by {:.2f} px (95 %)", camera.name,
+                                camera.misfit->effect_px),
+           .next_step = "check that the inputs are in the order of the cameras; otherwise calibrate it again",
+           .effect_px = camera.misfit->effect_px});
+    }
+  }
+  const double wrong = std::abs(tested.length_ratio - 1);
+  if (wrong > kWrongLength && wrong > kSure * tested.length_ratio_std) {
+    diagnoses.push_back(
+        {.severity = Severity::kWarning,
+         .id = "lengths_contradicted",
+         .cause = fmt::format("the rig measures lengths on the board {:.2f} % {} than the board states",
+                              100 * wrong, tested.length_ratio > 1 ? "longer" : "shorter"),
+         .evidence = fmt::format("standard deviation {:.2f} %", 100 * tested.length_ratio_std),
+         .next_step = "measure the board; if it is as stated, calibrate the rig again"});
+  }
+  for (const Diagnosis& diagnosis : tested.freed.diagnoses) {
+    const bool is_of_frames = diagnosis.id == "not_simultaneous" || diagnosis.id == "camera_moved" ||
+                              diagnosis.id == "not_converged" || diagnosis.id == "unmatched_images";
+    if (is_of_frames) diagnoses.push_back(diagnosis);
+  }
+  std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);
+  return diagnoses;
+}
+
+}  // namespace
+
+RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, std::vector<RigViews> cameras,
+                          const RigOptions& options) {
+  expect(rig.cameras.size() == cameras.size(), "views of each camera of the rig");
+  RigOptions kept = options;
+  kept.models.clear();
+  kept.given =
+      mapped(rig.cameras, [](const RigCameraRecord& camera) { return std::optional(camera.camera); });
+  RigValidation result;
+  result.freed = calibrateRig(boards, std::move(cameras), kept);
+  const Fit stated = statedFit(rig, result.freed.fit, options.camera.cancel);
+  result.rms_px = rms(stated);
+  result.freed_rms_px = rms(result.freed.fit);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    result.cameras.push_back(
+        {.name = result.freed.cameras[c].name,
+         .rms_px = rmsOfCamera(stated, c),
+         .freed_rms_px = result.freed.cameras[c].rms_px,
+         .freed_from_stated = result.freed.fit.cameras[c].camera_from_rig * statedPose(rig, c).inverse(),
+         .effect_px = effectOf(result.freed.fit, stated, c),
+         .sigmas = sigmasOf(rig, result.freed, c),
+         .misfit = result.freed.cameras[c].misfit});
+  }
+  measurePoints(rig, stated, result);
+  result.diagnoses = judged(result, options.camera.tolerance_px);
+  return result;
+}
+
+}  // namespace alidade
