@@ -46,7 +46,7 @@ endif()
 string(JOIN "\\;" prefix_path ${prefix} ${PREFIX_PATH})
 foreach(source IN ITEMS ${CMAKE_CURRENT_LIST_DIR}/camera_only ${CMAKE_CURRENT_LIST_DIR}/files_only
                         ${CMAKE_CURRENT_LIST_DIR}/everything ${CMAKE_CURRENT_LIST_DIR}/readme
-                        ${SOURCE_DIR}/docs/examples/test_harness)
+                        ${SOURCE_DIR}/docs/examples/test_harness ${SOURCE_DIR}/docs/examples/rig)
   get_filename_component(project ${source} NAME)
   set(dir ${WORK_DIR}/${WAY}/${project})
   file(REMOVE_RECURSE ${dir})

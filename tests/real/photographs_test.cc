@@ -2,18 +2,21 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
 
+#include "alidade/adjust/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
+#include "alidade/rig/rig_validation.h"
 #include "alidade/target/board_spec.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 
@@ -130,6 +133,79 @@ TEST(Photographs, OfCharucoBoardsCalibrateWell) {
   if (num_checked == 0 && std::getenv("ALIDADE_REAL_DATA") == nullptr)
     GTEST_SKIP() << "no photographs of ChArUco boards";
   EXPECT_EQ(num_checked, cases.size());
+}
+
+// The views of each camera of a rig, an input each.
+std::vector<RigViews> rigViews(const std::vector<std::pair<std::string, std::string>>& inputs,
+                               const Board& board) {
+  std::vector<RigViews> cameras;
+  for (const auto& [name, input] : inputs)
+    cameras.push_back({.name = name, .views = surveyImages(listImages(std::vector{input}), board).views()});
+  return cameras;
+}
+
+// The best peer reaches 0.2151 px with a flat board. The pairs of one half validate the rig of the other.
+TEST(Photographs, OfAStereoPairGiveARig) {
+  if (!fs::exists(kOpencvData + "left01.jpg")) GTEST_SKIP() << "no photographs of opencv-doc";
+  const Board board = parseBoardSpec("checkerboard:9x6:25mm");
+  const std::vector<RigViews> all = rigViews(
+      {{"left", kOpencvData + "left[0-9][0-9].jpg"}, {"right", kOpencvData + "right[0-9][0-9].jpg"}}, board);
+  RigOptions options;
+  options.camera.model = "radtan";
+  const RigCalibration bent = calibrateRig(std::span(&board, 1), all, options);
+  options.camera.board_shape = BoardShapeMode::kFlat;
+  const RigCalibration flat = calibrateRig(std::span(&board, 1), all, options);
+  EXPECT_EQ(numCorners(flat.fit), 2u * 13 * 54);
+  EXPECT_LE(rms(flat.fit), 0.18);
+  EXPECT_LT(rms(bent.fit), rms(flat.fit));
+  options.camera.board_shape = BoardShapeMode::kAuto;
+  std::array<std::vector<RigViews>, 2> halves = {all, all};
+  for (RigViews& camera : halves[0]) camera.views.resize(7);
+  for (RigViews& camera : halves[1]) camera.views.erase(camera.views.begin(), camera.views.begin() + 7);
+  const RigRecord rig = recordOf(calibrateRig(std::span(&board, 1), halves[0], options), "");
+  const RigValidation held_out = validateRig(rig, std::span(&board, 1), halves[1], options);
+  std::printf("opencv-doc: RMS %.4f px, flat %.4f px; epipolar error of other pairs %.4f px\n", rms(bent.fit),
+              rms(flat.fit), held_out.epipolar_px);
+  EXPECT_EQ(held_out.num_points, 6u * 54);
+  EXPECT_LE(held_out.epipolar_px, 0.075);  // half the difference between rows after rectification
+}
+
+// Views of the ambiguous board are numbered differently in 6 of 11 pairs by OpenCV. The published baseline is
+// 120.05 mm.
+TEST(Photographs, OfABumblebeeGiveItsBaseline) {
+  const std::string folder = publicData("bumblebee2_stereo_chess/");
+  if (!fs::exists(folder)) GTEST_SKIP() << "no photographs of the stereo pair";
+  const Board board = parseBoardSpec("checkerboard:4x6:30mm");
+  const RigCalibration rig =
+      calibrateRig(std::span(&board, 1),
+                   rigViews({{"left", folder + "left*.jpg"}, {"right", folder + "right*.jpg"}}, board),
+                   {.camera = {.model = "radtan"}});
+  const double baseline_mm = 1000 * rig.fit.cameras[1].camera_from_rig.translation.norm();
+  std::printf("bumblebee2: baseline %.2f mm, RMS %.4f px\n", baseline_mm, rms(rig.fit));
+  EXPECT_EQ(rig.num_linked, 11u);
+  EXPECT_TRUE(rig.unlinked.empty());
+  EXPECT_NEAR(baseline_mm, 120.05, 0.3);
+  EXPECT_LE(rms(rig.fit), 0.1);
+}
+
+// One camera sees the board at a grazing angle.
+TEST(Photographs, OfFourCamerasGiveOneRig) {
+  const std::string folder = publicData("sleap_anipose_4cam_charuco/");
+  if (!fs::exists(folder)) GTEST_SKIP() << "no photographs of the four cameras";
+  const Board board = parseBoardSpec("charuco:8x11:24mm:18.75mm:DICT_4X4_1000");
+  std::vector<std::pair<std::string, std::string>> inputs;
+  for (const char* name : {"back", "mid", "side", "top"})
+    inputs.emplace_back(name, folder + name + "/calibration_images");
+  const RigCalibration rig =
+      calibrateRig(std::span(&board, 1), rigViews(inputs, board), {.camera = {.model = "radtan"}});
+  EXPECT_GE(rig.num_linked, 15u);
+  EXPECT_TRUE(rig.unlinked.empty());
+  for (const RigCamera& camera : rig.cameras) {
+    std::printf("%s: RMS %.4f px in the rig, %.4f px alone\n", camera.name.c_str(), camera.rms_px,
+                camera.alone_rms_px);
+    EXPECT_GE(camera.num_linked, 14u);
+    EXPECT_LE(camera.rms_px, 1.11 * camera.alone_rms_px) << camera.name;
+  }
 }
 
 // Tags whose four corners are found; two boards in one image are told apart by their ids.
