@@ -354,7 +354,14 @@ bool isCornersFile(const std::string& path) {
 }
 
 GivenViews readViews(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {
-  return isCornersFile(request.inputs.front()) ? readCorners(request) : findBoards(request, options, cancel);
+  if (!isCornersFile(request.inputs.front())) return findBoards(request, options, cancel);
+  GivenViews given = readCorners(request);
+  // The files have told them apart, but one board may have been given two sizes.
+  if (const auto likeness = findLikeness(given.boards); likeness && !options.quiet) {
+    printMessage("warning: " + likeness->boards + ": the corners files state " + likeness->reason +
+                 "\n  next: if it is one board, correct its SPEC in the corners files");
+  }
+  return given;
 }
 
 }  // namespace alidade

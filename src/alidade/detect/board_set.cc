@@ -51,13 +51,8 @@ bool haveSamePattern(const Board& a, const Board& b) {
 }
 
 // Why images cannot tell two boards apart, and what to do about it.
-struct Likeness {
-  std::string reason;
-  std::string next_step;
-};
-
-std::optional<Likeness> likenessOf(const Board& a, const Board& b) {
-  if (a == b) return Likeness{.reason = "the same board twice", .next_step = "give each board once"};
+std::optional<BoardLikeness> likenessOf(const Board& a, const Board& b) {
+  if (a == b) return BoardLikeness{.reason = "the same board twice", .next_step = "give each board once"};
   const auto markers = markersOf(a);
   const auto others = markersOf(b);
   if (markers && others) {
@@ -66,7 +61,7 @@ std::optional<Likeness> likenessOf(const Board& a, const Board& b) {
     if (markers->family != others->family || first > last) return std::nullopt;
     const bool are_grids =
         std::holds_alternative<AprilGrid>(a.kind()) && a.kind().index() == b.kind().index();
-    return Likeness{
+    return BoardLikeness{
         .reason =
             fmt::format("two boards with the same markers, ids {} to {} of {}", first, last, markers->family),
         .next_step = are_grids
@@ -75,7 +70,7 @@ std::optional<Likeness> likenessOf(const Board& a, const Board& b) {
                          : "print one of them with another dictionary, or calibrate with one board only"};
   }
   if (!haveSamePattern(a, b) || !haveSameCounts(a, b)) return std::nullopt;
-  return Likeness{
+  return BoardLikeness{
       .reason = "two boards with the same numbers of corners",
       .next_step = "use boards with different counts, or boards with markers (charuco, aprilgrid)"};
 }
@@ -103,17 +98,25 @@ int rankOf(const Board& board, const Detection& detection) {
 
 }  // namespace
 
-void requireDistinguishable(std::span<const Board> boards) {
+std::optional<BoardLikeness> findLikeness(std::span<const Board> boards) {
   for (std::size_t b = 0; b < boards.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
-      const auto likeness = likenessOf(boards[a], boards[b]);
-      if (!likeness) continue;
-      throw usageError({.where = fmt::format("boards {} and {}", boards[a].spec(), boards[b].spec()),
-                        .found = likeness->reason,
-                        .expected = "boards that images can tell apart, by markers or by counts",
-                        .next_step = likeness->next_step});
+      if (auto likeness = likenessOf(boards[a], boards[b])) {
+        likeness->boards = fmt::format("boards {} and {}", boards[a].spec(), boards[b].spec());
+        return likeness;
+      }
     }
   }
+  return std::nullopt;
+}
+
+void requireDistinguishable(std::span<const Board> boards) {
+  const auto likeness = findLikeness(boards);
+  if (!likeness) return;
+  throw usageError({.where = likeness->boards,
+                    .found = likeness->reason,
+                    .expected = "boards that images can tell apart, by markers or by counts",
+                    .next_step = likeness->next_step});
 }
 
 void settleClaims(std::span<const Board> boards, std::span<std::vector<ImageOutcome>> outcomes) {
