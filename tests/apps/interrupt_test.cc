@@ -62,6 +62,23 @@ TEST(Interrupt, LeavesNothingBehind) {
   EXPECT_EQ(scratch.list(), before);
 }
 
+TEST(Interrupt, StopsWhileAVideoIsRead) {
+  const ScratchFolder scratch;
+  // Two thousand large frames, which take many seconds.
+  writeImage(scratch.path("frame.jpg"),
+             {.size = {1920, 1080}, .channels = 1, .depth = 8, .samples = std::vector<std::uint8_t>(1920 * 1080, 90)});
+  const std::string frame = scratch.read("frame.jpg");
+  std::string frames;
+  for (int i = 0; i < 2000; ++i) frames += frame;
+  const std::string clip = scratch.write("clip.mjpeg", frames);
+  std::filesystem::remove(scratch.path("frame.jpg"));
+  const auto before = scratch.list();
+  const std::string output = scratch.path("out");
+  expectInterrupted(interrupted({"detect", clip, "--board", kBoard, "-o", output}, SIGINT), SIGINT);
+  expectInterrupted(interrupted({"calibrate", clip, "--board", kBoard, "-o", output}, SIGTERM), SIGTERM);
+  EXPECT_EQ(scratch.list(), before);
+}
+
 TEST(Interrupt, RemovesTheFolderThatASimulationWasFilling) {
   const ScratchFolder scratch;
   const std::string scene = scratch.write(

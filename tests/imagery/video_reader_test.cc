@@ -3,9 +3,12 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <random>
 
+#include "imagery/coded_video.h"
 #include "imagery/video_files.h"
 #include "support/message_of.h"
 #include "support/scratch_test.h"
@@ -101,6 +104,224 @@ TEST_F(VideoFile, NoticesDamage) {
   }
   EXPECT_GE(num_noticed, 30);
   EXPECT_LE(num_wrong, 4);
+}
+
+// All grey values of a ramp, with every remainder.
+unsigned ramp(int x, int y, int depth) {
+  const auto place = static_cast<unsigned>(64 * y + x);
+  return place * 21 % (1U << static_cast<unsigned>(depth));
+}
+
+struct Depth {
+  const char* file;
+  const char* codec;
+  const char* pixel_format;
+  int bits;
+};
+
+TEST_F(VideoFile, RoundsLumaToEightBits) {
+  constexpr std::array<Depth, 8> kDepths = {{{"a.mkv", "ffv1", "yuv420p", 8},
+                                             {"b.mov", "rawvideo", "uyvy422", 8},
+                                             {"c.mkv", "ffv1", "yuv420p10le", 10},
+                                             {"d.mov", "rawvideo", "yuyv422", 8},
+                                             {"e.mkv", "ffv1", "gray12le", 12},
+                                             {"f.mkv", "ffv1", "yuv444p12le", 12},
+                                             {"g.mkv", "ffv1", "gray16le", 16},
+                                             {"h.mkv", "ffv1", "yuv444p16le", 16}}};
+  int num_files = 0;
+  for (const Depth& depth : kDepths) {
+    SCOPED_TRACE(depth.pixel_format);
+    VideoReader reader(
+        writeVideo(path(depth.file), {.codec = depth.codec,
+                                      .pixel_format = depth.pixel_format,
+                                      .sample = [&](int x, int y, int) { return ramp(x, y, depth.bits); }}));
+    ASSERT_TRUE(reader.advance());
+    const GrayImage image = reader.image().image;
+    ASSERT_EQ(image.size, (ImageSize{64, 48}));
+    int num_wrong = 0;
+    const double step = std::exp2(depth.bits - 8);
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        const double rounded = std::min(std::floor(ramp(x, y, depth.bits) / step + 0.5), 255.0);
+        num_wrong += image.at(x, y) == rounded ? 0 : 1;
+      }
+    }
+    EXPECT_EQ(num_wrong, 0);
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 8);
+}
+
+TEST_F(VideoFile, MakesColourGreyWithoutNoise) {
+  constexpr std::array<Depth, 3> kDepths = {
+      {{"a.mkv", "ffv1", "bgr0", 8}, {"b.mkv", "ffv1", "gbrp10le", 10}, {"c.mkv", "ffv1", "gbrp12le", 12}}};
+  int num_files = 0;
+  for (const Depth& depth : kDepths) {
+    SCOPED_TRACE(depth.pixel_format);
+    VideoReader reader(
+        writeVideo(path(depth.file), {.codec = depth.codec,
+                                      .pixel_format = depth.pixel_format,
+                                      .sample = [&](int x, int y, int) { return ramp(x, y, depth.bits); }}));
+    ASSERT_TRUE(reader.advance());
+    const GrayImage image = reader.image().image;
+    double worst = 0;
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x)
+        worst =
+            std::max(worst, std::abs(image.at(x, y) - ramp(x, y, depth.bits) / std::exp2(depth.bits - 8)));
+    }
+    EXPECT_LE(worst, 1);
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 3);
+}
+
+TEST_F(VideoFile, RefusesLargeFramesBeforeTheyAreDecoded) {
+  const std::string clip = writeVideo(path("clip.avi"), movingSquares(5));
+  EXPECT_NO_THROW(VideoReader(clip, {.max_pixels = 160 * 120}));
+  EXPECT_THAT(messageOf([&] { VideoReader reader(clip, {.max_pixels = 160 * 120 - 1}); }),
+              AllOf(HasSubstr("clip.avi: frames of 160x120 pixels"), HasSubstr("at most 19199 pixels")));
+  // Frames that grow beyond what the header says: SOF0, precision, height, width.
+  std::string bytes = scratch_.read("clip.avi");
+  std::size_t num_changed = 0;
+  const std::string size("\xFF\xC0\0\x11\x08\0\x78\0\xA0", 9);
+  std::size_t at = bytes.find(size);
+  while ((at = bytes.find(size, at + 1)) != std::string::npos) {
+    bytes.replace(at + 5, 4, "\xFF\xF0\xFF\xF0");
+    ++num_changed;
+  }
+  ASSERT_EQ(num_changed, 4u);
+  scratch_.write("large.avi", bytes);
+  VideoReader reader(path("large.avi"));
+  ASSERT_TRUE(reader.advance());
+  EXPECT_FALSE(reader.advance());
+  EXPECT_EQ(reader.numLost(), 4u);
+}
+
+TEST_F(VideoFile, KnowsWhenItsEndIsMissing) {
+  // The table of contents of an MP4 file has to be at its beginning to survive a cut.
+  const auto cut = [&](const std::string& name, double share) {
+    const std::string bytes = scratch_.read(name);
+    scratch_.write("cut_" + name, bytes.substr(0, static_cast<std::size_t>(share * bytes.size())));
+    return path("cut_" + name);
+  };
+  const auto missingIn = [](const std::string& file) {
+    VideoReader reader(file);
+    while (reader.advance()) {
+    }
+    return reader.missingShare();
+  };
+  int num_containers = 0;
+  for (const char* name : {"a.mkv", "b.avi", "c.mov", "d.webm"}) {
+    SCOPED_TRACE(name);
+    const bool is_webm = std::string(name) == "d.webm";
+    if (is_webm && !hasEncoder("libvpx")) continue;
+    const auto noise = [](int x, int y, int i) {
+      return (x * 7919U + y * 104729U + i * 1299709U) % 97U + 60;
+    };
+    writeVideo(path(name), {.codec = is_webm ? "libvpx" : "mjpeg",
+                            .pixel_format = is_webm ? "yuv420p" : "yuvj420p",
+                            .num_frames = 60,
+                            .sample = noise,
+                            .is_header_first = true});
+    EXPECT_LT(missingIn(path(name)), 0.005);
+    EXPECT_NEAR(missingIn(cut(name, 0.5)), 0.5, 0.1);
+    EXPECT_NEAR(missingIn(cut(name, 0.8)), 0.2, 0.06);
+    ++num_containers;
+  }
+  EXPECT_GE(num_containers, 3);
+  // Nothing is stated here.
+  writeVideo(path("e.ts"), {.codec = "mpeg2video",
+                            .pixel_format = "yuv420p",
+                            .num_frames = 60,
+                            .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  EXPECT_EQ(missingIn(cut("e.ts", 0.5)), 0);
+  // Few frames, each shown for long.
+  writeVideo(path("slow.mkv"), {.codec = "ffv1",
+                                .pixel_format = "gray",
+                                .num_frames = 3,
+                                .sample = [](int x, int y, int) { return static_cast<unsigned>(x + y); },
+                                .frames_per_second = 0.5});
+  EXPECT_LT(missingIn(path("slow.mkv")), 0.005);
+}
+
+TEST_F(VideoFile, MayHideFramesByItsEdits) {
+  writeVideo(path("clip.mov"), {.codec = "mjpeg",
+                                .pixel_format = "yuvj420p",
+                                .num_frames = 60,
+                                .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  // The player is to show half of it, as after a cut in a phone.
+  std::string bytes = scratch_.read("clip.mov");
+  std::size_t num_halved = 0;
+  for (const auto& [box, offset] : {std::pair{"mvhd", 20}, {"tkhd", 24}, {"elst", 12}}) {
+    const std::size_t at = bytes.find(box) + static_cast<std::size_t>(offset);
+    ASSERT_LT(at, bytes.size());
+    const auto byteAt = [&](std::size_t i) { return static_cast<std::uint8_t>(bytes[at + i]); };
+    const int duration = byteAt(2) * 256 + byteAt(3);
+    ASSERT_EQ(duration, 2000) << box;  // ms
+    bytes[at + 2] = 1000 / 256;
+    bytes[at + 3] = static_cast<char>(1000 % 256);
+    ++num_halved;
+  }
+  EXPECT_EQ(num_halved, 3u);
+  scratch_.write("half.mov", bytes);
+  VideoReader reader(path("half.mov"));
+  int num_frames = 0;
+  while (reader.advance()) ++num_frames;
+  EXPECT_NEAR(num_frames, 30, 2);
+  EXPECT_LT(reader.missingShare(), 0.02);
+  EXPECT_FALSE(reader.isCut());
+}
+
+// A number of a box in MP4, most significant byte first.
+std::string bigEndian(std::size_t number) {
+  std::string bytes;
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) bytes += static_cast<char>(number >> shift & 0xFFU);
+  return bytes;
+}
+
+TEST_F(VideoFile, DoesNotReadTheSameDataWithoutEnd) {
+  constexpr std::size_t kNumFrames = 100;
+  writeVideo(path("clip.mp4"), {.codec = "mjpeg",
+                                .pixel_format = "yuvj420p",
+                                .num_frames = kNumFrames,
+                                .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  std::string bytes = scratch_.read("clip.mp4");
+  const std::size_t data = bytes.find("mdat") + 4;
+  const std::size_t num_data = bytes.find("moov") - 4 - data;
+  // Each of the frames is the whole of the data, at the same place.
+  const std::size_t sizes = bytes.find("stsz") + 16;
+  for (std::size_t i = 0; i < kNumFrames; ++i) bytes.replace(sizes + 4 * i, 4, bigEndian(num_data));
+  bytes.replace(bytes.find("stsc") + 16, 4, bigEndian(1));  // frames in a chunk
+  const std::size_t chunks = bytes.find("stco") + 8;
+  ASSERT_EQ(bytes.substr(chunks, 4), bigEndian(1));
+  bytes.replace(chunks, 4, bigEndian(kNumFrames));
+  std::string more;
+  for (std::size_t i = 1; i < kNumFrames; ++i) more += bigEndian(data);
+  bytes.insert(chunks + 8, more);
+  for (const char* box : {"moov", "trak", "mdia", "minf", "stbl", "stco"}) {
+    const std::size_t at = bytes.find(box) - 4;
+    const auto byteAt = [&](std::size_t i) { return static_cast<std::uint8_t>(bytes[at + i]); };
+    bytes.replace(at, 4, bigEndian(byteAt(2) * 256 + byteAt(3) + more.size()));
+  }
+  scratch_.write("bomb.mp4", bytes);
+  ASSERT_GT(kNumFrames * num_data, 5 * bytes.size() + (1U << 20U));
+  VideoReader reader(path("bomb.mp4"));
+  EXPECT_THAT(messageOf([&] {
+                while (reader.advance()) {
+                }
+              }),
+              AllOf(HasSubstr("bomb.mp4"), HasSubstr("more data than the file holds")));
+}
+
+TEST_F(VideoFile, StopsWhenItIsCancelled) {
+  const std::string clip = writeVideo(path("clip.avi"), movingSquares(10));
+  CancelFlag cancel{false};
+  VideoReader reader(clip, {.cancel = &cancel});
+  ASSERT_TRUE(reader.advance());
+  cancel = true;
+  EXPECT_THROW((void)reader.advance(), Cancelled);
+  EXPECT_THROW(VideoReader(clip, {.cancel = &cancel}), Cancelled);
 }
 
 TEST(VideoName, IsKnownByItsExtension) {
