@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/imagery/image_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -66,7 +67,7 @@ TEST(Interrupt, StopsWhileAVideoIsRead) {
   const ScratchFolder scratch;
   // Two thousand large frames, which take many seconds.
   writeImage(scratch.path("frame.jpg"),
-             {.size = {1920, 1080}, .channels = 1, .depth = 8, .samples = std::vector<std::uint8_t>(1920 * 1080, 90)});
+             {.size = {1920, 1080}, .bytes = std::vector<std::uint8_t>(1920 * 1080, 90)});
   const std::string frame = scratch.read("frame.jpg");
   std::string frames;
   for (int i = 0; i < 2000; ++i) frames += frame;

@@ -2,6 +2,7 @@
 #include "alidade/imagery/video_reader.h"
 
 #include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
 
 #include <array>
 #include <cmath>
@@ -56,6 +57,22 @@ TEST_F(VideoFile, GivesItsFramesInTheirOrder) {
     EXPECT_EQ(reader.numLost(), 0u);
   }
   EXPECT_EQ(num_frames, 60);
+}
+
+TEST_F(VideoFile, MayBeImagesOneAfterAnother) {
+  std::string frames;
+  for (int i = 0; i < 20; ++i) {
+    std::vector<std::uint8_t> frame;
+    cv::imencode(".jpg", movingSquare(i), frame);
+    frames.append(frame.begin(), frame.end());
+  }
+  scratch_.write("clip.mjpeg", frames);
+  VideoReader reader(path("clip.mjpeg"));
+  int num_frames = 0;
+  for (; reader.advance(); ++num_frames)
+    EXPECT_LT(differenceOf(reader.image().image, movingSquare(num_frames)).first, 2) << num_frames;
+  EXPECT_EQ(num_frames, 20);
+  EXPECT_EQ(reader.missingShare(), 0);
 }
 
 TEST_F(VideoFile, RefusesWhatIsNoVideo) {

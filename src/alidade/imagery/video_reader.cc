@@ -209,7 +209,9 @@ struct VideoReader::State {
     // It frees the context when it fails.
     AVFormatContext* opened = format.release();
     // With the protocol, as a name may contain a colon.
-    const int status = avformat_open_input(&opened, ("file:" + path).c_str(), nullptr, &settings);
+    // By its content alone, a stream of JPEG images is taken for a single one.
+    const AVInputFormat* known = boost::iends_with(path, ".mjpeg") ? av_find_input_format("mjpeg") : nullptr;
+    const int status = avformat_open_input(&opened, ("file:" + path).c_str(), known, &settings);
     av_dict_free(&settings);
     format.reset(opened);
     check(status, "opened");
