@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Videos, through everything that comes before the pixels are used.
+// Videos, through everything that comes before the pixels are used. The first inputs are two or four frames
+// of 64x48 pixels from writeVideo() of tests/imagery/coded_video.h, named by codec and container, without
+// padding in AVI.
 #include "alidade/imagery/video_reader.h"
 
 #include "alidade/imagery/frame_choice.h"

@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <random>
 
+#include <sys/resource.h>
+
 #include "imagery/coded_video.h"
 #include "imagery/video_files.h"
 #include "support/message_of.h"
@@ -329,6 +331,33 @@ TEST_F(VideoFile, DoesNotReadTheSameDataWithoutEnd) {
                 }
               }),
               AllOf(HasSubstr("bomb.mp4"), HasSubstr("more data than the file holds")));
+}
+
+TEST_F(VideoFile, TakesNoMemoryForFramesThatCannotBe) {
+  writeVideo(path("clip.mov"), {.codec = "mjpeg",
+                                .pixel_format = "yuvj420p",
+                                .num_frames = 2,
+                                .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  // Forty million frames of one byte, which FFmpeg would list in a gigabyte.
+  std::string bytes = scratch_.read("clip.mov");
+  const std::string many = bigEndian(40'000'000);
+  bytes.replace(bytes.find("stsz") + 8, 8, bigEndian(1) + many);
+  bytes.replace(bytes.find("stsc") + 16, 4, many);
+  bytes.replace(bytes.find("stts") + 12, 4, many);
+  scratch_.write("bomb.mov", bytes);
+  const auto peakMegabytes = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss / 1024;
+  };
+  const long before = peakMegabytes();
+  try {
+    VideoReader reader(path("bomb.mov"));
+    while (reader.advance()) EXPECT_FALSE(reader.isIntact());
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("bomb.mov"));
+  }
+  EXPECT_LT(peakMegabytes() - before, 500);
 }
 
 TEST_F(VideoFile, StopsWhenItIsCancelled) {

@@ -20,6 +20,7 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/display.h>
+#include <libavutil/mem.h>
 #include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 }
@@ -206,6 +207,7 @@ struct VideoReader::State {
     AVDictionary* settings = nullptr;
     av_dict_set(&settings, "format_whitelist", kContainers, 0);
     av_dict_set(&settings, "protocol_whitelist", "file", 0);
+    av_dict_set(&settings, "max_streams", "32", 0);  // each may have large tables
     // It frees the context when it fails.
     AVFormatContext* opened = format.release();
     // With the protocol, as a name may contain a colon.
@@ -348,9 +350,12 @@ struct VideoReader::State {
 
 VideoReader::VideoReader(const std::string& path, const VideoOptions& options)
     : state_(std::make_unique<State>(path, options)) {
-  // What goes wrong is told as an Error. FFmpeg has one level for the whole process.
-  [[maybe_unused]] static const bool kIsSilent = [] {
+  // FFmpeg has these once for the whole process. What goes wrong is told as an Error. A table of a kilobyte
+  // may say that a file has a billion frames; this leaves room for fifty hours, and for frames of 8192x8192.
+  constexpr std::size_t kMaxAllocation = std::size_t{130} << 20U;
+  [[maybe_unused]] static const bool kIsSet = [] {
     av_log_set_level(AV_LOG_QUIET);
+    av_max_alloc(kMaxAllocation);
     return true;
   }();
   checkVideoFile(path);
