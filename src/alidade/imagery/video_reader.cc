@@ -359,7 +359,8 @@ VideoReader::VideoReader(const std::string& path, const VideoOptions& options)
     return true;
   }();
   checkVideoFile(path);
-  state_->num_file_bytes = static_cast<std::int64_t>(std::filesystem::file_size(path));
+  std::error_code error;
+  state_->num_file_bytes = static_cast<std::int64_t>(std::filesystem::file_size(path, error));
   state_->open();
 }
 
