@@ -370,6 +370,77 @@ TEST_F(VideoFile, StopsWhenItIsCancelled) {
   EXPECT_THROW(VideoReader(clip, {.cancel = &cancel}), Cancelled);
 }
 
+// A texture that moves, with something new in each frame.
+unsigned movingTexture(int x, int y, int frame) {
+  const unsigned place = static_cast<unsigned>((x + 3 * frame) / 5 * 7919 + (y + frame) / 4 * 104729);
+  return 60 + place * 31 % 131;
+}
+
+TEST_F(VideoFile, NoticesDamageOfH264) {
+  if (!hasEncoder("libx264")) GTEST_SKIP() << "FFmpeg without libx264";
+  writeVideo(path("clip.mkv"), {.codec = "libx264",
+                                .pixel_format = "yuv420p",
+                                .size = {160, 120},
+                                .num_frames = 40,
+                                .sample = movingTexture});
+  std::vector<std::vector<std::uint8_t>> frames;
+  {
+    VideoReader reader(path("clip.mkv"));
+    while (reader.advance()) {
+      EXPECT_TRUE(reader.isIntact());
+      frames.push_back(reader.image().image.pixels);
+    }
+    EXPECT_EQ(reader.numLost(), 0u);
+  }
+  ASSERT_EQ(frames.size(), 40u);
+  const std::string bytes = scratch_.read("clip.mkv");
+  std::mt19937 random(5);
+  int num_damaged = 0;
+  int num_noticed = 0;
+  int num_intact = 0;
+  int num_wrong = 0;  // frames that passed as intact with something else in them
+  for (; num_damaged < 60; ++num_damaged) {
+    std::string damaged = bytes;
+    const std::size_t at = bytes.size() / 10 + random() % (bytes.size() * 8 / 10);
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << random() % 8));
+    scratch_.write("damaged.mkv", damaged);
+    VideoReader reader(path("damaged.mkv"));
+    bool is_noticed = false;
+    while (reader.advance()) {
+      is_noticed = is_noticed || !reader.isIntact();
+      if (!reader.isIntact()) continue;
+      ++num_intact;
+      num_wrong += std::ranges::count(frames, reader.image().image.pixels) > 0 ? 0 : 1;
+    }
+    num_noticed += is_noticed || reader.numLost() > 0 ? 1 : 0;
+  }
+  // Many a changed bit leaves valid codes.
+  EXPECT_GE(num_noticed, 40);
+  EXPECT_GT(num_intact, 10 * num_damaged);
+  EXPECT_LE(num_wrong, 60);
+}
+
+TEST_F(VideoFile, NoticesMissingPacketsOfMatroska) {
+  writeVideo(path("clip.mkv"), {.codec = "mpeg4",
+                                .pixel_format = "yuv420p",
+                                .size = {160, 120},
+                                .num_frames = 40,
+                                .sample = movingTexture});
+  std::string bytes = scratch_.read("clip.mkv");
+  // Without the head of the second cluster, the reader goes on at the third.
+  const std::string head = "\x1F\x43\xB6\x75";
+  const std::size_t second = bytes.find(head, bytes.find(head) + 1);
+  ASSERT_NE(second, std::string::npos);
+  bytes.replace(second, 30, 30, '\0');
+  scratch_.write("gap.mkv", bytes);
+  VideoReader reader(path("gap.mkv"));
+  std::size_t num_frames = 0;
+  while (reader.advance()) ++num_frames;
+  EXPECT_LT(num_frames, 35u);
+  EXPECT_EQ(reader.numLost(), 1u);
+  EXPECT_TRUE(reader.isIntact());  // since a key frame
+}
+
 TEST(VideoName, IsKnownByItsExtension) {
   for (const char* name : {"a.mp4", "b.MOV", "c/d.mkv", "e.avi"}) EXPECT_TRUE(hasVideoName(name));
   for (const char* name : {"a.png", "mp4", "b.mp4.jpg", ""}) EXPECT_FALSE(hasVideoName(name));

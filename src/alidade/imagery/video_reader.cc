@@ -173,7 +173,8 @@ struct VideoReader::State {
   bool is_matroska = false;
   std::int64_t num_file_bytes = 0;
   ReadExtent extent;
-  bool is_repaired = false;  // a frame since the last key frame
+  std::int64_t end_position = 0;  // in the file, of the packets so far
+  bool is_repaired = false;       // a frame since the last key frame
   std::int64_t repair_time =
       AV_NOPTS_VALUE;  // of the last packet with errors; frames may leave in another order
 
@@ -246,8 +247,10 @@ struct VideoReader::State {
     if (!codec || avcodec_parameters_to_context(codec.get(), &parameters) < 0) throw std::bad_alloc();
     // With all checks: otherwise most damage is repaired without a word.
     codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
-    codec->thread_count = 0;               // one per processor
-    codec->thread_type = FF_THREAD_SLICE;  // with several frames at once, errors would be told of later ones
+    // With several frames at once, errors would be told of later ones; with several slices at once, the
+    // decoder of H.264 does not look for missing parts.
+    codec->thread_type = FF_THREAD_SLICE;
+    codec->thread_count = decoder->id == AV_CODEC_ID_H264 ? 1 : 0;  // 0: one per processor
     codec->pkt_timebase = stream().time_base;
     codec->max_pixels = options.max_pixels;
     check(avcodec_open2(codec.get(), decoder, nullptr), "decoded");
@@ -274,6 +277,19 @@ struct VideoReader::State {
     throw videoError(path, "the video is damaged: it gives more data than the file holds");
   }
 
+  // Where its structure is damaged, FFmpeg passes over to the next intact part without a word. The packets of
+  // an intact file follow each other but for short headers.
+  void noteGap() {
+    constexpr std::int64_t kMostHeaders = 512;
+    if (packet->pos < 0) return;
+    const bool is_gap = end_position > 0 && packet->pos > end_position + kMostHeaders;
+    end_position = std::max(end_position, packet->pos + packet->size);
+    if (!is_gap) return;
+    ++num_lost;
+    const bool is_fresh = packet->stream_index == stream_index && (packet->flags & AV_PKT_FLAG_KEY) != 0;
+    if (!is_fresh) noteError();
+  }
+
   void readPacket() {
     av_packet_unref(packet.get());
     const int status = av_read_frame(format.get(), packet.get());
@@ -284,6 +300,7 @@ struct VideoReader::State {
       return;
     }
     extent.add(*packet, *format->streams[packet->stream_index]);
+    if (is_matroska) noteGap();
     checkExtent();
     is_packet_waiting = packet->stream_index == stream_index;
     if (is_packet_waiting && (packet->flags & AV_PKT_FLAG_CORRUPT) != 0) noteError();
