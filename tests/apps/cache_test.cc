@@ -6,6 +6,8 @@
 #include <random>
 #include <thread>
 
+#include <sys/stat.h>
+
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -77,6 +79,42 @@ TEST_F(DetectionCache, TellsOfDamagedEntries) {
   EXPECT_THAT(mended.err, AllOf(HasSubstr("note: 2 cache entries are damaged"), HasSubstr("computed again")));
   EXPECT_EQ(mended.out, cold.out);
   EXPECT_EQ(detect({photos}).err, cold.err);
+}
+
+TEST_F(DetectionCache, DoesNotUseEntriesOfOthers) {
+  const std::string photos = linkImages(scratch_, "photos", 4);
+  const RunResult cold = detect({photos});
+  const std::vector<fs::path> files = entries();
+  ASSERT_EQ(files.size(), 4u);
+  const auto overwrite = [&](std::size_t i, const std::string& bytes) {
+    scratch_.write(files[i].lexically_relative(scratch_.path()).string(), bytes);
+  };
+  const std::string bytes = readFile(files[0]);
+  overwrite(0, replaced(bytes, "alidade_cache 1 ", "alidade_cache 2 "));
+  overwrite(1, bytes);  // of another image
+  overwrite(2, bytes.substr(0, bytes.size() - 1));
+  overwrite(3, bytes.substr(0, bytes.find('\n') + 1) + R"({"corners":[[0,1e300,null,null]]})");
+  const RunResult mended = detect({photos});
+  ASSERT_THAT(mended, EndsWith(0));
+  EXPECT_THAT(mended.err, AllOf(HasSubstr("note: 4 cache entries are damaged"), HasSubstr("computed again")));
+  EXPECT_EQ(mended.out, cold.out);
+  EXPECT_EQ(detect({photos}).err, cold.err);
+}
+
+TEST_F(DetectionCache, RefusesPipesAndDevices) {
+  const std::string photos = linkImages(scratch_, "photos", 1);
+  int num_refused = 0;
+  for (const char* name : {"clip.mp4", "image.png"}) {
+    ASSERT_EQ(::mkfifo(scratch_.path(name).c_str(), 0600), 0);
+    EXPECT_THAT(detect({scratch_.path(name)}), FailsWith(1, HasSubstr(name)));
+    const RunResult beside = detect({photos, scratch_.path(name)});
+    EXPECT_THAT(beside, EndsWith(0));
+    EXPECT_THAT(beside.err, HasSubstr(std::string(name) + ": unreadable"));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 2);
+  EXPECT_THAT(detect({"/dev/null"}), FailsWith(1, HasSubstr("/dev/null")));
+  EXPECT_EQ(entries().size(), 1u);
 }
 
 TEST_F(DetectionCache, IsWholeAfterAKill) {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/imagery/image_file.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -59,6 +60,23 @@ TEST(Interrupt, LeavesNothingBehind) {
   expectInterrupted(interrupted({"detect", photos, "--board", kBoard, "-o", output, "--jobs", "2"}, SIGINT),
                     SIGINT);
   EXPECT_EQ(num_interrupted, 3);
+  EXPECT_EQ(scratch.list(), before);
+}
+
+TEST(Interrupt, StopsWhileAVideoIsRead) {
+  const ScratchFolder scratch;
+  // Two thousand large frames, which take many seconds.
+  writeImage(scratch.path("frame.jpg"),
+             {.size = {1920, 1080}, .bytes = std::vector<std::uint8_t>(1920 * 1080, 90)});
+  const std::string frame = scratch.read("frame.jpg");
+  std::string frames;
+  for (int i = 0; i < 2000; ++i) frames += frame;
+  const std::string clip = scratch.write("clip.mjpeg", frames);
+  std::filesystem::remove(scratch.path("frame.jpg"));
+  const auto before = scratch.list();
+  const std::string output = scratch.path("out");
+  expectInterrupted(interrupted({"detect", clip, "--board", kBoard, "-o", output}, SIGINT), SIGINT);
+  expectInterrupted(interrupted({"calibrate", clip, "--board", kBoard, "-o", output}, SIGTERM), SIGTERM);
   EXPECT_EQ(scratch.list(), before);
 }
 

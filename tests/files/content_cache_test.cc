@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <sys/stat.h>
+
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "support/scratch_test.h"
@@ -91,6 +93,27 @@ TEST_F(Cache, NoticesAnEntryUnderAnotherName) {
   EXPECT_EQ(cache.find("b"), "text of b");
   EXPECT_EQ(cache.find("a"), std::nullopt);
   EXPECT_THAT(cache.complaints(), SizeIs(1));
+}
+
+TEST_F(Cache, CountsEntriesThatItsUserRejects) {
+  const ContentCache cache(path("cache"));
+  cache.keep("key", "nonsense");
+  EXPECT_EQ(cache.find("key"), "nonsense");
+  cache.reject("key");
+  EXPECT_THAT(cache.complaints(), ElementsAre(AllOf(HasSubstr(entries().front()), HasSubstr("is damaged"))));
+}
+
+TEST_F(Cache, DoesNotWaitForPipes) {
+  const ContentCache cache(path("cache"));
+  cache.keep("key", "text");
+  const std::string file = entries().front();
+  fs::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  EXPECT_EQ(cache.find("key"), std::nullopt);
+  EXPECT_THAT(cache.complaints(), ElementsAre(HasSubstr("is damaged")));
+  fs::create_directory(path("other"));
+  ASSERT_EQ(::mkfifo(path("other/CACHEDIR.TAG").c_str(), 0600), 0);
+  EXPECT_THROW(ContentCache(path("other")), Error);
 }
 
 TEST_F(Cache, LeavesFoldersOfOtherFilesAlone) {

@@ -7,8 +7,12 @@
 #include <algorithm>
 #include <numeric>
 
+#include <sys/stat.h>
+
+#include "alidade/core/digest.h"
 #include "alidade/core/parallel.h"
 #include "alidade/files/content_cache.h"
+#include "alidade/imagery/video_reader.h"
 #include "imagery/video_files.h"
 #include "support/message_of.h"
 #include "support/scratch_test.h"
@@ -69,7 +73,7 @@ TEST_F(OpenImages, MakesAnUnreadableImageOfABadVideo) {
   ASSERT_EQ(images.size(), 4u);
   EXPECT_THAT(images.name(2), HasSubstr("short.avi"));
   EXPECT_THAT(messageOf([&] { (void)images.read(2); }),
-              AllOf(HasSubstr("of 60 frames can be read"), HasSubstr("next: ")));
+              AllOf(HasSubstr("ends early"), HasSubstr("of 60 frames can be read"), HasSubstr("next: ")));
   EXPECT_THAT(messageOf([&] { (void)images.read(3); }), HasSubstr("cannot be opened"));
   EXPECT_FALSE(images.read(0).decode().image.empty());
 }
@@ -83,6 +87,46 @@ TEST_F(OpenImages, DoesNotUseDamagedFrames) {
   const ImageSet images = open({"clip.avi"});
   EXPECT_THAT(images.notes(),
               ElementsAre(HasSubstr("frames are searched"), HasSubstr("1 of 60 frames are damaged")));
+}
+
+TEST_F(OpenImages, SaysThatAVideoEndsALittleEarly) {
+  writeVideo(path("clip.avi"), movingSquares(100));
+  const std::string bytes = scratch_.read("clip.avi");
+  std::size_t at = bytes.find("idx1");
+  for (int i = 0; i < 6; ++i) at = bytes.rfind("00dc", at - 1);
+  scratch_.write("short.avi", bytes.substr(0, at));
+  EXPECT_THAT(open({"clip.avi"}).notes(), ElementsAre(HasSubstr("frames are searched")));
+  EXPECT_THAT(open({"short.avi"}).notes(),
+              ElementsAre(HasSubstr("of 94 frames are searched"), HasSubstr("the file ends early")));
+}
+
+TEST_F(OpenImages, StopsWhenItIsCancelled) {
+  writeVideo(path("clip.avi"), movingSquares(60));
+  const ContentCache cache(path("cache"));
+  CancelFlag cancel{false};
+  std::size_t num_looked_at = 0;
+  OpenImagesOptions options{.num_frames = 10,
+                            .progress =
+                                [&](std::size_t done, std::size_t) {
+                                  num_looked_at = done;
+                                  cancel = done == 3;
+                                },
+                            .cancel = &cancel};
+  EXPECT_THROW((void)open({"clip.avi"}, options), Cancelled);
+  EXPECT_EQ(num_looked_at, 3u);
+  // Before the first frame, while the file is known by its bytes.
+  options.cache = &cache;
+  num_looked_at = 0;
+  EXPECT_THROW((void)open({"clip.avi"}, options), Cancelled);
+  EXPECT_EQ(num_looked_at, 0u);
+  // On the way to a frame, with the choice from the cache.
+  cancel = false;
+  options.progress = {};
+  (void)open({"clip.avi"}, options);
+  const ImageSet images = open({"clip.avi"}, options);
+  const EncodedImage last = images.read(images.size() - 1);
+  cancel = true;
+  EXPECT_THROW((void)last.decode(), Cancelled);
 }
 
 TEST_F(OpenImages, TakesNumberedImagesAsASequence) {
@@ -125,6 +169,60 @@ TEST_F(OpenImages, FindsTheChoiceInTheCache) {
     EXPECT_NE(warm.read(i).identity, "");
     EXPECT_EQ(warm.read(i).identity, cold.read(i).identity);
     EXPECT_EQ(pixelsOf(warm, i), pixelsOf(plain, i));
+  }
+}
+
+TEST_F(OpenImages, ChoosesAgainWhereTheCacheIsWrong) {
+  const std::string clip = writeVideo(path("clip.mp4"), movingSquares(90));
+  const ContentCache cache(path("cache"));
+  const OpenImagesOptions options{.num_frames = 5, .cache = &cache};
+  const ImageSet plain = open({"clip.mp4"}, {.num_frames = 5});
+  ASSERT_EQ(plain.size(), 5u);
+  const std::string key = "frames 2 5 " + digestOf(scratch_.read("clip.mp4")) + " " + videoDecoderVersion();
+  std::size_t num_wrong = 0;
+  for (const char* wrong :
+       {"", "90", "90 0 0 0", "90 0 0 0 1 2 3 4 5 6", "90 0 0 0 3 2", "90 0 0 0 2 2", "90 0 0 0 90",
+        "90 0 0 2 1", "90 90 0 0 1", "90 0 91 0 1", "90 0 0 0 -1", "90 0 0 0 1.5", "90 0 0 0 nan",
+        "90 0 0 0 99999999999", "99999999999999999999 0 0 0 1", "90 0 0 0 1 ", " 90 0 0 0 1", "{}"}) {
+    cache.keep(key, wrong);
+    const ImageSet images = open({"clip.mp4"}, options);
+    EXPECT_EQ(images.names(), plain.names()) << wrong;
+    EXPECT_EQ(images.notes(), plain.notes()) << wrong;
+    ++num_wrong;
+  }
+  EXPECT_EQ(num_wrong, 18u);
+  EXPECT_THAT(cache.complaints(), ElementsAre(HasSubstr("18 cache entries are damaged")));
+  // The key is the right one: a choice that could be is taken.
+  cache.keep(key, "90 0 0 0 1 2");
+  EXPECT_THAT(open({"clip.mp4"}, options).names(), ElementsAre(clip + "@1", clip + "@2"));
+}
+
+TEST_F(OpenImages, KeepsNothingOfAVideoThatChanges) {
+  writeVideo(path("clip.avi"), movingSquares(60));
+  const std::string bytes = scratch_.read("clip.avi");
+  const ContentCache cache(path("cache"));
+  OpenImagesOptions options{.num_frames = 10, .cache = &cache};
+  const ImageSet images = open({"clip.avi"}, options);
+  EXPECT_FALSE(images.read(0).decode().image.empty());
+  scratch_.write("clip.avi", bytes + "more");
+  EXPECT_THAT(messageOf([&] { (void)images.read(1).decode(); }),
+              AllOf(HasSubstr("clip.avi: the video changed while it was read"), HasSubstr("next: wait")));
+  // While its frames are looked at.
+  options.progress = [&](std::size_t done, std::size_t) {
+    if (done == 20) scratch_.write("clip.avi", bytes);
+  };
+  const ImageSet changed = open({"clip.avi"}, options);
+  ASSERT_EQ(changed.size(), 1u);
+  EXPECT_THAT(messageOf([&] { (void)changed.read(0); }), HasSubstr("changed while it was read"));
+}
+
+TEST_F(OpenImages, DoesNotWaitForAPipe) {
+  ASSERT_EQ(::mkfifo(path("clip.mp4").c_str(), 0600), 0);
+  const ContentCache cache(path("cache"));
+  for (const ContentCache* used : {static_cast<const ContentCache*>(nullptr), &cache}) {
+    const ImageSet images = open({"clip.mp4"}, {.cache = used});
+    ASSERT_EQ(images.size(), 1u);
+    EXPECT_THAT(messageOf([&] { (void)images.read(0); }), HasSubstr("clip.mp4: this is no ordinary file"));
   }
 }
 

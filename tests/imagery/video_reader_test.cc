@@ -2,10 +2,16 @@
 #include "alidade/imagery/video_reader.h"
 
 #include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
 
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <random>
 
+#include <sys/resource.h>
+
+#include "imagery/coded_video.h"
 #include "imagery/video_files.h"
 #include "support/message_of.h"
 #include "support/scratch_test.h"
@@ -55,6 +61,22 @@ TEST_F(VideoFile, GivesItsFramesInTheirOrder) {
   EXPECT_EQ(num_frames, 60);
 }
 
+TEST_F(VideoFile, MayBeImagesOneAfterAnother) {
+  std::string frames;
+  for (int i = 0; i < 20; ++i) {
+    std::vector<std::uint8_t> frame;
+    cv::imencode(".jpg", movingSquare(i), frame);
+    frames.append(frame.begin(), frame.end());
+  }
+  scratch_.write("clip.mjpeg", frames);
+  VideoReader reader(path("clip.mjpeg"));
+  int num_frames = 0;
+  for (; reader.advance(); ++num_frames)
+    EXPECT_LT(differenceOf(reader.image().image, movingSquare(num_frames)).first, 2) << num_frames;
+  EXPECT_EQ(num_frames, 20);
+  EXPECT_EQ(reader.missingShare(), 0);
+}
+
 TEST_F(VideoFile, RefusesWhatIsNoVideo) {
   const auto complaint = [](const std::string& file) { return messageOf([&] { VideoReader reader(file); }); };
   scratch_.write("text.mp4", "not a video");
@@ -101,6 +123,322 @@ TEST_F(VideoFile, NoticesDamage) {
   }
   EXPECT_GE(num_noticed, 30);
   EXPECT_LE(num_wrong, 4);
+}
+
+// All grey values of a ramp, with every remainder.
+unsigned ramp(int x, int y, int depth) {
+  const auto place = static_cast<unsigned>(64 * y + x);
+  return place * 21 % (1U << static_cast<unsigned>(depth));
+}
+
+struct Depth {
+  const char* file;
+  const char* codec;
+  const char* pixel_format;
+  int bits;
+};
+
+TEST_F(VideoFile, RoundsLumaToEightBits) {
+  constexpr std::array<Depth, 8> kDepths = {{{"a.mkv", "ffv1", "yuv420p", 8},
+                                             {"b.mov", "rawvideo", "uyvy422", 8},
+                                             {"c.mkv", "ffv1", "yuv420p10le", 10},
+                                             {"d.mov", "rawvideo", "yuyv422", 8},
+                                             {"e.mkv", "ffv1", "gray12le", 12},
+                                             {"f.mkv", "ffv1", "yuv444p12le", 12},
+                                             {"g.mkv", "ffv1", "gray16le", 16},
+                                             {"h.mkv", "ffv1", "yuv444p16le", 16}}};
+  int num_files = 0;
+  for (const Depth& depth : kDepths) {
+    SCOPED_TRACE(depth.pixel_format);
+    VideoReader reader(
+        writeVideo(path(depth.file), {.codec = depth.codec,
+                                      .pixel_format = depth.pixel_format,
+                                      .sample = [&](int x, int y, int) { return ramp(x, y, depth.bits); }}));
+    ASSERT_TRUE(reader.advance());
+    const GrayImage image = reader.image().image;
+    ASSERT_EQ(image.size, (ImageSize{64, 48}));
+    int num_wrong = 0;
+    const double step = std::exp2(depth.bits - 8);
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        const double rounded = std::min(std::floor(ramp(x, y, depth.bits) / step + 0.5), 255.0);
+        num_wrong += image.at(x, y) == rounded ? 0 : 1;
+      }
+    }
+    EXPECT_EQ(num_wrong, 0);
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 8);
+}
+
+TEST_F(VideoFile, MakesColourGreyWithoutNoise) {
+  constexpr std::array<Depth, 3> kDepths = {
+      {{"a.mkv", "ffv1", "bgr0", 8}, {"b.mkv", "ffv1", "gbrp10le", 10}, {"c.mkv", "ffv1", "gbrp12le", 12}}};
+  int num_files = 0;
+  for (const Depth& depth : kDepths) {
+    SCOPED_TRACE(depth.pixel_format);
+    VideoReader reader(
+        writeVideo(path(depth.file), {.codec = depth.codec,
+                                      .pixel_format = depth.pixel_format,
+                                      .sample = [&](int x, int y, int) { return ramp(x, y, depth.bits); }}));
+    ASSERT_TRUE(reader.advance());
+    const GrayImage image = reader.image().image;
+    double worst = 0;
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x)
+        worst =
+            std::max(worst, std::abs(image.at(x, y) - ramp(x, y, depth.bits) / std::exp2(depth.bits - 8)));
+    }
+    EXPECT_LE(worst, 1);
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 3);
+}
+
+TEST_F(VideoFile, RefusesLargeFramesBeforeTheyAreDecoded) {
+  const std::string clip = writeVideo(path("clip.avi"), movingSquares(5));
+  EXPECT_NO_THROW(VideoReader(clip, {.max_pixels = 160 * 120}));
+  EXPECT_THAT(messageOf([&] { VideoReader reader(clip, {.max_pixels = 160 * 120 - 1}); }),
+              AllOf(HasSubstr("clip.avi: frames of 160x120 pixels"), HasSubstr("at most 19199 pixels")));
+  // Frames that grow beyond what the header says: SOF0, precision, height, width.
+  std::string bytes = scratch_.read("clip.avi");
+  std::size_t num_changed = 0;
+  const std::string size("\xFF\xC0\0\x11\x08\0\x78\0\xA0", 9);
+  std::size_t at = bytes.find(size);
+  while ((at = bytes.find(size, at + 1)) != std::string::npos) {
+    bytes.replace(at + 5, 4, "\xFF\xF0\xFF\xF0");
+    ++num_changed;
+  }
+  ASSERT_EQ(num_changed, 4u);
+  scratch_.write("large.avi", bytes);
+  VideoReader reader(path("large.avi"));
+  ASSERT_TRUE(reader.advance());
+  EXPECT_FALSE(reader.advance());
+  EXPECT_EQ(reader.numLost(), 4u);
+}
+
+TEST_F(VideoFile, KnowsWhenItsEndIsMissing) {
+  // The table of contents of an MP4 file has to be at its beginning to survive a cut.
+  const auto cut = [&](const std::string& name, double share) {
+    const std::string bytes = scratch_.read(name);
+    scratch_.write("cut_" + name, bytes.substr(0, static_cast<std::size_t>(share * bytes.size())));
+    return path("cut_" + name);
+  };
+  const auto missingIn = [](const std::string& file) {
+    VideoReader reader(file);
+    while (reader.advance()) {
+    }
+    return reader.missingShare();
+  };
+  int num_containers = 0;
+  for (const char* name : {"a.mkv", "b.avi", "c.mov", "d.webm"}) {
+    SCOPED_TRACE(name);
+    const bool is_webm = std::string(name) == "d.webm";
+    if (is_webm && !hasEncoder("libvpx")) continue;
+    const auto noise = [](int x, int y, int i) {
+      return (x * 7919U + y * 104729U + i * 1299709U) % 97U + 60;
+    };
+    writeVideo(path(name), {.codec = is_webm ? "libvpx" : "mjpeg",
+                            .pixel_format = is_webm ? "yuv420p" : "yuvj420p",
+                            .num_frames = 60,
+                            .sample = noise,
+                            .is_header_first = true});
+    EXPECT_LT(missingIn(path(name)), 0.005);
+    EXPECT_NEAR(missingIn(cut(name, 0.5)), 0.5, 0.1);
+    EXPECT_NEAR(missingIn(cut(name, 0.8)), 0.2, 0.06);
+    ++num_containers;
+  }
+  EXPECT_GE(num_containers, 3);
+  // Nothing is stated here.
+  writeVideo(path("e.ts"), {.codec = "mpeg2video",
+                            .pixel_format = "yuv420p",
+                            .num_frames = 60,
+                            .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  EXPECT_EQ(missingIn(cut("e.ts", 0.5)), 0);
+  // Few frames, each shown for long.
+  writeVideo(path("slow.mkv"), {.codec = "ffv1",
+                                .pixel_format = "gray",
+                                .num_frames = 3,
+                                .sample = [](int x, int y, int) { return static_cast<unsigned>(x + y); },
+                                .frames_per_second = 0.5});
+  EXPECT_LT(missingIn(path("slow.mkv")), 0.005);
+}
+
+TEST_F(VideoFile, MayHideFramesByItsEdits) {
+  writeVideo(path("clip.mov"), {.codec = "mjpeg",
+                                .pixel_format = "yuvj420p",
+                                .num_frames = 60,
+                                .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  // The player is to show half of it, as after a cut in a phone.
+  std::string bytes = scratch_.read("clip.mov");
+  std::size_t num_halved = 0;
+  for (const auto& [box, offset] : {std::pair{"mvhd", 20}, {"tkhd", 24}, {"elst", 12}}) {
+    const std::size_t at = bytes.find(box) + static_cast<std::size_t>(offset);
+    ASSERT_LT(at, bytes.size());
+    const auto byteAt = [&](std::size_t i) { return static_cast<std::uint8_t>(bytes[at + i]); };
+    const int duration = byteAt(2) * 256 + byteAt(3);
+    ASSERT_EQ(duration, 2000) << box;  // ms
+    bytes[at + 2] = 1000 / 256;
+    bytes[at + 3] = static_cast<char>(1000 % 256);
+    ++num_halved;
+  }
+  EXPECT_EQ(num_halved, 3u);
+  scratch_.write("half.mov", bytes);
+  VideoReader reader(path("half.mov"));
+  int num_frames = 0;
+  while (reader.advance()) ++num_frames;
+  EXPECT_NEAR(num_frames, 30, 2);
+  EXPECT_LT(reader.missingShare(), 0.02);
+  EXPECT_FALSE(reader.isCut());
+}
+
+// A number of a box in MP4, most significant byte first.
+std::string bigEndian(std::size_t number) {
+  std::string bytes;
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) bytes += static_cast<char>(number >> shift & 0xFFU);
+  return bytes;
+}
+
+TEST_F(VideoFile, DoesNotReadTheSameDataWithoutEnd) {
+  constexpr std::size_t kNumFrames = 100;
+  writeVideo(path("clip.mp4"), {.codec = "mjpeg",
+                                .pixel_format = "yuvj420p",
+                                .num_frames = kNumFrames,
+                                .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  std::string bytes = scratch_.read("clip.mp4");
+  const std::size_t data = bytes.find("mdat") + 4;
+  const std::size_t num_data = bytes.find("moov") - 4 - data;
+  // Each of the frames is the whole of the data, at the same place.
+  const std::size_t sizes = bytes.find("stsz") + 16;
+  for (std::size_t i = 0; i < kNumFrames; ++i) bytes.replace(sizes + 4 * i, 4, bigEndian(num_data));
+  bytes.replace(bytes.find("stsc") + 16, 4, bigEndian(1));  // frames in a chunk
+  const std::size_t chunks = bytes.find("stco") + 8;
+  ASSERT_EQ(bytes.substr(chunks, 4), bigEndian(1));
+  bytes.replace(chunks, 4, bigEndian(kNumFrames));
+  std::string more;
+  for (std::size_t i = 1; i < kNumFrames; ++i) more += bigEndian(data);
+  bytes.insert(chunks + 8, more);
+  for (const char* box : {"moov", "trak", "mdia", "minf", "stbl", "stco"}) {
+    const std::size_t at = bytes.find(box) - 4;
+    const auto byteAt = [&](std::size_t i) { return static_cast<std::uint8_t>(bytes[at + i]); };
+    bytes.replace(at, 4, bigEndian(byteAt(2) * 256 + byteAt(3) + more.size()));
+  }
+  scratch_.write("bomb.mp4", bytes);
+  ASSERT_GT(kNumFrames * num_data, 5 * bytes.size() + (1U << 20U));
+  VideoReader reader(path("bomb.mp4"));
+  EXPECT_THAT(messageOf([&] {
+                while (reader.advance()) {
+                }
+              }),
+              AllOf(HasSubstr("bomb.mp4"), HasSubstr("more data than the file holds")));
+}
+
+TEST_F(VideoFile, TakesNoMemoryForFramesThatCannotBe) {
+  writeVideo(path("clip.mov"), {.codec = "mjpeg",
+                                .pixel_format = "yuvj420p",
+                                .num_frames = 2,
+                                .sample = [](int x, int y, int i) { return (x * y + 9U * i) % 97U; }});
+  // Forty million frames of one byte, which FFmpeg would list in a gigabyte.
+  std::string bytes = scratch_.read("clip.mov");
+  const std::string many = bigEndian(40'000'000);
+  bytes.replace(bytes.find("stsz") + 8, 8, bigEndian(1) + many);
+  bytes.replace(bytes.find("stsc") + 16, 4, many);
+  bytes.replace(bytes.find("stts") + 12, 4, many);
+  scratch_.write("bomb.mov", bytes);
+  const auto peakMegabytes = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss / 1024;
+  };
+  const long before = peakMegabytes();
+  try {
+    VideoReader reader(path("bomb.mov"));
+    while (reader.advance()) EXPECT_FALSE(reader.isIntact());
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("bomb.mov"));
+  }
+  EXPECT_LT(peakMegabytes() - before, 500);
+}
+
+TEST_F(VideoFile, StopsWhenItIsCancelled) {
+  const std::string clip = writeVideo(path("clip.avi"), movingSquares(10));
+  CancelFlag cancel{false};
+  VideoReader reader(clip, {.cancel = &cancel});
+  ASSERT_TRUE(reader.advance());
+  cancel = true;
+  EXPECT_THROW((void)reader.advance(), Cancelled);
+  EXPECT_THROW(VideoReader(clip, {.cancel = &cancel}), Cancelled);
+}
+
+// A texture that moves, with something new in each frame.
+unsigned movingTexture(int x, int y, int frame) {
+  const unsigned place = static_cast<unsigned>((x + 3 * frame) / 5 * 7919 + (y + frame) / 4 * 104729);
+  return 60 + place * 31 % 131;
+}
+
+TEST_F(VideoFile, NoticesDamageOfH264) {
+  if (!hasEncoder("libx264")) GTEST_SKIP() << "FFmpeg without libx264";
+  writeVideo(path("clip.mkv"), {.codec = "libx264",
+                                .pixel_format = "yuv420p",
+                                .size = {160, 120},
+                                .num_frames = 40,
+                                .sample = movingTexture});
+  std::vector<std::vector<std::uint8_t>> frames;
+  {
+    VideoReader reader(path("clip.mkv"));
+    while (reader.advance()) {
+      EXPECT_TRUE(reader.isIntact());
+      frames.push_back(reader.image().image.pixels);
+    }
+    EXPECT_EQ(reader.numLost(), 0u);
+  }
+  ASSERT_EQ(frames.size(), 40u);
+  const std::string bytes = scratch_.read("clip.mkv");
+  std::mt19937 random(5);
+  int num_damaged = 0;
+  int num_noticed = 0;
+  int num_intact = 0;
+  int num_wrong = 0;  // frames that passed as intact with something else in them
+  for (; num_damaged < 60; ++num_damaged) {
+    std::string damaged = bytes;
+    const std::size_t at = bytes.size() / 10 + random() % (bytes.size() * 8 / 10);
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << random() % 8));
+    scratch_.write("damaged.mkv", damaged);
+    VideoReader reader(path("damaged.mkv"));
+    bool is_noticed = false;
+    while (reader.advance()) {
+      is_noticed = is_noticed || !reader.isIntact();
+      if (!reader.isIntact()) continue;
+      ++num_intact;
+      num_wrong += std::ranges::count(frames, reader.image().image.pixels) > 0 ? 0 : 1;
+    }
+    num_noticed += is_noticed || reader.numLost() > 0 ? 1 : 0;
+  }
+  // Many a changed bit leaves valid codes.
+  EXPECT_GE(num_noticed, 40);
+  EXPECT_GT(num_intact, 10 * num_damaged);
+  EXPECT_LE(num_wrong, 60);
+}
+
+TEST_F(VideoFile, NoticesMissingPacketsOfMatroska) {
+  writeVideo(path("clip.mkv"), {.codec = "mpeg4",
+                                .pixel_format = "yuv420p",
+                                .size = {160, 120},
+                                .num_frames = 40,
+                                .sample = movingTexture});
+  std::string bytes = scratch_.read("clip.mkv");
+  // Without the head of the second cluster, the reader goes on at the third.
+  const std::string head = "\x1F\x43\xB6\x75";
+  const std::size_t second = bytes.find(head, bytes.find(head) + 1);
+  ASSERT_NE(second, std::string::npos);
+  bytes.replace(second, 30, 30, '\0');
+  scratch_.write("gap.mkv", bytes);
+  VideoReader reader(path("gap.mkv"));
+  std::size_t num_frames = 0;
+  while (reader.advance()) ++num_frames;
+  EXPECT_LT(num_frames, 35u);
+  EXPECT_EQ(reader.numLost(), 1u);
+  EXPECT_TRUE(reader.isIntact());  // since a key frame
 }
 
 TEST(VideoName, IsKnownByItsExtension) {

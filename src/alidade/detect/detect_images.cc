@@ -35,8 +35,11 @@ std::vector<std::optional<ImageOutcome>> knownOutcomes(const EncodedImage& image
   std::vector<std::optional<ImageOutcome>> known(boards.size());
   if (cache == nullptr || image.identity.empty()) return known;
   for (std::size_t b = 0; b < boards.size(); ++b) {
-    if (const auto text = cache->find(entryKey(image.identity, boards[b])))
-      known[b] = parseEntry(*text, boards[b]);
+    const std::string key = entryKey(image.identity, boards[b]);
+    const std::optional<std::string> text = cache->find(key);
+    if (!text) continue;
+    known[b] = parseEntry(*text, boards[b]);
+    if (!known[b]) cache->reject(key);
   }
   return known;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <limits>
 
 #include <nlohmann/json.hpp>
@@ -22,38 +24,79 @@ constexpr std::array kReasons = {
     DetectionReason::kOtherBoard, DetectionReason::kSeveralBoards, DetectionReason::kIrregular,
     DetectionReason::kBlurred,    DetectionReason::kTooSmall};
 
-// JSON has no NaN.
-double numberOf(const json& value) {
-  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+Error foreignEntry(const char* what) {
+  return inputError({.found = what});
+}
+
+// Unlike get<int>(), nothing that is no whole number, or too large.
+int intOf(const json& value) {
+  constexpr std::int64_t kMax = std::numeric_limits<int>::max();
+  if (!value.is_number_integer()) throw foreignEntry("no whole number");
+  if (value.is_number_unsigned() && value.get<std::uint64_t>() > static_cast<std::uint64_t>(kMax))
+    throw foreignEntry("a large number");
+  const auto number = value.get<std::int64_t>();
+  if (number < 0 || number > kMax) throw foreignEntry("a negative number");
+  return static_cast<int>(number);
+}
+
+double finiteOf(const json& value) {
+  if (!value.is_number()) throw foreignEntry("no number");
+  const auto number = value.get<double>();
+  if (!std::isfinite(number)) throw foreignEntry("no finite number");
+  return number;
+}
+
+// A sigma, or a measure. JSON has no NaN.
+double measureOf(const json& value) {
+  if (value.is_null()) return std::numeric_limits<double>::quiet_NaN();
+  const double number = finiteOf(value);
+  if (number < 0) throw foreignEntry("a negative measure");
+  return number;
+}
+
+std::vector<Corner> cornersOf(const json& entry, const ImageSize& size, const Board& board) {
+  std::vector<Corner> corners;
+  for (const json& corner : entry) {
+    corners.push_back({.id = intOf(corner.at(0)),
+                       .pixel = {finiteOf(corner.at(1)), finiteOf(corner.at(2))},
+                       .sigma_px = measureOf(corner.at(3))});
+    if (corners.back().id >= board.numCorners()) throw foreignEntry("a corner that the board lacks");
+    if (!isInOrNearImage(corners.back().pixel, size)) throw foreignEntry("a corner outside the image");
+  }
+  const auto isInOrder = [](const Corner& a, const Corner& b) { return a.id < b.id; };
+  if (std::ranges::adjacent_find(corners, std::not_fn(isInOrder)) != corners.end())
+    throw foreignEntry("corners out of order");
+  return corners;
 }
 
 ImageOutcome outcomeOf(const json& entry, const Board& board) {
   ImageOutcome outcome;
-  outcome.size = {entry.at("size").at(0).get<int>(), entry.at("size").at(1).get<int>()};
-  outcome.exif_orientation = entry.at("orientation").get<int>();
+  outcome.size = {intOf(entry.at("size").at(0)), intOf(entry.at("size").at(1))};
+  if (outcome.size.width == 0 || outcome.size.height == 0) throw foreignEntry("an empty image");
+  outcome.exif_orientation = intOf(entry.at("orientation"));
+  constexpr int kMaxOrientation = 8;
+  if (outcome.exif_orientation < 1 || outcome.exif_orientation > kMaxOrientation)
+    throw foreignEntry("an unknown orientation");
   Detection& detection = outcome.detection;
   const std::string code = entry.at("reason").get<std::string>();
   const auto reason = std::find_if(kReasons.begin(), kReasons.end(),
                                    [&](DetectionReason known) { return reasonCode(known) == code; });
-  if (reason == kReasons.end()) throw inputError({.found = "an unknown reason"});
+  if (reason == kReasons.end()) throw foreignEntry("an unknown reason");
   detection.reason = *reason;
   detection.detail = entry.at("detail").get<std::string>();
-  for (const json& corner : entry.at("corners")) {
-    detection.corners.push_back({.id = corner.at(0).get<int>(),
-                                 .pixel = {corner.at(1).get<double>(), corner.at(2).get<double>()},
-                                 .sigma_px = numberOf(corner.at(3))});
-    const int id = detection.corners.back().id;
-    if (id < 0 || id >= board.numCorners()) throw inputError({.found = "a corner that the board lacks"});
-  }
+  detection.corners = cornersOf(entry.at("corners"), outcome.size, board);
+  const int num_corners = static_cast<int>(detection.corners.size());
+  if (detection.hasCorners() != (num_corners > 0) || (detection.found() && num_corners != board.numCorners()))
+    throw foreignEntry("another number of corners than the reason says");
   const json& measures = entry.at("measures");
-  detection.measures = {.blur_px = numberOf(measures.at(0)),
-                        .spacing_px = numberOf(measures.at(1)),
-                        .area_share = numberOf(measures.at(2)),
-                        .tilt_deg = numberOf(measures.at(3))};
+  detection.measures = {.blur_px = measureOf(measures.at(0)),
+                        .spacing_px = measureOf(measures.at(1)),
+                        .area_share = measureOf(measures.at(2)),
+                        .tilt_deg = measureOf(measures.at(3))};
   if (const json& seen = entry.at("seen"); !seen.is_null()) {
-    detection.seen = {.columns = seen.at(0).get<int>(),
-                      .rows = seen.at(1).get<int>(),
-                      .num_corners = seen.at(2).get<int>(),
+    detection.seen = {.columns = intOf(seen.at(0)),
+                      .rows = intOf(seen.at(1)),
+                      .num_corners = intOf(seen.at(2)),
                       .is_closed = seen.at(3).get<bool>()};
   }
   return outcome;

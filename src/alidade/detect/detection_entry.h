@@ -18,7 +18,7 @@ namespace alidade {
 /// All of an outcome but its name, as JSON; the numbers read back are the same.
 [[nodiscard]] std::string entryText(const ImageOutcome& outcome);
 
-/// Nothing for any other text.
+/// Nothing for a text that no search for this board gives.
 [[nodiscard]] std::optional<ImageOutcome> parseEntry(std::string_view text, const Board& board);
 
 }  // namespace alidade

@@ -51,7 +51,8 @@ ContentCache::ContentCache(std::string folder) : folder_(std::move(folder)) {
   try {
     fs::create_directories(folder_);
     if (fs::exists(tag)) {
-      if (readBinaryFile(tag, kMaxEntryBytes) != kTag) throw notACacheError(folder_);
+      if (!fs::is_regular_file(tag) || readBinaryFile(tag, kMaxEntryBytes) != kTag)
+        throw notACacheError(folder_);
       return;
     }
     if (holdsOtherFiles(folder_)) throw notACacheError(folder_);
@@ -72,10 +73,12 @@ std::string ContentCache::pathOf(std::string_view key) const {
 std::optional<std::string> ContentCache::find(std::string_view key) const {
   const std::string path = pathOf(key);
   std::error_code error;
-  if (!fs::exists(path, error)) return std::nullopt;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) return std::nullopt;
   std::string content;
   try {
-    content = readBinaryFile(path, kMaxEntryBytes);
+    // A pipe in its place would be waited for.
+    if (fs::is_regular_file(status)) content = readBinaryFile(path, kMaxEntryBytes);
   } catch (const Error&) {
     content.clear();  // damaged
   }
@@ -84,9 +87,17 @@ std::optional<std::string> ContentCache::find(std::string_view key) const {
     std::string text = content.substr(head_size);
     if (content.starts_with(headOf(key, text))) return text;
   }
+  noteDamaged(path);
+  return std::nullopt;
+}
+
+void ContentCache::reject(std::string_view key) const {
+  noteDamaged(pathOf(key));
+}
+
+void ContentCache::noteDamaged(const std::string& path) const {
   const std::lock_guard lock(mutex_);
   if (num_damaged_++ == 0) damaged_ = path;
-  return std::nullopt;
 }
 
 void ContentCache::keep(std::string_view key, std::string_view text) const {

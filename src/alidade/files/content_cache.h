@@ -22,6 +22,9 @@ class ContentCache {
   /// The text that was kept for a key, or nothing.
   [[nodiscard]] std::optional<std::string> find(std::string_view key) const;
 
+  /// Counts the entry of a key as damaged: its text, though whole, is not what the caller kept.
+  void reject(std::string_view key) const;
+
   /// Keeps a text for a key. A failure (a full disk) is no reason to end: complaints() tells it.
   void keep(std::string_view key, std::string_view text) const;
 
@@ -30,6 +33,7 @@ class ContentCache {
 
  private:
   [[nodiscard]] std::string pathOf(std::string_view key) const;
+  void noteDamaged(const std::string& path) const;
 
   std::string folder_;
   mutable std::mutex mutex_;

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -32,18 +35,75 @@ EncodedImage readFile(const std::string& path) {
           }};
 }
 
+std::string digestOfFile(const std::string& path, const CancelFlag* cancel) {
+  std::ifstream file(path, std::ios::binary);
+  DigestOfParts digest;
+  std::vector<char> block(std::size_t{1} << 20U);
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0) {
+    throwIfCancelled(cancel);
+    digest.add({block.data(), static_cast<std::size_t>(file.gcount())});
+  }
+  if (!file.eof())
+    throw inputError({.where = path, .found = "cannot be read", .expected = "a readable file"});
+  return digest.hex();
+}
+
+// What a video's frames are known by, as long as the file stays as it is.
+class VideoIdentity {
+ public:
+  VideoIdentity() = default;  // unknown
+  /// @throws Error (kInput) for what is no file, such as a pipe, which could be read only once
+  VideoIdentity(const std::string& path, const CancelFlag* cancel) : path_(path), stamp_(stampOf(path)) {
+    checkVideoFile(path);
+    text_ = digestOfFile(path, cancel) + " " + videoDecoderVersion();
+  }
+
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+  /// Before a result is kept: it would be under the name of other bytes.
+  void checkUnchanged() const {
+    if (text_.empty() || stampOf(path_) == stamp_) return;
+    throw inputError({.where = path_,
+                      .found = "the video changed while it was read",
+                      .expected = "a finished file",
+                      .next_step = "wait until it is completely written"});
+  }
+
+ private:
+  using Stamp = std::pair<std::uintmax_t, std::filesystem::file_time_type>;
+  static Stamp stampOf(const std::string& path) {
+    std::error_code error;
+    return {std::filesystem::file_size(path, error), std::filesystem::last_write_time(path, error)};
+  }
+
+  std::string path_;
+  std::string text_;
+  Stamp stamp_;
+};
+
 // The chosen frames of a video. Readers of several threads ask for them in about their order.
 class VideoFrames {
  public:
-  VideoFrames(std::string path, std::string identity, std::vector<std::size_t> numbers)
-      : path_(std::move(path)), identity_(std::move(identity)), numbers_(numbers.begin(), numbers.end()) {}
+  VideoFrames(std::string path, VideoIdentity identity, const std::vector<std::size_t>& numbers,
+              const CancelFlag* cancel)
+      : path_(std::move(path)),
+        identity_(std::move(identity)),
+        numbers_(numbers.begin(), numbers.end()),
+        cancel_(cancel) {}
 
   [[nodiscard]] std::string identityOf(std::size_t number) const {
-    return identity_ + "@" + std::to_string(number);
+    return identity_.text().empty() ? "" : identity_.text() + "@" + std::to_string(number);
   }
 
   LoadedImage load(std::size_t number) {
     const std::lock_guard lock(mutex_);
+    LoadedImage image = read(number);
+    identity_.checkUnchanged();
+    return image;
+  }
+
+ private:
+  LoadedImage read(std::size_t number) {
     if (const auto passed = passed_.find(number); passed != passed_.end()) {
       LoadedImage image = std::move(passed->second);
       passed_.erase(passed);
@@ -51,7 +111,7 @@ class VideoFrames {
     }
     // One behind the reader: the video is read from its beginning again.
     if (!reader_ || number < next_) {
-      reader_.emplace(path_);
+      reader_.emplace(path_, VideoOptions{.cancel = cancel_});
       next_ = 0;
     }
     while (reader_->advance()) {
@@ -64,7 +124,6 @@ class VideoFrames {
                       .expected = "a file that does not change while it is read"});
   }
 
- private:
   void keepPassed() {
     constexpr std::size_t kMost = 16;  // bounds the memory; what is not kept is read again
     if (!numbers_.contains(reader_->number())) return;
@@ -73,8 +132,9 @@ class VideoFrames {
   }
 
   std::string path_;
-  std::string identity_;
+  VideoIdentity identity_;
   std::set<std::size_t> numbers_;
+  const CancelFlag* cancel_;
   std::mutex mutex_;
   std::optional<VideoReader> reader_;
   std::size_t next_ = 0;                       // the reader's next frame
@@ -87,27 +147,37 @@ struct VideoChoice {
   std::size_t num_frames = 0;
   std::size_t num_damaged = 0;
   std::size_t num_interlaced = 0;
+  bool is_cut = false;  // there should be more
 };
 
 std::string textOf(const VideoChoice& choice) {
-  std::string text = fmt::format("{} {} {}", choice.num_frames, choice.num_damaged, choice.num_interlaced);
+  std::string text = fmt::format("{} {} {} {}", choice.num_frames, choice.num_damaged, choice.num_interlaced,
+                                 choice.is_cut ? 1 : 0);
   for (const std::size_t number : choice.numbers) text += " " + std::to_string(number);
   return text;
 }
 
-std::optional<VideoChoice> parseChoice(std::string_view text) {
+// Nothing for a text that no choice of up to so many frames has.
+std::optional<VideoChoice> parseChoice(std::string_view text, std::size_t num_wanted) {
   std::vector<std::size_t> numbers;
   for (const std::string_view word : split(text, ' ')) {
     const std::optional<int> number = parseInt(word);
     if (!number || *number < 0) return std::nullopt;
     numbers.push_back(static_cast<std::size_t>(*number));
   }
-  constexpr std::size_t kNumCounts = 3;
-  if (numbers.size() <= kNumCounts) return std::nullopt;
-  return VideoChoice{.numbers = {numbers.begin() + kNumCounts, numbers.end()},
-                     .num_frames = numbers[0],
-                     .num_damaged = numbers[1],
-                     .num_interlaced = numbers[2]};
+  constexpr std::size_t kNumCounts = 4;
+  if (numbers.size() <= kNumCounts || numbers.size() > kNumCounts + num_wanted) return std::nullopt;
+  const VideoChoice choice{.numbers = {numbers.begin() + kNumCounts, numbers.end()},
+                           .num_frames = numbers[0],
+                           .num_damaged = numbers[1],
+                           .num_interlaced = numbers[2],
+                           .is_cut = numbers[3] == 1};
+  const bool is_rising =
+      std::ranges::adjacent_find(choice.numbers, std::greater_equal<>()) == choice.numbers.end();
+  const bool is_within = choice.numbers.back() < choice.num_frames &&
+                         choice.num_damaged < choice.num_frames &&
+                         choice.num_interlaced <= choice.num_frames && numbers[3] <= 1;
+  return is_rising && is_within ? std::optional(choice) : std::nullopt;
 }
 
 Error unreadableVideo(const std::string& path, std::string found, std::string next_step) {
@@ -118,14 +188,11 @@ Error unreadableVideo(const std::string& path, std::string found, std::string ne
 }
 
 VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& options) {
-  VideoReader reader(path);
+  VideoReader reader(path, {.cancel = options.cancel});
   FrameChooser chooser(options.num_frames);
   VideoChoice choice;
-  double last_seconds = 0;
   while (reader.advance()) {
-    throwIfCancelled(options.cancel);
     ++choice.num_frames;
-    last_seconds = std::max(last_seconds, reader.seconds());
     if (reader.isInterlaced()) ++choice.num_interlaced;
     if (reader.isIntact()) {
       chooser.add(reader.number(), lookAt(reader.image().image));
@@ -144,25 +211,20 @@ VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& optio
                               : fmt::format("all {} frames are damaged", choice.num_frames),
                           "copy or record the video again");
   }
-  constexpr double kWhole = 0.9;  // headers may count frames that are not shown, or state a rounded duration
-  const std::size_t stated = reader.statedFrames();
-  const bool is_count_short = static_cast<double>(choice.num_frames) < kWhole * static_cast<double>(stated);
-  if (is_count_short && last_seconds < kWhole * reader.statedSeconds()) {
+  constexpr double kMuch = 0.1;
+  constexpr double kLittle =
+      0.02;  // headers may count frames that are not shown, or state a rounded duration
+  const double missing = reader.missingShare();
+  if (missing > kMuch) {
+    const std::string whole = reader.statedFrames() > 0 ? fmt::format("{} frames", reader.statedFrames())
+                                                        : fmt::format("{:.3g} s", reader.statedSeconds());
     throw unreadableVideo(
-        path, fmt::format("only {} of {} frames can be read", choice.num_frames, stated),
+        path, fmt::format("the file ends early: only {:.0f} % of {} can be read", 100 * (1 - missing), whole),
         "copy the video again, or convert it: ffmpeg -i '" + path + "' -map 0:v:0 -c copy whole.mp4");
   }
+  choice.is_cut = missing > kLittle || reader.isCut();
   choice.numbers = chooser.chosen();
   return choice;
-}
-
-std::string digestOfFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  DigestOfParts digest;
-  std::vector<char> block(std::size_t{1} << 20U);
-  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
-    digest.add({block.data(), static_cast<std::size_t>(file.gcount())});
-  return digest.hex();
 }
 
 // The result of `compute`, from the cache if it is there in a form that `parse` takes.
@@ -172,6 +234,7 @@ auto cached(const ContentCache* cache, const std::string& key, const Parse& pars
   if (cache != nullptr) {
     if (const std::optional<std::string> text = cache->find(key)) {
       if (auto result = parse(*text)) return std::move(*result);
+      cache->reject(key);
     }
   }
   auto result = compute();
@@ -190,7 +253,7 @@ std::optional<FrameLook> parseLook(std::string_view text) {
   FrameLook look;
   if (words.size() != look.thumbnail.size() + 1) return std::nullopt;
   const std::optional<double> sharpness = parseDouble(words.front());
-  if (!sharpness) return std::nullopt;
+  if (!sharpness || !std::isfinite(*sharpness) || *sharpness < 0) return std::nullopt;
   look.sharpness = *sharpness;
   for (std::size_t i = 0; i < look.thumbnail.size(); ++i) {
     const std::optional<int> value = parseInt(words[i + 1]);
@@ -201,7 +264,7 @@ std::optional<FrameLook> parseLook(std::string_view text) {
 }
 
 // Changes whenever frames may be chosen differently.
-constexpr std::string_view kChoiceVersion = "frames 1 ";
+constexpr std::string_view kChoiceVersion = "frames 2 ";
 
 class Opening {
  public:
@@ -264,10 +327,17 @@ class Opening {
   }
 
   void addFrames(const std::string& path) {
-    const std::string identity = options_.cache == nullptr ? "" : digestOfFile(path);
+    const VideoIdentity identity =
+        options_.cache == nullptr ? VideoIdentity() : VideoIdentity(path, options_.cancel);
     const VideoChoice choice = cached(
-        options_.cache, fmt::format("{}{} {}", kChoiceVersion, options_.num_frames, identity), parseChoice,
-        [](const VideoChoice& made) { return textOf(made); }, [&] { return chooseFrames(path, options_); });
+        options_.cache, fmt::format("{}{} {}", kChoiceVersion, options_.num_frames, identity.text()),
+        [&](const std::string& text) { return parseChoice(text, options_.num_frames); },
+        [](const VideoChoice& made) { return textOf(made); },
+        [&] {
+          VideoChoice made = chooseFrames(path, options_);
+          identity.checkUnchanged();
+          return made;
+        });
     noteChoice(path, choice.numbers.size(), choice.num_frames, "frames");
     if (choice.num_damaged > 0) {
       notes_.push_back(fmt::format("{}: {} of {} frames are damaged; they are not used", path,
@@ -278,15 +348,20 @@ class Opening {
                        ": the video is interlaced: a frame shows two moments. If the board moved, "
                        "convert it first: ffmpeg -i IN -vf bwdif -crf 10 OUT.mp4");
     }
-    const auto frames = std::make_shared<VideoFrames>(path, identity, choice.numbers);
+    if (choice.is_cut) {
+      notes_.push_back(
+          path +
+          ": the file ends early, or its end cannot be read; copy or record it again if frames are "
+          "missing");
+    }
+    const auto frames = std::make_shared<VideoFrames>(path, identity, choice.numbers, options_.cancel);
     for (const std::size_t number : choice.numbers) {
-      items_.push_back(
-          {.name = path + "@" + std::to_string(number),
-           .sequence = num_sequences_,
-           .read = [frames, number, is_known = !identity.empty()](const std::string&) -> EncodedImage {
-             return {.identity = is_known ? frames->identityOf(number) : "",
-                     .decode = [frames, number] { return frames->load(number); }};
-           }});
+      items_.push_back({.name = path + "@" + std::to_string(number),
+                        .sequence = num_sequences_,
+                        .read = [frames, number](const std::string&) -> EncodedImage {
+                          return {.identity = frames->identityOf(number),
+                                  .decode = [frames, number] { return frames->load(number); }};
+                        }});
     }
     ++num_sequences_;
   }

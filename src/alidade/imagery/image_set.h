@@ -49,7 +49,7 @@ class ImageSet {
   [[nodiscard]] std::optional<std::size_t> sequenceOf(std::size_t i) const { return items_[i].sequence; }
 
   /// Reads image i; from any thread. The frames of a video are read fastest in their order.
-  /// @throws Error (kInput)
+  /// @throws Error (kInput); Cancelled, from decode() too
   [[nodiscard]] EncodedImage read(std::size_t i) const;
 
   /// What to tell the user about videos and sequences, a sentence each.
@@ -65,14 +65,14 @@ struct OpenImagesOptions {
   int num_jobs = 0;              ///< threads; 0 = one per processor
   /// (done, total) while the frames of a video or sequence are looked at; total = 0: unknown.
   std::function<void(std::size_t, std::size_t)> progress = {};
-  const CancelFlag* cancel = nullptr;
+  const CancelFlag* cancel = nullptr;   ///< outlives the set: reading a frame may mean reading a whole video
   const ContentCache* cache = nullptr;  ///< for the choice of frames
 };
 
 /// The images that inputs stand for (listInputs()). Of videos and sequences, all frames are looked at once
 /// and the sharpest that show something new are chosen (FrameChooser). A video that cannot be read becomes an
-/// image that cannot be read; so does one that ends before nine tenths of its stated length. Damaged frames
-/// of a video are not chosen.
+/// image that cannot be read; so does one that ends before nine tenths of its stated length. A note tells of
+/// one that ends a little early. Damaged frames of a video are not chosen.
 /// @throws Error as listInputs(); Cancelled
 [[nodiscard]] ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options = {});
 

@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <boost/algorithm/string/predicate.hpp>
 
@@ -18,6 +20,7 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/display.h>
+#include <libavutil/mem.h>
 #include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 }
@@ -60,12 +63,40 @@ int exifOrientationOf(const AVStream& stream) {
   return kExif[static_cast<std::size_t>((quarters + 4) % 4)];
 }
 
-bool isLumaPlane(const AVPixFmtDescriptor& format) {
+// One sample after the other in the rows of the first plane.
+bool hasLumaRows(const AVPixFmtDescriptor& format) {
   const AVComponentDescriptor& luma = format.comp[0];
-  constexpr std::uint64_t kNoLuma =
-      AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_HWACCEL | AV_PIX_FMT_FLAG_BITSTREAM;
-  return (format.flags & kNoLuma) == 0 && luma.plane == 0 && luma.step == 1 && luma.offset == 0 &&
-         luma.depth == 8;
+  constexpr std::uint64_t kNoLuma = AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_HWACCEL |
+                                    AV_PIX_FMT_FLAG_BITSTREAM | AV_PIX_FMT_FLAG_FLOAT;
+  if ((format.flags & kNoLuma) != 0 || luma.plane != 0 || std::string_view(format.name).starts_with("xyz"))
+    return false;
+  const bool is_uneven = (format.flags & AV_PIX_FMT_FLAG_PLANAR) == 0 && format.log2_chroma_w > 1;  // UYYVYY
+  return luma.depth >= 8 && luma.depth <= 16 && !is_uneven;
+}
+
+std::uint8_t roundedTo8Bits(unsigned sample, int depth) {
+  const int excess = depth - 8;
+  const unsigned half = excess > 0 ? 1U << static_cast<unsigned>(excess - 1) : 0;
+  return static_cast<std::uint8_t>(std::min((sample + half) >> static_cast<unsigned>(excess), 255U));
+}
+
+void copyLuma(const AVFrame& frame, const AVPixFmtDescriptor& format, GrayImage& gray) {
+  const AVComponentDescriptor& luma = format.comp[0];
+  const int high_byte = (format.flags & AV_PIX_FMT_FLAG_BE) != 0 ? 0 : 1;
+  const unsigned mask = (1U << static_cast<unsigned>(luma.depth)) - 1;
+  std::uint8_t* pixel = gray.pixels.data();
+  for (int y = 0; y < gray.size.height; ++y) {
+    const std::uint8_t* sample =
+        frame.data[0] + static_cast<std::ptrdiff_t>(y) * frame.linesize[0] + luma.offset;
+    for (int x = 0; x < gray.size.width; ++x, sample += luma.step) {
+      if (luma.depth == 8) {
+        *pixel++ = *sample;
+        continue;
+      }
+      const unsigned word = static_cast<unsigned>(sample[high_byte]) << 8U | sample[1 - high_byte];
+      *pixel++ = roundedTo8Bits(word >> static_cast<unsigned>(luma.shift) & mask, luma.depth);
+    }
+  }
 }
 
 }  // namespace
@@ -81,7 +112,52 @@ struct VideoReader::State {
   template <class T>
   using Owned = std::unique_ptr<T, Freed>;
 
+  // How far a file was read.
+  class ReadExtent {
+   public:
+    void add(const AVPacket& packet, const AVStream& stream) {
+      ++num_packets_;
+      num_bytes_ += packet.size;
+      const std::int64_t time = packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
+      if (time == AV_NOPTS_VALUE) return;
+      Track& track = tracks_[stream.index];
+      const double seconds = static_cast<double>(time) * av_q2d(stream.time_base);
+      const double duration = static_cast<double>(packet.duration) * av_q2d(stream.time_base);
+      if (track.num_packets++ == 0) track.first = track.last = seconds;
+      track.first = std::min(track.first, seconds);
+      track.last = std::max(track.last, seconds);
+      track.end = std::max(track.end, seconds + duration);
+    }
+
+    // When the last packet of any stream ends; sound may be longer than the pictures.
+    [[nodiscard]] double endSeconds() const {
+      double end = 0;
+      for (const auto& [index, track] : tracks_) {
+        const double gap = track.num_packets > 1 ? (track.last - track.first) / (track.num_packets - 1) : 0;
+        end = std::max({end, track.end, track.last + gap});
+      }
+      return end;
+    }
+
+    [[nodiscard]] std::int64_t numPackets() const { return num_packets_; }
+    [[nodiscard]] std::int64_t numBytes() const { return num_bytes_; }
+
+   private:
+    struct Track {
+      int num_packets = 0;
+      double first = 0;
+      double last = 0;
+      double end = 0;
+    };
+    std::map<int, Track> tracks_;
+    std::int64_t num_packets_ = 0;
+    std::int64_t num_bytes_ = 0;
+  };
+
+  State(std::string file, const VideoOptions& wanted) : path(std::move(file)), options(wanted) {}
+
   std::string path;
+  VideoOptions options;
   Owned<AVFormatContext> format;
   Owned<AVCodecContext> codec;
   Owned<AVFrame> frame{av_frame_alloc()};
@@ -93,25 +169,71 @@ struct VideoReader::State {
   std::size_t num_lost = 0;
   bool is_packet_waiting = false;  // the decoder had no room for it
   bool is_at_end = false;          // the file is
-  bool is_repaired = false;        // a frame since the last key frame
+  bool is_cut = false;             // its end could not be read
+  bool is_matroska = false;
+  std::int64_t num_file_bytes = 0;
+  ReadExtent extent;
+  std::int64_t end_position = 0;  // in the file, of the packets so far
+  bool is_repaired = false;       // a frame since the last key frame
   std::int64_t repair_time =
       AV_NOPTS_VALUE;  // of the last packet with errors; frames may leave in another order
 
   [[nodiscard]] const AVStream& stream() const { return *format->streams[stream_index]; }
   [[nodiscard]] double secondsPerTick() const { return av_q2d(stream().time_base); }
 
-  void open() {
-    AVFormatContext* opened = nullptr;
-    AVDictionary* options = nullptr;
-    av_dict_set(&options, "format_whitelist", kContainers, 0);
-    av_dict_set(&options, "protocol_whitelist", "file", 0);
+  // Also where memory is short: what damaged headers ask for is no reason to end the run.
+  void check(int status, const char* what) const {
+    throwIfCancelled(options.cancel);
+    if (status >= 0) return;
+    throw videoError(path, std::string("the video cannot be ") + what + " (" + reasonOf(status) + ")");
+  }
+
+  void checkSize(const ImageSize& size) const {
+    if (std::int64_t{size.width} * size.height <= options.max_pixels) return;
+    throw inputError(
+        {.where = path,
+         .found = "frames of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+         .expected = "at most " + std::to_string(options.max_pixels) + " pixels in a frame",
+         .next_step = "check that the file is not damaged, or make the video smaller"});
+  }
+
+  void openFile() {
+    format.reset(avformat_alloc_context());
+    if (!format) throw std::bad_alloc();
+    format->interrupt_callback = {[](void* state) {
+                                    const CancelFlag* cancel = static_cast<State*>(state)->options.cancel;
+                                    return cancel != nullptr && cancel->load() ? 1 : 0;
+                                  },
+                                  this};
+    AVDictionary* settings = nullptr;
+    av_dict_set(&settings, "format_whitelist", kContainers, 0);
+    av_dict_set(&settings, "protocol_whitelist", "file", 0);
+    av_dict_set(&settings, "max_streams", "32", 0);  // each may have large tables
+    // It frees the context when it fails.
+    AVFormatContext* opened = format.release();
     // With the protocol, as a name may contain a colon.
-    const int status = avformat_open_input(&opened, ("file:" + path).c_str(), nullptr, &options);
-    av_dict_free(&options);
-    if (status < 0) throw videoError(path, "the video cannot be opened (" + reasonOf(status) + ")");
+    // By its content alone, a stream of JPEG images is taken for a single one.
+    const AVInputFormat* known = boost::iends_with(path, ".mjpeg") ? av_find_input_format("mjpeg") : nullptr;
+    const int status = avformat_open_input(&opened, ("file:" + path).c_str(), known, &settings);
+    av_dict_free(&settings);
     format.reset(opened);
-    if (const int found = avformat_find_stream_info(format.get(), nullptr); found < 0)
-      throw videoError(path, "the video cannot be read (" + reasonOf(found) + ")");
+    check(status, "opened");
+    is_matroska = std::string_view(format->iformat->name).starts_with("matroska");
+    for (unsigned i = 0; i < format->nb_streams; ++i) {
+      const AVCodecParameters& parameters = *format->streams[i]->codecpar;
+      if (parameters.codec_type == AVMEDIA_TYPE_VIDEO) checkSize({parameters.width, parameters.height});
+    }
+    // A few frames are decoded to know their format.
+    const std::string max_pixels = std::to_string(options.max_pixels);
+    std::vector<AVDictionary*> limits(format->nb_streams);
+    for (AVDictionary*& limit : limits) av_dict_set(&limit, "max_pixels", max_pixels.c_str(), 0);
+    const int found = avformat_find_stream_info(format.get(), limits.data());
+    for (AVDictionary*& limit : limits) av_dict_free(&limit);
+    check(found, "read");
+  }
+
+  void open() {
+    openFile();
     const AVCodec* decoder = nullptr;
     stream_index = av_find_best_stream(format.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
     if (stream_index < 0 || decoder == nullptr) {
@@ -120,20 +242,19 @@ struct VideoReader::State {
                                  : "no pictures in the file");
     }
     const AVCodecParameters& parameters = *stream().codecpar;
-    checkDecodedSize(path, {parameters.width, parameters.height});
+    checkSize({parameters.width, parameters.height});
     codec.reset(avcodec_alloc_context3(decoder));
     if (!codec || avcodec_parameters_to_context(codec.get(), &parameters) < 0) throw std::bad_alloc();
     // With all checks: otherwise most damage is repaired without a word.
     codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
-    codec->thread_count = 0;               // one per processor
-    codec->thread_type = FF_THREAD_SLICE;  // with several frames at once, errors would be told of later ones
+    // With several frames at once, errors would be told of later ones; with several slices at once, the
+    // decoder of H.264 does not look for missing parts.
+    codec->thread_type = FF_THREAD_SLICE;
+    codec->thread_count = decoder->id == AV_CODEC_ID_H264 ? 1 : 0;  // 0: one per processor
     codec->pkt_timebase = stream().time_base;
-    if (const int began = avcodec_open2(codec.get(), decoder, nullptr); began < 0)
-      throw videoError(path, "the video cannot be decoded (" + reasonOf(began) + ")");
+    codec->max_pixels = options.max_pixels;
+    check(avcodec_open2(codec.get(), decoder, nullptr), "decoded");
     exif_orientation = exifOrientationOf(stream());
-    for (unsigned i = 0; i < format->nb_streams; ++i) {
-      if (static_cast<int>(i) != stream_index) format->streams[i]->discard = AVDISCARD_ALL;
-    }
   }
 
   void noteError() {
@@ -146,29 +267,59 @@ struct VideoReader::State {
     ++num_lost;
   }
 
+  // Each byte of a file is read about once. Tables that list the same data again and again would make a small
+  // file a video without end. Matroska has none, but may be compressed.
+  void checkExtent() const {
+    constexpr std::int64_t kMostReadings = 4;
+    constexpr std::int64_t kSlack = 1 << 20;
+    const bool is_too_much = extent.numBytes() > kMostReadings * num_file_bytes + kSlack;
+    if (!(is_too_much && !is_matroska) && extent.numPackets() <= num_file_bytes) return;
+    throw videoError(path, "the video is damaged: it gives more data than the file holds");
+  }
+
+  // Where its structure is damaged, FFmpeg passes over to the next intact part without a word. The packets of
+  // an intact file follow each other but for short headers.
+  void noteGap() {
+    constexpr std::int64_t kMostHeaders = 512;
+    if (packet->pos < 0) return;
+    const bool is_gap = end_position > 0 && packet->pos > end_position + kMostHeaders;
+    end_position = std::max(end_position, packet->pos + packet->size);
+    if (!is_gap) return;
+    ++num_lost;
+    const bool is_fresh = packet->stream_index == stream_index && (packet->flags & AV_PKT_FLAG_KEY) != 0;
+    if (!is_fresh) noteError();
+  }
+
+  void readPacket() {
+    av_packet_unref(packet.get());
+    const int status = av_read_frame(format.get(), packet.get());
+    throwIfCancelled(options.cancel);
+    if (status < 0) {
+      is_at_end = true;
+      is_cut = status != AVERROR_EOF || (format->pb != nullptr && format->pb->error < 0);
+      return;
+    }
+    extent.add(*packet, *format->streams[packet->stream_index]);
+    if (is_matroska) noteGap();
+    checkExtent();
+    is_packet_waiting = packet->stream_index == stream_index;
+    if (is_packet_waiting && (packet->flags & AV_PKT_FLAG_CORRUPT) != 0) noteError();
+  }
+
   // Hands the decoder its next packet, or the end.
   void feed() {
-    while (!is_packet_waiting && !is_at_end) {
-      av_packet_unref(packet.get());
-      const int status = av_read_frame(format.get(), packet.get());
-      if (status == AVERROR(ENOMEM)) throw std::bad_alloc();
-      is_at_end = status < 0;
-      if (status < 0 && status != AVERROR_EOF) noteError();
-      is_packet_waiting = status >= 0 && packet->stream_index == stream_index;
-      if (is_packet_waiting && (packet->flags & AV_PKT_FLAG_CORRUPT) != 0) noteError();
-    }
+    while (!is_packet_waiting && !is_at_end) readPacket();
     const int status = avcodec_send_packet(codec.get(), is_packet_waiting ? packet.get() : nullptr);
-    if (status == AVERROR(EAGAIN)) return;
-    if (status == AVERROR(ENOMEM)) throw std::bad_alloc();
     is_packet_waiting = false;
+    // It has room: it had no frame to give.
     if (status < 0 && status != AVERROR_EOF) noteLoss();
   }
 
   bool advance() {
     for (;;) {
+      throwIfCancelled(options.cancel);
       av_frame_unref(frame.get());
       const int status = avcodec_receive_frame(codec.get(), frame.get());
-      if (status == AVERROR(ENOMEM)) throw std::bad_alloc();
       if (status == AVERROR_EOF) return false;
       if (status == AVERROR(EAGAIN)) {
         feed();
@@ -189,41 +340,44 @@ struct VideoReader::State {
 
   GrayImage grayImage() {
     const ImageSize size{frame->width, frame->height};
-    checkDecodedSize(path, size);
+    checkSize(size);
     GrayImage gray{.size = size, .pixels = {}};
     gray.pixels.resize(static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height));
     const auto pixel_format = static_cast<AVPixelFormat>(frame->format);
     const AVPixFmtDescriptor* description = av_pix_fmt_desc_get(pixel_format);
     if (description == nullptr) throw videoError(path, "pixels in an unknown format");
-    if (isLumaPlane(*description)) {
-      for (int y = 0; y < size.height; ++y) {
-        const std::uint8_t* row = frame->data[0] + static_cast<std::ptrdiff_t>(y) * frame->linesize[0];
-        std::copy_n(row, size.width, gray.pixels.data() + static_cast<std::ptrdiff_t>(y) * size.width);
-      }
+    if (hasLumaRows(*description)) {
+      copyLuma(*frame, *description, gray);
       return gray;
     }
+    // To 16 bits first: to 8 bits, it would add a pattern of noise to pixels of more bits.
     scaler.reset(sws_getCachedContext(scaler.release(), size.width, size.height, pixel_format, size.width,
-                                      size.height, AV_PIX_FMT_GRAY8, SWS_POINT, nullptr, nullptr, nullptr));
-    std::uint8_t* const rows = gray.pixels.data();
-    const int stride = size.width;
+                                      size.height, AV_PIX_FMT_GRAY16, SWS_POINT | SWS_ACCURATE_RND, nullptr,
+                                      nullptr, nullptr));
+    std::vector<std::uint16_t> wide(gray.pixels.size());
+    auto* const rows = reinterpret_cast<std::uint8_t*>(wide.data());
+    const int stride = 2 * size.width;
     if (!scaler || sws_scale(scaler.get(), frame->data, frame->linesize, 0, size.height, &rows, &stride) < 0)
       throw videoError(path, "pixels that cannot be converted to grey");
+    std::ranges::transform(wide, gray.pixels.begin(),
+                           [](std::uint16_t value) { return roundedTo8Bits(value, 16); });
     return gray;
   }
 };
 
-VideoReader::VideoReader(const std::string& path) : state_(std::make_unique<State>()) {
-  // What goes wrong is told as an Error. FFmpeg has one level for the whole process.
-  [[maybe_unused]] static const bool kIsSilent = [] {
+VideoReader::VideoReader(const std::string& path, const VideoOptions& options)
+    : state_(std::make_unique<State>(path, options)) {
+  // FFmpeg has these once for the whole process. What goes wrong is told as an Error. A table of a kilobyte
+  // may say that a file has a billion frames; this leaves room for fifty hours, and for frames of 8192x8192.
+  constexpr std::size_t kMaxAllocation = std::size_t{130} << 20U;
+  [[maybe_unused]] static const bool kIsSet = [] {
     av_log_set_level(AV_LOG_QUIET);
+    av_max_alloc(kMaxAllocation);
     return true;
   }();
+  checkVideoFile(path);
   std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw missingPathError(path);
-  if (!std::filesystem::is_regular_file(status)) throw videoError(path, "this is no ordinary file");
-  if (std::filesystem::file_size(path, error) == 0) throw videoError(path, "the file is empty (0 bytes)");
-  state_->path = path;
+  state_->num_file_bytes = static_cast<std::int64_t>(std::filesystem::file_size(path, error));
   state_->open();
 }
 
@@ -260,10 +414,37 @@ std::size_t VideoReader::statedFrames() const {
 }
 
 double VideoReader::statedSeconds() const {
+  const AVFormatContext& format = *state_->format;
+  // Otherwise it is a guess from the size of the file.
+  if (format.duration_estimation_method != AVFMT_DURATION_FROM_STREAM) return 0;
   const AVStream& stream = state_->stream();
-  if (stream.duration > 0) return static_cast<double>(stream.duration) * state_->secondsPerTick();
-  const std::int64_t duration = state_->format->duration;
-  return duration > 0 ? static_cast<double>(duration) / AV_TIME_BASE : 0.0;
+  // Of a file that is cut, FFmpeg lessens the duration, but not the number of frames, which are ticks here.
+  if (std::string_view(format.iformat->name) == "avi" && stream.nb_frames > 0)
+    return static_cast<double>(stream.nb_frames) * state_->secondsPerTick();
+  const double of_stream = static_cast<double>(stream.duration) * state_->secondsPerTick();
+  const double of_file = static_cast<double>(format.duration) / AV_TIME_BASE;
+  if (stream.duration > 0 && format.duration > 0)
+    return std::min(of_stream, of_file);  // edits may hide frames
+  return stream.duration > 0 ? of_stream : format.duration > 0 ? of_file : 0.0;
+}
+
+double VideoReader::missingShare() const {
+  const auto shareOf = [](double reached, double stated) {
+    return stated > 0 ? std::clamp(1 - reached / stated, 0.0, 1.0) : 1.0;
+  };
+  const AVFormatContext& format = *state_->format;
+  // In Matroska the stated duration counts from 0.
+  const bool is_from_start = format.start_time != AV_NOPTS_VALUE && !state_->is_matroska;
+  const double start = is_from_start ? static_cast<double>(format.start_time) / AV_TIME_BASE : 0;
+  const double of_frames = shareOf(static_cast<double>(state_->num_frames + state_->num_lost),
+                                   static_cast<double>(statedFrames()));
+  const double of_seconds = shareOf(state_->extent.endSeconds() - start, statedSeconds());
+  if (statedFrames() == 0 && statedSeconds() <= 0) return 0;
+  return std::min(of_frames, of_seconds);
+}
+
+bool VideoReader::isCut() const {
+  return state_->is_cut;
 }
 
 double VideoReader::seconds() const {
@@ -272,6 +453,18 @@ double VideoReader::seconds() const {
   if (time == AV_NOPTS_VALUE) return 0;
   const std::int64_t start = stream.start_time == AV_NOPTS_VALUE ? 0 : stream.start_time;
   return static_cast<double>(time - start) * state_->secondsPerTick();
+}
+
+void checkVideoFile(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) throw missingPathError(path);
+  if (!std::filesystem::is_regular_file(status)) throw videoError(path, "this is no ordinary file");
+  if (std::filesystem::file_size(path, error) == 0) throw videoError(path, "the file is empty (0 bytes)");
+}
+
+std::string videoDecoderVersion() {
+  return std::to_string(avcodec_version()) + " " + std::to_string(swscale_version());
 }
 
 bool hasVideoName(const std::string& path) {
