@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <regex>
 #include <algorithm>
 #include <cmath>
+#include <regex>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
