@@ -17,7 +17,8 @@ AnyCamera pinhole(double cx = 319.5) {
 std::vector<PlacedCamera> rigOf(const AnyCamera& camera, const SE3& rig_from_other = {}) {
   std::vector<PlacedCamera> rig;
   for (int i = 0; i < 3; ++i) {
-    const SE3 pose{SO3::exp({0, i == 2 ? 1.5 : 0, 0}), {-0.1 * i, 0, 0}};
+    const SO3 rotation = SO3::exp({0, i == 2 ? 1.5 : 0, 0});
+    const SE3 pose{rotation, rotation * Eigen::Vector3d(-0.1 * i, 0, 0)};
     rig.push_back({.camera = &camera, .size = kSize, .camera_from_rig = pose * rig_from_other});
   }
   return rig;
