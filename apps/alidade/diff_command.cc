@@ -20,6 +20,7 @@
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
+#include "rig_diff.h"
 
 namespace alidade {
 namespace {
@@ -219,12 +220,15 @@ class DiffCommand final : public Command {
         "Example: alidade diff left.yaml right.yaml --tolerance 0.5\nExample: alidade diff left.yaml "
         "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
         "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
-        "inverse rotation and the same differences.\nExit code 3: the cameras see too little in common, or "
-        "they "
-        "differ significantly and by more than the tolerance.");
+        "inverse rotation and the same differences.\nTwo rigs are compared camera by camera, then the poses "
+        "from "
+        "the first camera, then what both together do: a pixel of\none camera, as a point at --distance "
+        "(default: 10 times the largest baseline), projected into another.\nExit code 3: the cameras see too "
+        "little in common, or they differ significantly and by more than the tolerance.");
     app.add_option(
         "files", files_,
-        "Two camera files of any format, A and B; FILE#NAME selects one camera of a file with several");
+        "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a file with "
+        "several");
     takeLength(*app.add_option("--distance", distance_m_,
                                "Compare points at this distance, for example 2m, and align by the best pose "
                                "instead of the best rotation")
@@ -259,8 +263,11 @@ class DiffCommand final : public Command {
                         .next_step = "remove --distance: without alignment the distance has no effect"});
     }
     checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
-    const CameraRecord a = readCameraTelling(files_[0], camera_.readOptions(), common_.quiet);
-    const CameraRecord b = readCameraTelling(files_[1], camera_.readOptions(), common_.quiet);
+    const CameraSource source_a = loadCameras(files_[0], camera_.readOptions());
+    const CameraSource source_b = loadCameras(files_[1], camera_.readOptions());
+    if (isRigSource(source_a) || isRigSource(source_b)) return runOnRigs(source_a, source_b);
+    const CameraRecord a = onlyCameraTelling(source_a, common_.quiet);
+    const CameraRecord b = onlyCameraTelling(source_b, common_.quiet);
     const DifferenceOptions options = differenceOptions();
     const ComparedCamera in_a{&a.camera, a.image_size, statedCovariance(a)};
     const ComparedCamera in_b{&b.camera, b.image_size, statedCovariance(b)};
@@ -310,6 +317,25 @@ class DiffCommand final : public Command {
     const auto grid = parseSize(text);
     if (grid && grid->width <= kMostPixels / grid->height) return {};
     return "found '" + text + "', expected COLUMNSxROWS such as 20x15, with at most a million pixels";
+  }
+
+  [[nodiscard]] int runOnRigs(const CameraSource& a, const CameraSource& b) const {
+    if (!figure_.empty() || rotate_) {
+      throw usageError(
+          {.where = figure_.empty() ? "--rotate" : "--output",
+           .found = "two rigs",
+           .expected = "two cameras",
+           .next_step = "select a camera of each: " + a.path + "#" + cameraLabel(a.cameras.front())});
+    }
+    DifferenceOptions options = differenceOptions();
+    // Points at the distance are for the poses; each lens is compared for far ones.
+    if (options.freed == Freed::kPose) options.freed = Freed::kRotation;
+    return diffRigs(a, b,
+                    {.of_cameras = options,
+                     .distance_m = distance_m_,
+                     .tolerance_px = tolerance_px_,
+                     .json = common_.json,
+                     .quiet = common_.quiet});
   }
 
   [[nodiscard]] DifferenceOptions differenceOptions() const {

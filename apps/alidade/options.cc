@@ -117,7 +117,10 @@ void addCameraOptions(CLI::App& app, CameraOptions& options) {
 }
 
 CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet) {
-  const CameraSource source = loadCameras(path, options);
+  return onlyCameraTelling(loadCameras(path, options), quiet);
+}
+
+CameraRecord onlyCameraTelling(const CameraSource& source, bool quiet) {
   CameraRecord file = onlyCamera(source);
   if (quiet) return file;
   for (const Remark& remark : source.cameras.front().remarks) printMessage("note: " + remark.message);

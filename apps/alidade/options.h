@@ -91,6 +91,9 @@ void addCameraOptions(CLI::App& app, CameraOptions& options);
 /// `quiet`.
 [[nodiscard]] CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet);
 
+/// The same of a file that was read.
+[[nodiscard]] CameraRecord onlyCameraTelling(const CameraSource& source, bool quiet);
+
 /// Checks of a flag's number, for CLI::Option::check(): what is wrong with the text, or nothing. The parser's
 /// own name their limits as numbers, and that of a double has 300 digits. All refuse what is not finite:
 /// every comparison with NaN is false, so that a limit of NaN would switch off what it limits.

@@ -82,13 +82,6 @@ std::vector<int> turnsToTry(const ComparedCamera& a, const ComparedCamera& b,
   return {*options.quarter_turns};
 }
 
-// The least value that 95 % of the values do not exceed.
-double quantile95(std::vector<double> values) {
-  const auto at = static_cast<std::ptrdiff_t>(std::ceil(0.95 * static_cast<double>(values.size()))) - 1;
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
 void setFigures(ProjectionDifference& result) {
   std::vector<double> lengths;
   double sum = 0;

@@ -45,6 +45,12 @@ double normalBetween(double below, double above, double deviance) {
 
 }  // namespace
 
+double quantile95(std::vector<double> values) {
+  const auto at = static_cast<std::ptrdiff_t>(std::ceil(0.95 * static_cast<double>(values.size()))) - 1;
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
 double studentT95(double freedom) {
   constexpr double kFewest = 2;
   if (!(freedom >= kFewest)) return kInfinity;

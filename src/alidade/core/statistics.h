@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 namespace alidade {
 
 /// The number that a standard normal variable exceeds in size in 5 % of all cases.
 inline constexpr double kNormal95 = 1.959963984540054;
 /// The number that a standard normal variable exceeds once in a thousand cases.
 inline constexpr double kNormalOneInThousand = 3.090232306167813;
+
+/// The least of these values that 95 % of them do not exceed. @pre one or more, finite
+[[nodiscard]] double quantile95(std::vector<double> values);
 
 /// The number that a variable of Student's t distribution exceeds in size in 5 % of all cases; infinity below
 /// 2 degrees of freedom, where it is too large to be of use.

@@ -194,21 +194,6 @@ void writeAsStated(YAML::Emitter& out, const YAML::Node& node, const std::map<Pl
   }
 }
 
-// The user's own keys of the root, with their values, as lines of YAML; comments are lost.
-std::string userKeys(const YAML::Node& root) {
-  YAML::Node own(YAML::NodeType::Map);
-  for (const auto& entry : root) {
-    if (detail::isUserKey(entry.first.Scalar())) own.force_insert(entry.first, entry.second);
-  }
-  if (own.size() == 0) return "";
-  std::map<Place, int> uses;
-  std::map<Place, std::string> names;
-  countUses(own, uses);
-  YAML::Emitter out;
-  writeAsStated(out, own, uses, names);
-  return detail::documentText(out);
-}
-
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   // The last two lines: of the first edition, which are not used any more, but for stated_covariance.
   node.allowKeys(
@@ -332,8 +317,22 @@ CameraRecord detail::readCameraRoot(const YamlNode& root) {
   if (const auto n = root.find("calibration"))
     file.calibration = readCalibration(*n, file.camera.parameterNames());
   if (const auto n = root.find("created_by")) file.created_by = n->text();
-  file.user_keys = userKeys(root.node());
+  file.user_keys = detail::userKeys(root.node());
   return file;
+}
+
+std::string detail::userKeys(const YAML::Node& root) {
+  YAML::Node own(YAML::NodeType::Map);
+  for (const auto& entry : root) {
+    if (detail::isUserKey(entry.first.Scalar())) own.force_insert(entry.first, entry.second);
+  }
+  if (own.size() == 0) return "";
+  std::map<Place, int> uses;
+  std::map<Place, std::string> names;
+  countUses(own, uses);
+  YAML::Emitter out;
+  writeAsStated(out, own, uses, names);
+  return detail::documentText(out);
 }
 
 void requireSelfCheck(const CameraRecord& file, const std::string& where) {

@@ -28,6 +28,9 @@ namespace alidade::detail {
 /// wrote it.
 [[nodiscard]] std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows);
 
+/// The user's own keys of a file's root, with their values, as lines of YAML; comments are lost.
+[[nodiscard]] std::string userKeys(const YAML::Node& root);
+
 /// Checks the version and the keys of a rig file.
 void checkRigRoot(const YamlNode& root);
 /// Reads an item of a rig file's `cameras`.

@@ -62,6 +62,7 @@ void readOwn(const YamlNode& root, RigRecord& rig) {
   if (const auto covariance = root.find("covariance"))
     rig.covariance = detail::readTriangle(*covariance, num_columns);
   if (const auto created_by = root.find("created_by")) rig.created_by = created_by->text();
+  rig.user_keys = detail::userKeys(root.node());
 }
 
 }  // namespace
@@ -129,7 +130,7 @@ std::string rigFileText(const RigRecord& rig) {
       "conventions: {pose: camera_from_rig, length_unit: m, quaternion: xyzw}\n"
       "cameras:\n";
   for (const RigCameraRecord& camera : rig.cameras) text += cameraEntry(camera);
-  if (!rig.isCalibrated() && rig.covariance.empty() && rig.created_by.empty()) return text;
+  if (!rig.isCalibrated() && rig.covariance.empty() && rig.created_by.empty()) return text + rig.user_keys;
   YAML::Emitter out;
   out << YAML::BeginMap;
   if (rig.isCalibrated()) {
@@ -140,7 +141,7 @@ std::string rigFileText(const RigRecord& rig) {
   if (!rig.covariance.empty()) writeEntries(out, "covariance", detail::triangleRows(rig.covariance));
   if (!rig.created_by.empty()) writeEntries(out, "created_by", rig.created_by);
   out << YAML::EndMap;
-  return text + detail::withBytesShown(detail::documentText(out));
+  return text + detail::withBytesShown(detail::documentText(out)) + rig.user_keys;
 }
 
 }  // namespace alidade

@@ -30,6 +30,7 @@ struct RigRecord {
   int num_frames = 0;  ///< with a board that two or more cameras saw
   std::vector<std::string> findings;
   std::string created_by;
+  std::string user_keys = {};  ///< the user's keys (x_...) and values, as lines of YAML
   /// Joint covariance, lower triangle row by row: the parameters of each camera, then the tangent of
   /// camera_from_rig of each camera but the first; empty = unknown.
   std::vector<double> covariance = {};
