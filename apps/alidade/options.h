@@ -52,6 +52,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeRigTriangulateCommand();
 
 /// The exit code where the work is done and the answer is no.
 inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
