@@ -285,7 +285,7 @@ Eigen::Matrix4d Rectification::disparityToDepth() const {
   Q.block<2, 1>(0, 3) = -views[0].axis_px;
   Q(2, 3) = scale_px;
   Q(3, 2) = 1 / baseline_m;
-  Q(3, 3) = -disparityAtInfinity() / baseline_m;
+  Q(3, 3) = (0 - disparityAtInfinity()) / baseline_m;  // no -0
   return Q;
 }
 
@@ -348,14 +348,14 @@ RemapTable makeRemapTable(const Rectification& rectification, std::size_t i, con
 }
 
 EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedCamera& first,
-                              const MountedCamera& second, std::span<const PixelPair> pairs) {
+                              const MountedCamera& second, std::span<const PixelMatch> pairs) {
   const std::array<const MountedCamera*, 2> cameras = {&first, &second};
   const Eigen::Index across = 1 - rectification.alongIndex();
   const Vector3d baseline = Vector3d::Unit(rectification.alongIndex());
   EpipolarErrors errors;
   double curve_sum = 0;
   double row_sum = 0;
-  for (const PixelPair& pair : pairs) {
+  for (const PixelMatch& pair : pairs) {
     std::array<Vector3d, 2> rays;
     std::array<std::optional<Vector2d>, 2> pixels;
     for (std::size_t i = 0; i < 2; ++i) {

@@ -109,9 +109,9 @@ struct EpipolarErrors {
 };
 
 /// Pixels of one point in the original images of both cameras.
-using PixelPair = std::array<Eigen::Vector2d, 2>;
+using PixelMatch = std::array<Eigen::Vector2d, 2>;
 [[nodiscard]] EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedCamera& first,
-                                            const MountedCamera& second, std::span<const PixelPair> pairs);
+                                            const MountedCamera& second, std::span<const PixelMatch> pairs);
 
 /// Text for cv::FileStorage (YAML): R1, R2, P1, P2, Q as cv::stereoRectify() returns them (the last three
 /// only for rectilinear views), and projection, direction, image_width, image_height, scale_px, axis1, axis2,
