@@ -77,8 +77,8 @@ struct MeasuredErrors {
   EpipolarErrors errors;
 };
 
-// A board that looks the same after a turn may be numbered differently by the two cameras. The numbers by
-// which rows agree best are the right ones: others are off by whole squares.
+// A board that looks the same after a turn may be numbered differently by the two cameras. The numbers for
+// which the errors are least are the right ones: others are off by whole squares.
 MeasuredErrors measured(const Rectification& r, const MountedCamera& first, const MountedCamera& second,
                         const std::array<RigViews, 2>& views, const std::vector<Board>& boards) {
   MeasuredErrors result;
@@ -91,8 +91,8 @@ MeasuredErrors measured(const Rectification& r, const MountedCamera& first, cons
     for (const BoardTurn& turn : turns.at(shared.first->board)) {
       std::vector<PixelMatch> pairs = pairsOf(shared, turn);
       const EpipolarErrors errors = epipolarErrors(r, first, second, pairs);
-      if (errors.num_pairs == 0 || errors.row_rms_px >= least) continue;
-      least = errors.row_rms_px;
+      if (errors.num_pairs == 0 || errors.curve_rms_px >= least) continue;
+      least = errors.curve_rms_px;
       best = std::move(pairs);
     }
     if (best.empty()) continue;
@@ -401,10 +401,11 @@ class RigRectifyCommand final : public Command {
     if (errors) {
       const EpipolarErrors& e = errors->errors;
       text += fmt::format(
-          "Errors    {} corners of {} boards: RMS {:.3f} px from the epipolar curves before; {} differ by "
-          "RMS {:.3f} "
-          "px,\n          mean {:.3f} px, at most {:.2f} px\n",
-          e.num_pairs, errors->num_boards, e.curve_rms_px, row, e.row_rms_px, e.row_mean_px, e.row_max_px);
+          "Errors    {} corners of {} boards: RMS {:.3f} px from the epipolar curves before\n"
+          "          {} differ by RMS {:.3f} px, mean {:.3f} px, at most {:.2f} px; {} corners in both "
+          "views\n",
+          e.num_pairs, errors->num_boards, e.curve_rms_px, row, e.row_rms_px, e.row_mean_px, e.row_max_px,
+          e.num_shown);
     }
     return text;
   }
@@ -430,8 +431,9 @@ class RigRectifyCommand final : public Command {
     if (errors) {
       const EpipolarErrors& e = errors->errors;
       epipolar = {{"num_boards", errors->num_boards}, {"num_corners", e.num_pairs},
-                  {"curve_rms_px", e.curve_rms_px},   {"row_rms_px", e.row_rms_px},
-                  {"row_mean_px", e.row_mean_px},     {"row_max_px", e.row_max_px}};
+                  {"curve_rms_px", e.curve_rms_px},   {"num_shown", e.num_shown},
+                  {"row_rms_px", e.row_rms_px},       {"row_mean_px", e.row_mean_px},
+                  {"row_max_px", e.row_max_px}};
     }
     return jsonText({{"folder", output_.empty() ? json(nullptr) : json(output_)},
                      {"projection", projectionName(r.projection)},

@@ -149,8 +149,6 @@ class RigTriangulateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade rig triangulate rig.yaml pixels.csv -o points.csv\n"
-        "Example: printf 'id,camera,u,v\\n1,left,310.2,240.8\\n1,right,287.9,241.5\\n' | alidade rig "
-        "triangulate rig.yaml\n"
         "Output: id,x,y,z,std_x,std_y,std_z,std_by_pixels,std_by_rig,error_px,num_cameras,status, in metres "
         "in "
         "the frame of\nthe rig. std_x to std_z are standard deviations from the noise of the pixels and the "

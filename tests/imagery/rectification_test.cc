@@ -350,6 +350,8 @@ TEST(Rectification, MeasuresEpipolarErrors) {
     }
     const EpipolarErrors none = epipolarErrors(r, c.rig.camera(0), c.rig.camera(1), exact);
     EXPECT_EQ(none.num_pairs, exact.size());
+    EXPECT_LE(none.num_shown, exact.size());
+    EXPECT_GT(none.num_shown, 1000u) << c.name;
     EXPECT_LT(none.curve_rms_px, 1e-7) << c.name;
     EXPECT_LT(none.row_max_px, 1e-7) << c.name;
     const EpipolarErrors some = epipolarErrors(r, c.rig.camera(0), c.rig.camera(1), noisy);

@@ -232,6 +232,15 @@ double curveDistance(const MountedCamera& camera, const SO3& rectified_from_came
   return normal_in_camera.dot(*ray) / gradient.norm();
 }
 
+// Nothing outside of the image.
+std::optional<Vector2d> shownPixel(const Rectification& r, std::size_t i, const Vector3d& ray) {
+  const auto pixel = r.pixelFromRay(i, ray);
+  const Vector2d size(r.size.width, r.size.height);
+  if (!pixel || !(pixel->array() >= -0.5).all() || !(pixel->array() < size.array() - 0.5).all())
+    return std::nullopt;
+  return pixel;
+}
+
 cv::Mat matOf(const Eigen::MatrixXd& matrix) {
   cv::Mat mat(static_cast<int>(matrix.rows()), static_cast<int>(matrix.cols()), CV_64F);
   for (int row = 0; row < mat.rows; ++row) {
@@ -357,14 +366,14 @@ EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedC
   double row_sum = 0;
   for (const PixelMatch& pair : pairs) {
     std::array<Vector3d, 2> rays;
-    std::array<std::optional<Vector2d>, 2> pixels;
+    int num_rays = 0;
     for (std::size_t i = 0; i < 2; ++i) {
       const auto ray = cameras[i]->camera.unproject(pair[i]);
       if (!ray) continue;
       rays[i] = rectification.views[i].rectified_from_camera * *ray;
-      pixels[i] = rectification.pixelFromRay(i, rays[i]);
+      ++num_rays;
     }
-    if (!pixels[0] || !pixels[1]) continue;
+    if (num_rays < 2) continue;
     double square = 0;
     for (std::size_t i = 0; i < 2; ++i) {
       square += 0.5 * std::pow(curveDistance(*cameras[i], rectification.views[i].rectified_from_camera,
@@ -372,15 +381,20 @@ EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedC
                                2);
     }
     if (!std::isfinite(square)) continue;  // on the baseline, where there is no curve
-    const double row = (*pixels[0])[across] - (*pixels[1])[across];
     curve_sum += square;
+    ++errors.num_pairs;
+    const auto first_pixel = shownPixel(rectification, 0, rays[0]);
+    const auto second_pixel = shownPixel(rectification, 1, rays[1]);
+    if (!first_pixel || !second_pixel) continue;
+    const double row = (*first_pixel)[across] - (*second_pixel)[across];
     row_sum += row * row;
     errors.row_mean_px += row;
     errors.row_max_px = std::max(errors.row_max_px, std::abs(row));
-    ++errors.num_pairs;
+    ++errors.num_shown;
   }
-  const auto count = static_cast<double>(std::max<std::size_t>(1, errors.num_pairs));
-  errors.curve_rms_px = std::sqrt(curve_sum / count);
+  const auto count = static_cast<double>(std::max<std::size_t>(1, errors.num_shown));
+  errors.curve_rms_px =
+      std::sqrt(curve_sum / static_cast<double>(std::max<std::size_t>(1, errors.num_pairs)));
   errors.row_rms_px = std::sqrt(row_sum / count);
   errors.row_mean_px /= count;
   return errors;

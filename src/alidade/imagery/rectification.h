@@ -102,6 +102,7 @@ struct EpipolarErrors {
   /// RMS distance from the epipolar curve in the original images, px: to first order, the mean square of both
   /// images.
   double curve_rms_px = 0;
+  std::size_t num_shown = 0;  ///< pairs that both rectified images show; the rest has no row
   /// Difference of the rows (columns if is_vertical) in the rectified images, first minus second, px.
   double row_rms_px = 0;
   double row_mean_px = 0;
