@@ -53,6 +53,8 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigValidateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeRigTriangulateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeRigRectifyCommand();
 
 /// The exit code where the work is done and the answer is no.
 inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);

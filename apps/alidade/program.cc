@@ -35,11 +35,14 @@ struct CommandEntry {
 constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
 
 // In the order of the help text.
-constexpr std::array<CommandEntry, 12> kCommands = {{
+constexpr std::array<CommandEntry, 14> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
     {"rig calibrate", "Calibrate the cameras of a rig in one joint fit", makeRigCalibrateCommand},
     {"rig validate", "Test a rig on images of boards", makeRigValidateCommand},
+    {"rig rectify", "Rectify the images of two cameras, so that a point has one row in both",
+     makeRigRectifyCommand},
+    {"rig triangulate", "Find 3D points from their pixels in several cameras", makeRigTriangulateCommand},
     {"project", "Project 3D points to pixels", makeProjectCommand},
     {"unproject", "Convert pixels to rays", makeUnprojectCommand},
     {"undistort", "Remove lens distortion from images", makeUndistortCommand},

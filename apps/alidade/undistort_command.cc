@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
-#include <map>
-#include <mutex>
 #include <numbers>
 #include <optional>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/core/parallel.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/projection_file.h"
 #include "alidade/imagery/remap.h"
@@ -24,6 +19,7 @@
 #include "json_output.h"
 #include "options.h"
 #include "pending_folder.h"
+#include "remapped_images.h"
 
 namespace alidade {
 namespace {
@@ -33,46 +29,6 @@ namespace fs = std::filesystem;
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
-
-// What comes of one image.
-struct UndistortedImage {
-  std::string image;   // short name
-  std::string output;  // name in the output folder
-  std::string reason;  // why there is no output; empty = there is
-  int exif_orientation = 1;
-};
-
-// The images by their short names, and their names in the output folder: the same with the extension .png, or
-// as it is for JPEG files; folders become a part of the name. Where that would be the same for several
-// images, these keep their own extension before .png.
-std::vector<UndistortedImage> namedImages(const std::vector<std::string>& paths) {
-  const auto flat = [](std::string name) {
-    std::replace(name.begin(), name.end(), '/', '_');
-    return name;
-  };
-  if (paths.empty()) return {};
-  std::vector<UndistortedImage> images;
-  std::map<std::string, int> counts;
-  for (const std::string& name : shortNames(paths)) {
-    const std::string file = flat(name);
-    images.push_back({.image = name, .output = file, .reason = {}});
-    if (!hasJpegName(file)) images.back().output = fs::path(file).replace_extension(".png").string();
-    ++counts[images.back().output];
-  }
-  std::map<std::string, std::string> sources;
-  for (UndistortedImage& image : images) {
-    const std::string file = flat(image.image);
-    if (counts.at(image.output) > 1 && !hasJpegName(file)) image.output = file + ".png";
-    const auto [earlier, is_new] = sources.emplace(image.output, image.image);
-    if (is_new) continue;
-    throw inputError(
-        {.where = image.image,
-         .found = "this image and " + earlier->second + " would both be written to '" + image.output + "'",
-         .expected = "different output names",
-         .next_step = "undistort them in two runs with different output folders"});
-  }
-  return images;
-}
 
 class UndistortCommand final : public Command {
  public:
@@ -116,17 +72,24 @@ class UndistortCommand final : public Command {
     std::vector<std::string> sources = paths;
     sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
-    std::vector<UndistortedImage> images = namedImages(paths);
+    std::vector<RemappedImage> images = namedImages(paths);
 
     const ViewChoice choice = chooseView(source.camera, source.image_size, request(app));
     PendingFolder folder(output_, "undistort", overwrite_);
     if (!common_.quiet) noteLeftovers(folder);
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
-    folder.write([&] { undistortAll(paths, images, table, folder, cancel); });
-    const auto num_skipped = static_cast<std::size_t>(
-        std::count_if(images.begin(), images.end(), [](const auto& image) { return !image.reason.empty(); }));
-    if (!images.empty() && num_skipped == images.size()) throwNoImage(images);
+    folder.write([&] {
+      remapAll(paths, images, table, folder,
+               {.label = "undistorting",
+                .subfolder = "",
+                .interpolation = interpolation_ == "cubic" ? Interpolation::kCubic : Interpolation::kLinear,
+                .num_jobs = common_.jobs,
+                .is_quiet = common_.quiet,
+                .cancel = cancel});
+    });
+    const std::size_t num_skipped = numSkipped(images);
+    requireAnImage(images);
     folder.write([&] { writeView(choice.view, folder); });
     folder.commit();
 
@@ -141,12 +104,7 @@ class UndistortCommand final : public Command {
     if (!common_.quiet) {
       for (const std::string& note : notes) printMessage("note: " + note);
     }
-    if (num_skipped == 0) return 0;
-    for (const UndistortedImage& image : images) {
-      if (!image.reason.empty()) printMessage("error: " + oneLine(image.reason));
-    }
-    printMessage(fmt::format("error: {} of {} images were skipped", num_skipped, images.size()));
-    return static_cast<int>(ErrorCode::kInput);
+    return reportSkipped(images) ? static_cast<int>(ErrorCode::kInput) : 0;
   }
 
  private:
@@ -173,59 +131,6 @@ class UndistortCommand final : public Command {
     return request;
   }
 
-  // An image that cannot be used gets a reason; one that cannot be written ends the work.
-  void undistortAll(const std::vector<std::string>& paths, std::vector<UndistortedImage>& images,
-                    const RemapTable& table, const PendingFolder& folder, const CancelFlag* cancel) const {
-    ProgressBar bar("undistorting", common_.quiet);
-    std::mutex mutex;
-    std::size_t num_done = 0;
-    const auto interpolation = interpolation_ == "cubic" ? Interpolation::kCubic : Interpolation::kLinear;
-    // Threads that have no image of their own help with the others' rows.
-    const int num_threads = resolveJobs(common_.jobs);
-    const int num_row_jobs =
-        std::max(1, num_threads / static_cast<int>(std::max<std::size_t>(1, paths.size())));
-    parallelFor(
-        paths.size(), num_threads,
-        [&](std::size_t i) {
-          if (const auto image = load(paths[i], table.source_size, images[i]))
-            writeImage(folder.path(images[i].output), remap(table, *image, interpolation, num_row_jobs));
-          const std::lock_guard lock(mutex);
-          bar.update(++num_done, paths.size());
-        },
-        cancel);
-  }
-
-  static std::optional<RasterImage> load(const std::string& path, ImageSize expected,
-                                         UndistortedImage& image) {
-    try {
-      LoadedRaster loaded = readImage(path);
-      image.exif_orientation = loaded.exif_orientation;
-      const RasterImage& raster = loaded.image;
-      if (raster.size != expected) {
-        throw inputError({.where = path,
-                          .found = "the image size is " + sizeText(raster.size) + " pixels",
-                          .expected = sizeText(expected) + ", the image size of the camera file",
-                          .next_step = "use the original images of this camera, not resized or rotated"});
-      }
-      if (hasJpegName(image.output) && (raster.bits_per_sample != 8 || raster.num_channels == 4)) {
-        throw inputError({.where = path,
-                          .found = "16-bit samples or an alpha channel in a file with a JPEG name",
-                          .expected = "a file extension that matches the content",
-                          .next_step = "rename it to .png or .tiff"});
-      }
-      return std::move(loaded.image);
-    } catch (const Error& error) {
-      image.reason = error.what();
-      return std::nullopt;
-    }
-  }
-
-  [[noreturn]] static void throwNoImage(const std::vector<UndistortedImage>& images) {
-    const std::string& first = images.front().reason;
-    if (images.size() == 1) throw inputError({.found = first});
-    throw noneUsableError(images.size(), "none of them can be used", first);
-  }
-
   static void writeView(const OutputView& view, const PendingFolder& folder) {
     if (view.projection != ViewProjection::kRectilinear)
       return writeProjectionFile(folder.path(kProjectionName),
@@ -235,7 +140,7 @@ class UndistortCommand final : public Command {
   }
 
   static std::vector<std::string> notesOn(const ViewChoice& choice,
-                                          const std::vector<UndistortedImage>& images) {
+                                          const std::vector<RemappedImage>& images) {
     std::vector<std::string> notes;
     if (choice.cut_share > 0) {
       notes.push_back(fmt::format(
@@ -247,14 +152,8 @@ class UndistortCommand final : public Command {
       notes.push_back(fmt::format("a {} view cannot show all pixels of the input",
                                   projectionName(choice.view.projection)));
     }
-    std::map<int, int> orientations;
-    for (const UndistortedImage& image : images) ++orientations[image.exif_orientation];
-    orientations.erase(1);
-    for (const auto& [orientation, count] : orientations) {
-      notes.push_back(fmt::format(
-          "{} image{} {} an Exif orientation ({}); it is ignored, and the results are not rotated", count,
-          count == 1 ? "" : "s", count == 1 ? "has" : "have", describeExifOrientation(orientation)));
-    }
+    const std::vector<std::string> orientations = orientationNotes(images);
+    notes.insert(notes.end(), orientations.begin(), orientations.end());
     return notes;
   }
 
@@ -271,15 +170,9 @@ class UndistortCommand final : public Command {
         view.horizontalFieldRad() * kDegrees, scale, 100 * dark_share);
   }
 
-  [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<UndistortedImage>& images,
+  [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<RemappedImage>& images,
                                      double dark_share, const std::vector<std::string>& notes) const {
     const OutputView& view = choice.view;
-    json list = json::array();
-    for (const UndistortedImage& image : images) {
-      const bool is_written = image.reason.empty();
-      list.push_back({{"image", image.image}, {"written", is_written}});
-      list.back()[is_written ? "output" : "reason"] = is_written ? image.output : oneLine(image.reason);
-    }
     const bool is_flat = view.projection == ViewProjection::kRectilinear;
     return jsonText({{"folder", output_},
                      {"file", is_flat ? kCameraName : kProjectionName},
@@ -290,7 +183,7 @@ class UndistortCommand final : public Command {
                      {"horizontal_fov_deg", view.horizontalFieldRad() * kDegrees},
                      {"share_without_source", dark_share},
                      {"share_cut", choice.cut_share},
-                     {"images", list},
+                     {"images", imagesJson(images)},
                      {"notes", notes}});
   }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/command_line.h"
+#include "apps/rig_support.h"
 
 namespace alidade {
 namespace {
@@ -15,6 +16,9 @@ using testing::StartsWith;
 
 const std::vector<std::string> kCommands = {"calibrate", "detect", "project", "unproject", "undistort",
                                             "validate",  "diff",   "convert", "simulate"};
+
+// Those of the group rig whose examples need no more than its files.
+const std::vector<std::string> kRigCommands = {"rectify", "triangulate"};
 
 TEST(Usage, ShowsTheHelpWithoutArguments) {
   const RunResult result = runAlidade({});
@@ -281,6 +285,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
                   "intrinsics: [500.123456, 501.234567, 320.123456, 240.345678], resolution: [640, 480]}\n");
   }
   scratch.write("points.csv", "x,y,z\n0,0,1\n");
+  scratch.write("pixels.csv", "id,camera,u,v\n1,left,310,240\n1,right,290,240\n");
   scratch.write("trajectory.txt", "1.5 0 0 -1 0 0 0 1\n");
   // Rendering one of its views shows as much as rendering all.
   scratch.write("config/scene.yaml",
@@ -294,6 +299,18 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
     }
   }
   EXPECT_EQ(num_examples, 16);
+  // Of a rig.
+  scratch.write("rig.yaml", rigFileText(pairOfCameras()));
+  linkImages(scratch, "left", 1);
+  linkImages(scratch, "right", 1);
+  for (const std::string& command : kRigCommands) {
+    for (const Example& example : examplesIn(runAlidade({"rig", command, "--help"}).out)) {
+      EXPECT_THAT(runAlidade(example.args, {.input = example.input, .folder = scratch.path()}), EndsWith(0))
+          << testing::PrintToString(example.args);
+      ++num_examples;
+    }
+  }
+  EXPECT_EQ(num_examples, 19);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

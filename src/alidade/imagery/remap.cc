@@ -13,12 +13,19 @@ namespace alidade {
 
 RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, const OutputView& view,
                           int num_jobs, const CancelFlag* cancel) {
-  expect(view.size.width > 0 && view.size.height > 0, "an output image has pixels");
-  const auto width = static_cast<std::size_t>(view.size.width);
-  const auto height = static_cast<std::size_t>(view.size.height);
+  return makeRemapTable(
+      camera, source_size, view.size, [&](const Eigen::Vector2d& pixel) { return view.rayFromPixel(pixel); },
+      num_jobs, cancel);
+}
+
+RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, ImageSize size,
+                          const RayOfPixel& ray_of, int num_jobs, const CancelFlag* cancel) {
+  expect(size.width > 0 && size.height > 0, "an output image has pixels");
+  const auto width = static_cast<std::size_t>(size.width);
+  const auto height = static_cast<std::size_t>(size.height);
   constexpr float kNoSource = std::numeric_limits<float>::quiet_NaN();
   RemapTable table{.source_size = source_size,
-                   .size = view.size,
+                   .size = size,
                    .pixels = std::vector<SourcePixel>(width * height, {kNoSource, kNoSource})};
   const Eigen::Array2d low(-0.5, -0.5);
   const Eigen::Array2d high(source_size.width - 0.5, source_size.height - 0.5);
@@ -28,7 +35,7 @@ RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, const 
         constexpr double kNoRay = std::numeric_limits<double>::quiet_NaN();  // is not projected
         std::vector<Eigen::Vector3d> rays(width);
         for (std::size_t x = 0; x < width; ++x)
-          rays[x] = view.rayFromPixel({x, y}).value_or(Eigen::Vector3d::Constant(kNoRay));
+          rays[x] = ray_of({x, y}).value_or(Eigen::Vector3d::Constant(kNoRay));
         std::vector<Projection> sources(width);
         camera.project(rays, sources);
         for (std::size_t x = 0; x < width; ++x) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "alidade/camera/any_camera.h"
@@ -41,6 +43,13 @@ struct RemapTable {
 /// @throws Cancelled once `cancel` is raised
 [[nodiscard]] RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size,
                                         const OutputView& view, int num_jobs = 1,
+                                        const CancelFlag* cancel = nullptr);
+
+/// The same for any layout of an output image: `ray_of` gives the ray of a pixel in the camera frame, or
+/// nothing, and is called from several threads.
+using RayOfPixel = std::function<std::optional<Eigen::Vector3d>(const Eigen::Vector2d&)>;
+[[nodiscard]] RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, ImageSize size,
+                                        const RayOfPixel& ray_of, int num_jobs = 1,
                                         const CancelFlag* cancel = nullptr);
 
 enum class Interpolation {

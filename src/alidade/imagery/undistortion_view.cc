@@ -12,8 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "alidade/core/error.h"
-#include "alidade/core/size_groups.h"
-#include "alidade/imagery/remap.h"
+#include "alidade/imagery/view_search.h"
 
 namespace alidade {
 namespace {
@@ -21,22 +20,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-const double kMaxTangent = std::tan(kMaxTangentAngleRad);
-
-// How far from the axis an image may be laid out on the plane of a view that is not rectilinear.
-Vector2d limitsOf(ViewProjection projection) {
-  return {std::numbers::pi, projection == ViewProjection::kCylindrical ? kMaxTangent : std::numbers::pi / 2};
-}
-
-Vector2d middleOf(ImageSize size) {
-  return {0.5 * (size.width - 1), 0.5 * (size.height - 1)};
-}
-
 OutputView centredView(ViewProjection projection, ImageSize size, double scale_px) {
   return {.projection = projection,
           .size = size,
           .scale_px = Vector2d::Constant(scale_px),
-          .axis_px = middleOf(size)};
+          .axis_px = detail::middleOf(size)};
 }
 
 OutputView sameScale(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,
@@ -81,29 +69,13 @@ OutputView fieldOfView(ViewProjection projection, ImageSize size, double field_r
   return centredView(projection, size, 0.5 * size.width / half_width);
 }
 
-// Offsets of the border pixels' centres from the middle of an image.
-std::vector<Vector2d> borderOffsets(ImageSize size) {
-  const Vector2d middle = middleOf(size);
-  std::vector<Vector2d> offsets;
-  for (int x = 0; x < size.width; ++x) {
-    offsets.emplace_back(x - middle.x(), -middle.y());
-    offsets.emplace_back(x - middle.x(), middle.y());
-  }
-  for (int y = 1; y + 1 < size.height; ++y) {
-    offsets.emplace_back(-middle.x(), y - middle.y());
-    offsets.emplace_back(middle.x(), y - middle.y());
-  }
-  return offsets;
-}
-
 ViewChoice validView(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,
                      ImageSize size) {
-  const Vector2d last(source_size.width - 1, source_size.height - 1);
   const auto has_source = [&](const Vector2d& plane) {
     const auto ray = rayFromPlane(projection, plane);
     if (!ray) return false;
     const Projection source = camera.project(*ray);
-    return source.ok() && (source.pixel.array() >= 0).all() && (source.pixel.array() <= last.array()).all();
+    return source.ok() && detail::isBetweenPixelCentres(source.pixel, source_size);
   };
   if (!has_source(Vector2d::Zero())) {
     throw inputError({.where = "camera",
@@ -111,115 +83,22 @@ ViewChoice validView(const AnyCamera& camera, ImageSize source_size, ViewProject
                       .expected = "an optical axis inside the image",
                       .next_step = "use --keep all, or set the field of view with --fov"});
   }
-  const std::vector<Vector2d> offsets = borderOffsets(size);
-  // The largest units of the plane per pixel at which the whole window is within the limits.
   double limit = std::numeric_limits<double>::infinity();
-  for (const Vector2d& offset : offsets) {
-    limit = std::min(limit, projection == ViewProjection::kRectilinear
-                                ? kMaxTangent / offset.norm()
-                                : limitsOf(projection).cwiseQuotient(offset.cwiseAbs()).minCoeff());
-  }
-  double best = limit;
-  for (const Vector2d& offset : offsets) {
-    constexpr int kNumSteps = 64;  // a lens that loses a line for less than a step of it is none
-    for (int i = 1; i <= kNumSteps; ++i) {
-      const double step = best / kNumSteps;
-      if (has_source(i * step * offset)) continue;
-      double good = (i - 1) * step;
-      double bad = i * step;
-      constexpr double kRelative = 1e-12;
-      while (bad - good > kRelative * bad) {
-        const double middle = 0.5 * (good + bad);
-        (has_source(middle * offset) ? good : bad) = middle;
-      }
-      best = good;
-      break;
-    }
-  }
+  for (const Vector2d& offset : detail::borderOffsets(size))
+    limit = std::min(limit, detail::farthestMultiple(projection, offset));
+  const double best = detail::largestWindow(size, limit, has_source);
   constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
   return {.view = centredView(projection, size, (1 + kMargin) / best),
           .cut_share = 0,
           .is_limited_by_projection = best == limit};
 }
 
-// The part of the plane that source pixels fill.
-struct PlaneBox {
-  Eigen::AlignedBox2d shown;
-  int num_shown = 0;
-  int num_cut = 0;
-};
-
-// What becomes of a source pixel; its place on the plane if it is shown.
-struct SourceNode {
-  bool has_ray = false;
-  std::optional<Vector2d> plane;
-};
-
-// True if pixels between these may lie farther out than these: where rays end or are cut, and where angles
-// jump from half a turn on one side to half a turn on the other.
-bool needsAllPixels(const std::array<const SourceNode*, 4>& corners) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  int num_shown = 0;
-  for (const SourceNode* node : corners) {
-    if (!node->plane) continue;
-    ++num_shown;
-    low = std::min(low, node->plane->x());
-    high = std::max(high, node->plane->x());
-  }
-  constexpr double kJump = 1;  // radians, or tangents, which differ by less between neighbours but at the rim
-  return num_shown > 0 && (num_shown < 4 || high - low > kJump);
-}
-
-// Looks at all border pixels, at every 16th pixel inside, and at all pixels where that is not enough.
-// Elsewhere it is: a place with shown pixels all around is not an extreme one.
-PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, ViewProjection projection) {
-  constexpr int kStride = 16;
-  PlaneBox box;
-  const auto is_within_limits = [&](const Vector2d& plane) {
-    if (projection == ViewProjection::kRectilinear) return plane.norm() <= kMaxTangent;
-    return (plane.cwiseAbs().array() <= limitsOf(projection).array()).all();
-  };
-  const auto look = [&](const Vector2d& pixel) {
-    SourceNode node;
-    const auto ray = camera.unproject(pixel);
-    if (!ray) return node;
-    node.has_ray = true;
-    node.plane = planeFromRay(projection, *ray);
-    if (node.plane && !is_within_limits(*node.plane)) node.plane.reset();
-    if (node.plane) box.shown.extend(*node.plane);
-    return node;
-  };
-  const auto places = [](int length) {
-    std::vector<int> at;
-    for (int i = 0; i < length - 1; i += kStride) at.push_back(i);
-    at.push_back(length - 1);
-    return at;
-  };
-  const std::vector<int> xs = places(size.width);
-  const std::vector<int> ys = places(size.height);
-  std::vector<std::vector<SourceNode>> nodes(ys.size(), std::vector<SourceNode>(xs.size()));
-  for (std::size_t j = 0; j < ys.size(); ++j) {
-    for (std::size_t i = 0; i < xs.size(); ++i) {
-      const SourceNode& node = nodes[j][i] = look(Vector2d(xs[i], ys[j]));
-      if (node.has_ray) ++(node.plane ? box.num_shown : box.num_cut);
-    }
-  }
-  for (const Vector2d& offset : borderOffsets(size)) look(middleOf(size) + offset);
-  for (std::size_t j = 1; j < ys.size(); ++j) {
-    for (std::size_t i = 1; i < xs.size(); ++i) {
-      if (!needsAllPixels({&nodes[j - 1][i - 1], &nodes[j - 1][i], &nodes[j][i - 1], &nodes[j][i]})) continue;
-      for (int y = ys[j - 1]; y <= ys[j]; ++y) {
-        for (int x = xs[i - 1]; x <= xs[i]; ++x) look(Vector2d(x, y));
-      }
-    }
-  }
-  return box;
-}
-
 ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,
                      ImageSize size) {
-  const PlaneBox box = boxOfAll(camera, source_size, projection);
+  const detail::PlaneBox box = detail::boxOfAll(camera, source_size, [&](const Vector3d& ray) {
+    const auto plane = planeFromRay(projection, ray);
+    return plane && detail::isLaidOut(projection, *plane) ? plane : std::nullopt;
+  });
   const Vector2d extent = box.shown.sizes();
   if (!(extent.minCoeff() > 0)) {
     throw inputError({.where = "camera",
@@ -241,20 +120,7 @@ ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProject
 
 ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size, const ViewRequest& request) {
   const ImageSize size = request.size.value_or(source_size);
-  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-  const std::string max_side = std::to_string(kMaxRemapSide);
-  if (std::max(source_size.width, source_size.height) > kMaxRemapSide) {
-    throw inputError({.where = "image size of the camera",
-                      .found = sizeText(source_size),
-                      .expected = "sides of at most " + max_side + " pixels"});
-  }
-  if (std::min(size.width, size.height) < 2 || std::max(size.width, size.height) > kMaxRemapSide ||
-      std::int64_t{size.width} * size.height > kMaxPixels) {
-    throw usageError({.where = "output size",
-                      .found = sizeText(size),
-                      .expected = "sides of 2 to " + max_side + " pixels, and at most " +
-                                  std::to_string(kMaxPixels) + " in total"});
-  }
+  detail::checkViewSizes(source_size, size);
   switch (request.extent) {
     case ViewExtent::kSameScale:
       return {.view = sameScale(camera, source_size, request.projection, size)};
