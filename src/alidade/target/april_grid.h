@@ -21,6 +21,8 @@ struct AprilGrid {
       "aprilgrid:6x6:88mm:0.3 (columns x rows of tags, the side of a tag, the gap as a share of it)";
   static constexpr std::string_view kDictionary = "DICT_APRILTAG_36h11";
   static constexpr bool kIsUpsideDown = true;  ///< as OpenCV draws its tags
+  /// Of a tag's black border, in cells: that of Kalibr's boards first.
+  static constexpr std::array kBorders = {2, 1, 3};
 
   int columns = 0;
   int rows = 0;

@@ -49,7 +49,8 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
       {"charuco:5x7:30mm:24mm:DICT_APRILTAG_25h9", "charuco:5x7:SQUARE:MARKER:DICT_APRILTAG_25h9", {}, true},
       {"charuco:9x12:30mm:24mm:DICT_6X6_250", "charuco:9x12:SQUARE:MARKER:DICT_6X6_100"},
       {"aprilgrid:5x4:88mm:0.3", "an AprilGrid of 5x4 tags: --board aprilgrid:5x4:TAG:0.3, with"},
-      {"aprilgrid:4x3:40mm:0.25:5", "aprilgrid:4x3:TAG:0.25:5", {.april_border = 1}}};
+      {"aprilgrid:4x3:40mm:0.25:5", "aprilgrid:4x3:TAG:0.25:5", {.april_border = 1}},
+      {"aprilgrid:5x4:88mm:0.4", "aprilgrid:5x4:TAG:0.4, with", {.april_border = 3}}};
   const Renderer renderer(someCamera(), kSize);
   std::size_t num_checked = 0;
   for (const GuessCase& c : cases) {
@@ -66,7 +67,7 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
     EXPECT_THAT(guess.text(), HasSubstr(c.guess)) << c.spec;
     ++num_checked;
   }
-  EXPECT_EQ(num_checked, 6U);
+  EXPECT_EQ(num_checked, 7U);
 }
 
 // Rows that no marker shows are told by the corners.

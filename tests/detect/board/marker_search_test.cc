@@ -78,9 +78,12 @@ TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
       {.spec = charuco, .is_inverted = true},
       {.spec = grid},
       {.spec = grid, .ink = {.april_border = 1}},
+      {.spec = grid, .ink = {.april_border = 3}},
+      {.spec = "aprilgrid:5x4:88mm:0.5", .ink = {.april_border = 3}},
       {.spec = grid + ":40"},
   };
   const Renderer renderer(someCamera(), kSize);
+  std::size_t num_checked = 0;
   for (const PrintCase& c : cases) {
     const Board board = parseBoardSpec(c.spec);
     Deviations deviations;
@@ -97,7 +100,9 @@ TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
     EXPECT_GE(deviations.num_found, 0.98 * static_cast<double>(deviations.num_visible)) << c.spec;
     EXPECT_LE(deviations.rms(), 0.015) << c.spec;
     EXPECT_LE(deviations.worst_px, 0.1) << c.spec;
+    ++num_checked;
   }
+  EXPECT_EQ(num_checked, 8U);
 }
 
 // All four corners of which are found.

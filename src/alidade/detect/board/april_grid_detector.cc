@@ -29,7 +29,9 @@ MarkerPattern patternOf(const AprilGrid& board, int border) {
 }  // namespace
 
 Detection findBoard(const GrayImage& image, const AprilGrid& board) {
-  return findMarkerBoard(image, board, {patternOf(board, 2), patternOf(board, 1)});
+  std::vector<MarkerPattern> patterns;
+  for (const int border : AprilGrid::kBorders) patterns.push_back(patternOf(board, border));
+  return findMarkerBoard(image, board, patterns);
 }
 
 }  // namespace alidade

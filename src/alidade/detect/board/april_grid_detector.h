@@ -7,8 +7,7 @@
 
 namespace alidade {
 
-/// Finds an AprilGrid whose tags have a border of two cells, as Kalibr prints them, or of one. Tags of other
-/// ids belong to other boards.
+/// Finds an AprilGrid whose tags have any of AprilGrid::kBorders. Tags of other ids belong to other boards.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const AprilGrid& board);
 
 }  // namespace alidade

@@ -33,9 +33,10 @@ struct MarkerFamily {
   std::array<std::string_view, 3> smaller = {};
 };
 
-constexpr std::array<MarkerFamily, 10> kFamilies = {
+constexpr std::array<MarkerFamily, 11> kFamilies = {
     {{"DICT_APRILTAG_36h11", 2},
      {"DICT_APRILTAG_36h11", 1},
+     {"DICT_APRILTAG_36h11", 3},
      {"DICT_4X4_1000", 1, {"DICT_4X4_50", "DICT_4X4_100", "DICT_4X4_250"}},
      {"DICT_5X5_1000", 1, {"DICT_5X5_50", "DICT_5X5_100", "DICT_5X5_250"}},
      {"DICT_6X6_1000", 1, {"DICT_6X6_50", "DICT_6X6_100", "DICT_6X6_250"}},

@@ -132,7 +132,7 @@ std::vector<MarkerLook> markerLooks(ImageSize size) {
 }
 
 std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prints,
-                                                MarkerLook look) {
+                                                MarkerLook look, std::size_t enough) {
   cv::Mat searched = matOf(image);
   if (look.scale != 1) {
     const int fraction = look.scale < 1 ? static_cast<int>(std::lround(1 / look.scale)) : 1;
@@ -151,7 +151,7 @@ std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::spa
     for (std::size_t i = 0; i < ids.size(); ++i) markers[0].push_back(inImage(ids[i], found[i], look.scale));
   }
   std::map<int, std::vector<cv::Mat>> cells_of;  // by their number along a side
-  for (std::size_t p = 1; p < prints.size(); ++p) {
+  for (std::size_t p = 1; p < prints.size() && markers[p - 1].size() < enough; ++p) {
     const PrintReader reader(prints[p]);
     const int num_cells = reader.known.num_bits + 2 * reader.border;
     std::vector<cv::Mat>& cells = cells_of[num_cells];

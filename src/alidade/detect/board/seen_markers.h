@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,9 +44,11 @@ struct MarkerLook {
 [[nodiscard]] std::vector<MarkerLook> markerLooks(ImageSize size);
 
 /// The markers of each print, dark on white or white on dark; an id may occur more than once. The outlines
-/// are searched only once, whatever the number of prints.
+/// are searched only once, whatever the number of prints, and prints behind one that has `enough` markers are
+/// not looked for.
 [[nodiscard]] std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image,
                                                               std::span<const MarkerPrint> prints,
-                                                              MarkerLook look);
+                                                              MarkerLook look,
+                                                              std::size_t enough = SIZE_MAX);
 
 }  // namespace alidade

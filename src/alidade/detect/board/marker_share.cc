@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/detect/board/marker_share.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// From the unit square to the image.
+Eigen::Matrix3d homographyOf(const std::array<Vector2d, 4>& c) {
+  const Vector2d bend = c[0] - c[1] + c[2] - c[3];
+  Eigen::Matrix2d sides;
+  sides << c[1] - c[2], c[3] - c[2];
+  const Vector2d g = sides.inverse() * bend;
+  Eigen::Matrix3d h;
+  h << c[1].x() - c[0].x() + g(0) * c[1].x(), c[3].x() - c[0].x() + g(1) * c[3].x(), c[0].x(),
+      c[1].y() - c[0].y() + g(0) * c[1].y(), c[3].y() - c[0].y() + g(1) * c[3].y(), c[0].y(), g(0), g(1), 1;
+  return h;
+}
+
+std::optional<double> greyAt(const GrayImage& image, const Vector2d& pixel) {
+  if (!(pixel.array() >= 0).all() || pixel.x() >= image.size.width - 1 || pixel.y() >= image.size.height - 1)
+    return std::nullopt;
+  const int x = static_cast<int>(pixel.x());
+  const int y = static_cast<int>(pixel.y());
+  const double right = pixel.x() - x;
+  const double below = pixel.y() - y;
+  return (1 - below) * ((1 - right) * image.at(x, y) + right * image.at(x + 1, y)) +
+         below * ((1 - right) * image.at(x, y + 1) + right * image.at(x + 1, y + 1));
+}
+
+// Mean grey values along a line that runs from a side of the square inwards.
+class Profile {
+ public:
+  static constexpr int kNumSteps = 64;
+
+  // Empty where the square reaches out of the image.
+  static std::optional<Profile> across(const GrayImage& image, const Eigen::Matrix3d& h, double depth,
+                                       double half_length) {
+    constexpr int kNumLines = 9;
+    Profile profile;
+    profile.step_ = depth / kNumSteps;
+    for (int i = 0; i <= kNumSteps; ++i) {
+      double sum = 0;
+      for (int line = 0; line < kNumLines; ++line) {
+        const double along = 0.5 + half_length * (2.0 * line / (kNumLines - 1) - 1);
+        const Vector3d p = h * Vector3d(along, i * profile.step_, 1);
+        const auto grey = greyAt(image, p.head<2>() / p.z());
+        if (!grey) return std::nullopt;
+        sum += *grey;
+      }
+      profile.values_[static_cast<std::size_t>(i)] = sum / kNumLines;
+    }
+    return profile;
+  }
+
+  // Where the brightest place is followed by one that is midway to the darkest place behind it.
+  [[nodiscard]] std::optional<double> fallsAt() const {
+    constexpr double kLeastContrast = 20;
+    const auto* brightest = std::ranges::max_element(values_);
+    const auto* darkest = std::min_element(brightest, values_.end());
+    if (*brightest - *darkest < kLeastContrast) return std::nullopt;
+    const double midway = 0.5 * (*brightest + *darkest);
+    const auto* below = std::find_if(brightest, values_.end(), [&](double v) { return v < midway; });
+    const double rest = (midway - *below) / (*(below - 1) - *below);
+    return step_ * (static_cast<double>(below - values_.begin()) - rest);
+  }
+
+ private:
+  double step_ = 0;
+  std::array<double, kNumSteps + 1> values_{};
+};
+
+}  // namespace
+
+std::optional<double> measuredMarkerShare(const GrayImage& image, const std::array<Vector2d, 4>& square,
+                                          double expected, int num_cells) {
+  constexpr double kLeastMarginPx = 3;  // the corners' edges blur into narrower ones
+  const double margin = 0.5 * (1 - expected);
+  const double cell = expected / num_cells;
+  double shortest_px = (square[0] - square[3]).norm();
+  for (std::size_t k = 0; k < 3; ++k)
+    shortest_px = std::min(shortest_px, (square[k + 1] - square[k]).norm());
+  if (!(margin * shortest_px >= kLeastMarginPx)) return std::nullopt;
+  double sum = 0;
+  std::array<Vector2d, 4> turned = square;
+  for (int side = 0; side < 4; ++side) {
+    const auto profile =
+        Profile::across(image, homographyOf(turned), margin + 0.6 * cell, 0.5 * expected - cell);
+    const auto at = profile ? profile->fallsAt() : std::nullopt;
+    if (!at) return std::nullopt;
+    sum += *at;
+    std::rotate(turned.begin(), turned.begin() + 1, turned.end());
+  }
+  return 1 - 0.5 * sum;
+}
+
+}  // namespace alidade
