@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -25,7 +24,6 @@
 namespace alidade {
 namespace {
 
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kRoundingPx = 1e-9;  // projecting one camera twice differs by less
 
 // Up to `most` of `count` places, from the first to the last.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +18,8 @@ class Option;
 }  // namespace CLI
 
 namespace alidade {
+
+inline constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 /// What every command can be told.
 struct CommonOptions {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -23,13 +22,12 @@ namespace {
 
 std::string poseLine(const RigCamera& camera, const SE3& camera_from_rig) {
   constexpr double kMillimetres = 1000;
-  constexpr double kDegrees = 180 / std::numbers::pi;
   const Eigen::Vector3d origin = camera_from_rig.inverse().translation * kMillimetres;
   return fmt::format(
       "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; "
       "standard deviation {:.2f} mm, {:.3f} degrees",
-      origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegrees,
-      camera.position_std_m.norm() * kMillimetres, camera.rotation_std_rad.norm() * kDegrees);
+      origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegPerRad,
+      camera.position_std_m.norm() * kMillimetres, camera.rotation_std_rad.norm() * kDegPerRad);
 }
 
 std::string summaryOf(const RigCalibration& rig) {

@@ -2,7 +2,6 @@
 #include "rig_diff.h"
 
 #include <algorithm>
-#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
@@ -20,7 +19,6 @@
 namespace alidade {
 namespace {
 
-constexpr double kDegreesInRadian = 180 / std::numbers::pi;
 constexpr double kNoDifferencePx = 1e-9;
 
 // A camera of both rigs, and how its lenses differ.
@@ -114,9 +112,9 @@ std::string lensText(const LensComparison& pair) {
   if (difference.max_px < kNoDifferencePx) return "no difference";
   std::string text =
       fmt::format("95 % within {:.3g} px, at most {:.3g} px", difference.p95_px, difference.max_px);
-  if (difference.b_from_a.rotation.log().norm() * kDegreesInRadian > 1e-6) {
-    text += fmt::format("; aligned by {:.3g} degrees",
-                        difference.b_from_a.rotation.log().norm() * kDegreesInRadian);
+  if (difference.b_from_a.rotation.log().norm() * kDegPerRad > 1e-6) {
+    text +=
+        fmt::format("; aligned by {:.3g} degrees", difference.b_from_a.rotation.log().norm() * kDegPerRad);
   }
   if (pair.significance) text += pair.significance->isSignificant() ? "; significant" : "; not significant";
   return text;
@@ -141,7 +139,7 @@ std::string rigText(const std::vector<LensComparison>& pairs, const RigDifferenc
   for (std::size_t i = 1; i < names.size(); ++i) {
     text += fmt::format("  {:<10} {:.4g} mm and {:.4g} degrees different\n", names[i],
                         kMillimetres * difference.places[i].distance_m,
-                        kDegreesInRadian * difference.places[i].angle_rad);
+                        kDegPerRad * difference.places[i].angle_rad);
   }
   text +=
       fmt::format("Points   at {:.4g} m from one camera, in the image of another\n", difference.distance_m);

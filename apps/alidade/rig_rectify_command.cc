@@ -3,7 +3,6 @@
 #include <array>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -31,7 +30,6 @@
 namespace alidade {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kRigName = "rig.yaml";
 constexpr const char* kRectificationName = "rectification.yaml";
 
@@ -242,7 +240,7 @@ class RigRectifyCommand final : public Command {
   [[nodiscard]] RectificationRequest request(const CLI::App& app) const {
     RectificationRequest request;
     request.projection = projectionOf(projection_);
-    request.horizontal_field_rad = fov_deg_ / kDegrees;
+    request.horizontal_field_rad = fov_deg_ / kDegPerRad;
     if (app.count("--fov") > 0) request.extent = ViewExtent::kFieldOfView;
     if (keep_ == "all") request.extent = ViewExtent::kAll;
     if (keep_ == "valid") request.extent = ViewExtent::kValid;
@@ -388,7 +386,7 @@ class RigRectifyCommand final : public Command {
                         r.is_vertical ? "vertical" : "horizontal");
     if (r.projection == ViewProjection::kEquirectangular) {
       text += fmt::format("Views     {:.4g} px per degree; {} are planes through the baseline\n",
-                          r.scale_px / kDegrees, row);
+                          r.scale_px / kDegPerRad, row);
     } else {
       const std::string offset = r.disparityAtInfinity() == 0
                                      ? "disparity"

@@ -40,10 +40,9 @@ std::string validationText(const RigValidation& tested) {
                         camera.rms_px, camera.freed_rms_px);
     if (&camera != &tested.cameras.front()) {
       constexpr double kMmPerM = 1000;
-      constexpr double kDegreesPerRad = 57.29577951308232;
       text += fmt::format(", which moves it by {:.2f} mm and {:.3f} degrees: {:.2f} px, {:.1f} sigma",
                           camera.freed_from_stated.translation.norm() * kMmPerM,
-                          camera.freed_from_stated.rotation.log().norm() * kDegreesPerRad, camera.effect_px,
+                          camera.freed_from_stated.rotation.log().norm() * kDegPerRad, camera.effect_px,
                           std::max(0.0, camera.sigmas));
     }
     text += "\n";

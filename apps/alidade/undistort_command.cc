@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
-#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
@@ -26,7 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
 
@@ -123,7 +121,7 @@ class UndistortCommand final : public Command {
   [[nodiscard]] ViewRequest request(const CLI::App& app) const {
     ViewRequest request;
     request.projection = projectionOf(projection_);
-    request.horizontal_field_rad = fov_deg_ / kDegrees;
+    request.horizontal_field_rad = fov_deg_ / kDegPerRad;
     if (app.count("--fov") > 0) request.extent = ViewExtent::kFieldOfView;
     if (keep_ == "all") request.extent = ViewExtent::kAll;
     if (keep_ == "valid") request.extent = ViewExtent::kValid;
@@ -145,7 +143,7 @@ class UndistortCommand final : public Command {
     if (choice.cut_share > 0) {
       notes.push_back(fmt::format(
           "{:.2g} % of the input pixels are more than {:.0f} degrees from the {} and were cut off; {}",
-          100 * choice.cut_share, kMaxTangentAngleRad * kDegrees,
+          100 * choice.cut_share, kMaxTangentAngleRad * kDegPerRad,
           choice.view.projection == ViewProjection::kCylindrical ? "horizon" : "axis",
           "--projection equirectangular shows them all"));
     } else if (choice.is_limited_by_projection) {
@@ -163,11 +161,11 @@ class UndistortCommand final : public Command {
         camera_only_ ? "no images" : fmt::format("{} of {} images", num_written, num_images);
     const std::string scale = view.projection == ViewProjection::kRectilinear
                                   ? fmt::format("focal length {:.2f} px", view.scale_px.x())
-                                  : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegrees);
+                                  : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegPerRad);
     return fmt::format(
         "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels are black (no source)\n",
         printable(output_), what, projectionName(view.projection), sizeText(view.size),
-        view.horizontalFieldRad() * kDegrees, scale, 100 * dark_share);
+        view.horizontalFieldRad() * kDegPerRad, scale, 100 * dark_share);
   }
 
   [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<RemappedImage>& images,
@@ -180,7 +178,7 @@ class UndistortCommand final : public Command {
                      {"image_size", view.size},
                      {is_flat ? "focal_px" : "pixels_per_radian", vectorJson(view.scale_px)},
                      {"axis_pixel", vectorJson(view.axis_px)},
-                     {"horizontal_fov_deg", view.horizontalFieldRad() * kDegrees},
+                     {"horizontal_fov_deg", view.horizontalFieldRad() * kDegPerRad},
                      {"share_without_source", dark_share},
                      {"share_cut", choice.cut_share},
                      {"images", imagesJson(images)},
