@@ -151,7 +151,8 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
   }
   ChosenPattern chosen{.pattern = &patterns.front()};
   for (const MarkerLook& look : markerLooks(image.size)) {
-    const double enough = (look.is_quick ? 0.75 : 0.25) * static_cast<double>(patterns.front().markers.size());
+    const double enough =
+        (look.is_quick ? 0.75 : 0.25) * static_cast<double>(patterns.front().markers.size());
     const auto seen = seeMarkers(image, prints, look, static_cast<std::size_t>(std::ceil(enough)));
     for (const MarkerPattern& pattern : patterns) {
       const auto print = static_cast<std::size_t>(std::ranges::find(prints, pattern.print) - prints.begin());

@@ -84,8 +84,7 @@ std::optional<double> measuredMarkerShare(const GrayImage& image, const std::arr
   const double margin = 0.5 * (1 - expected);
   const double cell = expected / num_cells;
   double shortest_px = (square[0] - square[3]).norm();
-  for (std::size_t k = 0; k < 3; ++k)
-    shortest_px = std::min(shortest_px, (square[k + 1] - square[k]).norm());
+  for (std::size_t k = 0; k < 3; ++k) shortest_px = std::min(shortest_px, (square[k + 1] - square[k]).norm());
   if (!(margin * shortest_px >= kLeastMarginPx)) return std::nullopt;
   double sum = 0;
   std::array<Vector2d, 4> turned = square;
