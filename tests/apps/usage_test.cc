@@ -284,6 +284,18 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
                   "cam0: {camera_model: pinhole, distortion_model: none, distortion_coeffs: [], "
                   "intrinsics: [500.123456, 501.234567, 320.123456, 240.345678], resolution: [640, 480]}\n");
   }
+  std::string rig = "alidade_rig: 1\ncameras:\n";
+  for (const auto& [name, x] : {std::pair("left", "0"), std::pair("right", "-0.1")}) {
+    rig +=
+        std::string("  - name: ") + name +
+        "\n    camera_from_rig: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [" + x +
+        ", 0, 0]}\n    camera: {alidade_camera: 1, model: pinhole, image_size: {width: 640, height: 480}, " +
+        "parameters: {fx: 500, fy: 500, cx: 320, cy: 240}}\n";
+    scratch.write(std::string(name) + ".cameramodel",
+                  std::string("{'lensmodel': 'LENSMODEL_PINHOLE', 'intrinsics': [500, 500, 320, 240], ") +
+                      "'extrinsics': [0, 0, 0, " + x + ", 0, 0], 'imagersize': [640, 480]}\n");
+  }
+  scratch.write("rig.yaml", rig);
   scratch.write("points.csv", "x,y,z\n0,0,1\n");
   scratch.write("pixels.csv", "id,camera,u,v\n1,left,310,240\n1,right,290,240\n");
   scratch.write("trajectory.txt", "1.5 0 0 -1 0 0 0 1\n");
@@ -298,7 +310,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 16);
+  EXPECT_EQ(num_examples, 18);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 1);
@@ -310,7 +322,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 19);
+  EXPECT_EQ(num_examples, 21);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -34,7 +34,7 @@ TEST_F(SaveCamera, IsReadBackInEveryFormatThatHoldsTheModel) {
     EXPECT_TRUE(std::ranges::equal(source.cameras.front().camera.parameters(), record_.camera.parameters()));
     ++num_formats;
   }
-  EXPECT_EQ(num_formats, 10);
+  EXPECT_EQ(num_formats, 11);
 }
 
 TEST_F(SaveCamera, KeepsTheWholeRecordInItsOwnFormatOnly) {

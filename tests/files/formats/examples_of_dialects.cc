@@ -72,8 +72,7 @@ intrinsics: [500.0, 501.0, 320.0, 240.0] #fu, fv, cu, cv
 distortion_model: radial-tangential
 distortion_coefficients: [-0.1, 0.02, 0.001, 0.002]
 )",
-       {{"", "radtan", kVga, {500, 501, 320, 240, -0.1, 0.02, 0.001, 0.002, 0}}},
-       {"not_carried"}},
+       {{"", "radtan", kVga, {500, 501, 320, 240, -0.1, 0.02, 0.001, 0.002, 0}}}},
   };
 }
 

@@ -6,6 +6,7 @@
 #include "alidade/camera/camera_variant.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/rig_source.h"
 #include "apps/run_program.h"
 #include "files/formats/reading.h"
 #include "support/model_fixture.h"
@@ -70,6 +71,41 @@ TEST(RosFiles, OfTheCalibratorAreReadAsFarAsTheirDigitsGo) {
     }
   }
   EXPECT_EQ(num_numbers, 9 + 12 + 8);
+}
+
+// The same function for a pair, rectified by OpenCV as its stereo calibrator does it.
+constexpr const char* kPairScript = R"(
+import sys
+import cv2
+import numpy as np
+from camera_calibration.calibrator import StereoCalibrator, CAMERA_MODEL
+
+K = np.array([[533., 0., 342.5], [0., 534.25, 233.], [0., 0., 1.]])
+d = np.array([[-0.28, 0.02, 0.001, -0.0001, 0.1]])
+R, _ = cv2.Rodrigues(np.array([0.01, -0.02, 0.03]))
+T = np.array([[-0.12], [0.003], [0.002]])
+R1, R2, P1, P2, _, _, _ = cv2.stereoRectify(K, d, K, d, (640, 480), R, T, alpha=0)
+for name, r, p in (('left', R1, P1), ('right', R2, P2)):
+    with open(sys.argv[1] + '/' + name + '.yaml', 'w') as f:
+        f.write(StereoCalibrator.lryaml('stereo', d, K, r, p, (640, 480), CAMERA_MODEL.PINHOLE))
+)";
+
+TEST(RosFiles, OfAPairSayWhereItsCamerasAre) {
+  for (const auto& [module, package] :
+       {std::pair("camera_calibration", "python3-camera-calibration"),
+        std::pair("cv_bridge", "python3-cv-bridge"), std::pair("image_geometry", "python3-image-geometry")}) {
+    ALIDADE_NEED_PEER("/usr/lib/python3/dist-packages/" + std::string(module) + "/__init__.py", package);
+  }
+  const ScratchFolder folder;
+  const RunResult run = runProgram("/usr/bin/python3", {"-c", kPairScript, folder.path()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::vector<std::string> paths = {folder.path("left.yaml"), folder.path("right.yaml")};
+  const std::vector<StatedCamera> cameras = gatherCameras(paths, {}).source.cameras;
+  const SE3 right_from_left = *cameras.at(1).camera_from_rig * cameras.at(0).camera_from_rig->inverse();
+  // Eight decimals of R, and five of P, whose focal length is about 500 px.
+  EXPECT_LT((right_from_left.rotation.log() - Eigen::Vector3d(0.01, -0.02, 0.03)).norm(), 5e-8);
+  EXPECT_LT((right_from_left.translation - Eigen::Vector3d(-0.12, 0.003, 0.002)).norm(), 5e-8);
+  EXPECT_EQ(cameras.at(0).name, "left");  // both files say "stereo"
 }
 
 template <class M>
