@@ -9,6 +9,7 @@
 
 #include "alidade/adjust/errors.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/corners_file.h"
@@ -226,8 +227,10 @@ class RigCommand final : public Command {
       if (c == 0) boards = given.boards;
       if (given.boards != boards) {
         throw inputError({.where = inputs_[c],
-                          .found = "other boards than in " + inputs_.front(),
-                          .expected = "the same boards for all cameras, in the same order"});
+                          .found = fmt::format("other boards than in {}: {}", inputs_.front(),
+                                               join(mapped(given.boards, &Board::spec), " and ")),
+                          .expected = fmt::format("{} for all cameras, in this order",
+                                                  join(mapped(boards, &Board::spec), " and "))});
       }
       if (!common_.quiet && !common_.json) {
         printMessage(
