@@ -331,7 +331,7 @@ TEST(MarkerBoards, OfOtherCountsAreRefused) {
   EXPECT_TRUE(findBoard(image, shown).found());
   const Detection detection = findBoard(image, parseBoardSpec("aprilgrid:4x7:50mm:0.3"));
   EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << detection.detail;
-  EXPECT_THAT(detection.detail, testing::HasSubstr("markers do not lie as on"));
+  EXPECT_THAT(detection.detail, testing::HasSubstr("tags do not lie as on"));
   EXPECT_TRUE(detection.corners.empty());
   const Detection none = findBoard(image, parseBoardSpec("charuco:8x6:30mm:23mm:DICT_4X4_50"));
   EXPECT_FALSE(none.hasCorners()) << none.detail;

@@ -48,7 +48,6 @@ struct MarkerLook {
 /// not looked for.
 [[nodiscard]] std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image,
                                                               std::span<const MarkerPrint> prints,
-                                                              MarkerLook look,
-                                                              std::size_t enough = SIZE_MAX);
+                                                              MarkerLook look, std::size_t enough = SIZE_MAX);
 
 }  // namespace alidade
