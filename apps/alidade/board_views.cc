@@ -93,7 +93,44 @@ CornersFile readVnl(const ViewsRequest& request) {
   return readVnlFiles(request.inputs, readBoard(request.boards.front()), *request.image_size);
 }
 
-GivenViews readCorners(const ViewsRequest& request) {
+// Corners that two boards have at the same place of an image.
+std::size_t numShared(const View& a, const View& b) {
+  constexpr double kSamePx = 0.5;
+  return static_cast<std::size_t>(std::ranges::count_if(a.corners, [&](const Corner& corner) {
+    const auto other = std::ranges::find(b.corners, corner.id, &Corner::id);
+    return other != b.corners.end() && (other->pixel - corner.pixel).norm() < kSamePx;
+  }));
+}
+
+// Warns of boards that may be one whose lengths were given in two ways, and refuses views of which that is
+// certain.
+void checkLengths(const CornersFile& file, bool is_quiet, std::vector<std::string>& notes) {
+  constexpr std::size_t kCertain = 4;
+  for (std::size_t i = 0; i + 1 < file.views.size(); ++i) {
+    for (std::size_t k = i + 1; k < file.views.size() && file.views[k].image == file.views[i].image; ++k) {
+      const Board& first = file.boards[file.views[i].board];
+      const Board& second = file.boards[file.views[k].board];
+      if (!first.differsInLengthsFrom(second) || numShared(file.views[i], file.views[k]) < kCertain) continue;
+      throw inputError({.where = "image " + file.views[i].image,
+                        .found = fmt::format("the same {} of {} and of {}", first.words().points,
+                                             first.spec(), second.spec()),
+                        .expected = "one board at one place",
+                        .next_step = "give one of the files only, that with the measured lengths"});
+    }
+  }
+  for (std::size_t b = 0; b < file.boards.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      if (!file.boards[a].differsInLengthsFrom(file.boards[b])) continue;
+      notes.push_back(
+          fmt::format("{} and {} differ in lengths alone; if they are one board, give it the "
+                      "measured lengths in all files: distances now have two scales",
+                      file.boards[a].spec(), file.boards[b].spec()));
+      if (!is_quiet) printMessage("warning: " + notes.back());
+    }
+  }
+}
+
+GivenViews readCorners(const ViewsRequest& request, const CommonOptions& options) {
   const auto other = std::ranges::find_if_not(request.inputs, isCornersFile);
   if (other != request.inputs.end()) {
     throw usageError({.where = *other,
@@ -119,6 +156,7 @@ GivenViews readCorners(const ViewsRequest& request) {
                       .next_step = "remove --board: the corners file states its board"});
   }
   GivenViews given;
+  checkLengths(file, options.quiet, given.notes);
   given.boards = std::move(file.boards);
   std::set<std::string> images;
   for (const View& view : file.views) images.insert(view.image);
@@ -293,8 +331,8 @@ void requireBoards(const DetectionStage& stage, const CommonOptions& options, bo
        .found = fmt::format("no board ({})", join(reasons, ", ")),
        .expected = join(mapped(boards,
                                [](const Board& board) {
-                                 return fmt::format("{} ({}x{} inner corners, columns x rows)", board.spec(),
-                                                    board.columns(), board.rows());
+                                 return fmt::format("{} ({}, columns x rows)", board.spec(),
+                                                    board.countsText());
                                }),
                         " or "),
        .next_step = hint ? hintText(*hint, hinted->board)
@@ -342,7 +380,7 @@ std::string measuresText(const BoardSurvey& survey) {
     return fmt::format("{:.3g} to {:.3g}", low, high);
   };
   if (survey.numFound() == 0) return {};
-  return fmt::format("edge blur {} px, square width {} px, tilt {} degrees, board area {} % of the image",
+  return fmt::format("edge blur {} px, spacing {} px, tilt {} degrees, board area {} % of the image",
                      range([](const ViewMeasures& m) { return m.blur_px; }),
                      range([](const ViewMeasures& m) { return m.spacing_px; }),
                      range([](const ViewMeasures& m) { return m.tilt_deg; }),
@@ -354,14 +392,8 @@ bool isCornersFile(const std::string& path) {
 }
 
 GivenViews readViews(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {
-  if (!isCornersFile(request.inputs.front())) return findBoards(request, options, cancel);
-  GivenViews given = readCorners(request);
-  // The files have told them apart, but one board may have been given two sizes.
-  if (const auto likeness = findLikeness(given.boards); likeness && !options.quiet) {
-    printMessage("warning: " + likeness->boards + ": the corners files state " + likeness->reason +
-                 "\n  next: if it is one board, correct its SPEC in the corners files");
-  }
-  return given;
+  return isCornersFile(request.inputs.front()) ? readCorners(request, options)
+                                               : findBoards(request, options, cancel);
 }
 
 }  // namespace alidade

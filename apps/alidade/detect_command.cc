@@ -149,11 +149,10 @@ class DetectCommand final : public Command {
           fmt::format("{} of {} images show a board{}", stage.numFound(), stage.numImages(), written));
     for (const BoardSurvey& survey : stage.surveys) {
       const std::size_t num_partial = survey.numFound() - survey.numWhole();
-      printMessage(fmt::format("{}{} of {} images show the whole board ({} corners each){}{}",
-                               is_one ? "" : survey.board.spec() + ": ", survey.numWhole(),
-                               survey.outcomes.size(), survey.board.numCorners(),
-                               num_partial > 0 ? fmt::format(", {} show a part of it", num_partial) : "",
-                               is_one ? written : ""));
+      printMessage(fmt::format(
+          "{}{} of {} images show the whole board ({} {} each){}{}", is_one ? "" : survey.board.spec() + ": ",
+          survey.numWhole(), survey.outcomes.size(), survey.board.numCorners(), survey.board.words().points,
+          num_partial > 0 ? fmt::format(", {} show a part of it", num_partial) : "", is_one ? written : ""));
       if (survey.numFound() > 0) printMessage("  " + measuresText(survey));
     }
     for (const std::string& line : reasonLines(stage.surveys)) printMessage("  " + line);

@@ -98,7 +98,7 @@ TEST(Board, SpecsThatAreWrongAreWrongUsage) {
       {"charuco:8x11:24mm:18mm:DICT_4X4_51", "the dictionary 'DICT_4X4_51'", "did you mean 'DICT_4X4_50'?"},
       {"charuco:1x1:24mm:18mm:DICT_4X4_50", "1x1 squares", "between 3 and 100"},
       {"aprilgrid:24x25:88mm:0.3", "24x25 tags", "between 1 and 24"},
-      {"aprilgrid:24x24:88mm:0.3:50", "576 tags from id 50", "587 tags"},
+      {"aprilgrid:24x24:88mm:0.3:50", "576 tags from id 50", "ids from 0 to 586"},
       {"9x6", "'9x6'", "checkerboard:9x6:25mm"},
   };
   const ScratchFolder scratch;

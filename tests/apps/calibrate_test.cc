@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <regex>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -189,22 +188,6 @@ void replaceInLine(std::string& text, const std::string& image, const std::strin
   ASSERT_NE(line, std::string::npos);
   const std::size_t at = text.find(from, line);
   text.replace(at, from.size(), to);
-}
-
-TEST(Calibrate, WarnsOfCornersFilesThatGiveOneBoardTwoSizes) {
-  ScratchFolder scratch;
-  const std::string corners = readFile(dataPath("corners.csv"));
-  const std::string other = std::regex_replace(corners, std::regex(",view_"), ",other_");
-  scratch.write("a.csv", corners);
-  scratch.write("b.csv", std::regex_replace(other, std::regex("25mm"), "24mm"));
-  const std::vector<std::string> args = {"calibrate", scratch.path("a.csv"), scratch.path("b.csv"), "--model",
-                                         "radtan"};
-  const RunResult result = runAlidade(args);
-  EXPECT_THAT(result, EndsWith(0));
-  EXPECT_THAT(result.err, AllOf(HasSubstr("warning: boards checkerboard:9x6:25mm and checkerboard:9x6:24mm"),
-                                HasSubstr("next: if it is one board")));
-  scratch.write("b.csv", other);
-  EXPECT_THAT(runAlidade(args).err, Not(HasSubstr("warning: ")));
 }
 
 TEST(Calibrate, NamesTheCornersAndViewsThatItLeavesOut) {

@@ -183,6 +183,56 @@ TEST(Inputs, UsesTheLargestSizeOfACornersFileAndNamesTheRest) {
                              HasSubstr("view_012.png: other_size")));
 }
 
+// Two files of one camera, with a change of each thing in which they may disagree.
+TEST(Inputs, OfSeveralCornersFilesMustAgree) {
+  const std::string all = readFile(dataPath("corners.csv"));
+  const std::size_t first = all.find("camera,view_001.png");
+  const std::size_t half = all.find("camera,view_007.png");
+  const std::string header = all.substr(0, first);
+  const std::string a = header + all.substr(first, half - first);
+  const std::string b = header + all.substr(half);
+  const auto replacedIn = [](std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+    return text;
+  };
+  const ScratchFolder scratch;
+  const std::string a_path = scratch.write("a.csv", a);
+  const auto calibrateWith = [&](const std::string& text) {
+    return runAlidade({"calibrate", a_path, scratch.write("b.csv", text), "-o", scratch.path("c.yaml")});
+  };
+  const RunResult good = calibrateWith(b);
+  ASSERT_THAT(good, EndsWith(0));
+  EXPECT_THAT(good.err, testing::Not(HasSubstr("warning:")));
+
+  const std::string other = replacedIn(b, kBoard, "checkerboard:9x6:25.5mm");
+  ASSERT_NE(other, b);
+  const RunResult scaled = calibrateWith(other);
+  ASSERT_THAT(scaled, EndsWith(0));
+  EXPECT_THAT(scaled.err, HasSubstr(std::string("warning: ") + kBoard +
+                                    " and checkerboard:9x6:25.5mm differ in lengths alone"));
+  const RunResult json = runAlidade({"calibrate", a_path, scratch.path("b.csv"), "--json"});
+  EXPECT_THAT(json.out, HasSubstr("differ in lengths alone"));
+
+  struct Case {
+    std::string text;
+    std::string found;
+  };
+  const std::vector<Case> refused = {
+      {replacedIn(a, kBoard, "checkerboard:9x6:25.5mm"),
+       std::string("image view_001.png: the same corners of ") + kBoard + " and of checkerboard:9x6:25.5mm"},
+      {a, "image view_001.png: corner 0 twice"},
+      {replacedIn(a, ",640,480,", ",641,480,"), "image 'view_001.png' with a different size"},
+      {replacedIn(b, "camera,view", "another,view"), "camera 'another'"},
+      {replacedIn(b, ",640,480,", ",641,480,"), "6 of 640x480 and 6 of 641x480"}};
+  std::size_t num_refused = 0;
+  for (const Case& c : refused) {
+    EXPECT_THAT(calibrateWith(c.text), FailsWith(1, HasSubstr(c.found)));
+    ++num_refused;
+  }
+  EXPECT_EQ(num_refused, 5U);
+}
+
 TEST(Inputs, RefuseTwoSizesInEqualNumber) {
   const ScratchFolder scratch;
   std::string mixed = readFile(dataPath("corners.csv"));

@@ -58,7 +58,7 @@ TEST(BoardSet, RefusesBoardsThatLookAlike) {
       {{"aprilgrid:6x6:88mm:0.3", "aprilgrid:6x6:88mm:0.3:35"}, "ids 35 to 35 of DICT_APRILTAG_36h11"},
       {{"aprilgrid:6x6:88mm:0.3", "charuco:8x11:24mm:18mm:DICT_APRILTAG_36h11"}, "ids 0 to 35"},
       {{"charuco:8x11:24mm:18mm:DICT_APRILTAG_36h10", "charuco:8x11:24mm:18mm:DICT_APRILTAG_36h11"}, ""},
-      {{"circles:10x8:25mm:15mm", "circles:8x10:20mm:12mm"}, "the same numbers of corners"},
+      {{"circles:10x8:25mm:15mm", "circles:8x10:20mm:12mm"}, "the same numbers of circles"},
       {{"circles:10x8:25mm:15mm", "checkerboard:10x8:25mm"}, ""},
       {{"aprilgrid:6x6:88mm:0.3", "checkerboard:9x6:25mm", "checkerboard:9x6:30mm"},
        "the same numbers of corners"},

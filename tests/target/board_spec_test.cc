@@ -39,6 +39,9 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"charuco:8x11:24mm", "3 parts; expected charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY"},
       {"charuco:8x11:24mm:25mm:DICT_4X4_50", "markers of 25 mm in squares of 24 mm"},
       {"charuco:8x11:24mm:18mm:DICT_4X4_40", "did you mean 'DICT_4X4_50'?"},
+      {"charuco:8x11:24mm:18mm:4x4_1000", "did you mean 'DICT_4X4_1000'?"},
+      {"charuco:8x11:24mm:18mm:dict_apriltag_36h11", "did you mean 'DICT_APRILTAG_36h11'?"},
+      {"charuco:8x11:24mm:18mm:nonsense", "expected one of DICT_4X4_50, DICT_4X4_100"},
       {"charuco:12x11:24mm:18mm:DICT_4X4_50", "up to 66 markers; expected at most 50"},
       {"charuco:2x11:24mm:18mm:DICT_4X4_50", "2x11 squares"},
       {"charuco:1x1:24mm:18mm:DICT_4X4_50", "1x1 squares"},
@@ -47,13 +50,15 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"charuco:8x11:24mm:24mm:DICT_4X4_50", "markers of 0.3 to 0.95 of the square"},
       {"charuco:8x11:24mm:18mm:", "the dictionary ''"},
       {"charuco:8x11:24mm:18mm:DICT_APRILTAG_16h5", "up to 44 markers; expected at most 30"},
-      {"aprilgrid:1x1:88mm:0.3", "1 tags from id 0"},
+      {"aprilgrid:1x1:88mm:0.3", "1x1 tags; expected 2 tags or more"},
       {"aprilgrid:0x6:88mm:0.3", "0x6 tags"},
       {"aprilgrid:25x2:88mm:0.3", "25x2 tags"},
-      {"aprilgrid:24x24:88mm:0.3:12", "576 tags from id 12; expected 2 or more of the 587"},
+      {"aprilgrid:24x24:88mm:0.3:12", "576 tags from id 12 to 587; expected ids from 0 to 586"},
       {"aprilgrid:6x6:88mm:0.3:-1", "36 tags from id -1"},
       {"aprilgrid:6x6:88mm:0.05", "gaps of 0.05 tags"},
-      {"aprilgrid:6x6:88mm:0.3:560", "36 tags from id 560; expected 2 or more of the 587"},
+      {"aprilgrid:6x6:88mm:0.3:560", "36 tags from id 560 to 595"},
+      {"aprilgrid:6x6:88mm:0.3:560", "the first id may be 551 at most"},
+      {"aprilgrid:6x6:88mm:0.3:2147483647", "from id 2147483647 to 2147483682"},
       {"aprilgrid:6x6:88mm:3", "gaps of 3 tags"},
       {"aprilgrid:6x6:88mm:3mm", "'3mm' as the gap"},
       {"aprilgrid:6x6:88mm:0.3:first", "'first' as the first_id"},
@@ -83,7 +88,7 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"checkerboard:9x6:25km", "'25km'"},
   };
   for (const auto& [spec, part] : cases) EXPECT_THAT(messageOf(spec), HasSubstr(part)) << spec;
-  EXPECT_EQ(cases.size(), 47U);
+  EXPECT_EQ(cases.size(), 52U);
 }
 
 TEST(BoardSpec, TextReadsBack) {
@@ -97,6 +102,38 @@ TEST(BoardSpec, TextReadsBack) {
         "aprilgrid:6x6:88mm:0.3:36", "circles:10x8:25mm:15mm", "acircles:4x11:20mm:14mm"})
     num_same += parseBoardSpec(spec).spec() == spec ? 1 : 0;
   EXPECT_EQ(num_same, 6);
+}
+
+TEST(Board, NamesWhatItConsistsOf) {
+  struct Case {
+    std::string spec;
+    std::string counts;
+    std::string points;
+    std::string marker;
+    std::string certain;  // for boards that are not
+  };
+  const std::vector<Case> cases = {
+      {"checkerboard:9x6:25mm", "9x6 inner corners", "corners", "", ""},
+      {"checkerboard:8x6:25mm", "8x6 inner corners", "corners", "", "one even and one odd count"},
+      {"charuco:8x11:24mm:18.75mm:DICT_4X4_1000", "8x11 squares", "corners", "marker", ""},
+      {"aprilgrid:6x4:88mm:0.3", "6x4 tags", "tag corners", "tag", ""},
+      {"circles:10x8:25mm:15mm", "10x8 circles", "circles", "", "an asymmetric grid"},
+      {"acircles:4x10:20mm:14mm", "4x10 circles", "circles", "", "an odd number of rows"}};
+  int num_ambiguous = 0;
+  for (const Case& c : cases) {
+    const Board board = parseBoardSpec(c.spec);
+    EXPECT_EQ(board.countsText(), c.counts);
+    EXPECT_EQ(board.words().points, c.points);
+    EXPECT_EQ(board.words().marker, c.marker);
+    EXPECT_EQ(board.markers().has_value(), !c.marker.empty());
+    EXPECT_EQ(board.isAmbiguous(), !c.certain.empty());
+    EXPECT_THAT(std::string(board.words().certain), HasSubstr(c.certain));
+    num_ambiguous += board.isAmbiguous() ? 1 : 0;
+  }
+  EXPECT_EQ(cases.size(), 6U);
+  EXPECT_EQ(num_ambiguous, 3);
+  EXPECT_EQ(parseBoardSpec("aprilgrid:6x4:88mm:0.3:7").markers()->last, 30);
+  EXPECT_EQ(parseBoardSpec("charuco:5x5:24mm:18mm:DICT_4X4_50").markers()->last, 12);
 }
 
 TEST(Checkerboard, NumbersCornersAlongTheColumnsFirst) {

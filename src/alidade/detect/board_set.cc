@@ -13,65 +13,34 @@
 namespace alidade {
 namespace {
 
-// The markers of a board: ids of a family in which every id has one pattern.
-struct MarkerIds {
-  std::string family;
-  int first = 0;
-  int last = 0;
-};
-
-// OpenCV's smaller dictionaries are the first markers of larger ones: "DICT_4X4" for "DICT_4X4_50".
-std::string familyOf(const std::string& dictionary) {
-  const bool is_sized = dictionary.find("X") != std::string::npos;
-  return is_sized ? dictionary.substr(0, dictionary.rfind('_')) : dictionary;
-}
-
-std::optional<MarkerIds> markersOf(const Board& board) {
-  if (const auto* grid = std::get_if<AprilGrid>(&board.kind())) {
-    return MarkerIds{.family = std::string(AprilGrid::kDictionary),
-                     .first = grid->first_id,
-                     .last = grid->first_id + grid->columns * grid->rows - 1};
-  }
-  if (const auto* charuco = std::get_if<CharucoBoard>(&board.kind()))
-    return MarkerIds{.family = familyOf(charuco->dictionary), .last = charuco->numMarkers(true) - 1};
-  return std::nullopt;
-}
-
 bool haveSameCounts(const Board& a, const Board& b) {
   return std::minmax(a.columns(), a.rows()) == std::minmax(b.columns(), b.rows());
 }
 
-// Squares are seen in both kinds; discs in rows and discs in staggered rows differ.
-bool haveSamePattern(const Board& a, const Board& b) {
-  const auto hasSquares = [](const Board& board) {
-    return std::holds_alternative<Checkerboard>(board.kind()) ||
-           std::holds_alternative<CharucoBoard>(board.kind());
-  };
-  return a.kind().index() == b.kind().index() || (hasSquares(a) && hasSquares(b));
-}
-
 // Why images cannot tell two boards apart, and what to do about it.
-std::optional<BoardLikeness> likenessOf(const Board& a, const Board& b) {
-  if (a == b) return BoardLikeness{.reason = "the same board twice", .next_step = "give each board once"};
-  const auto markers = markersOf(a);
-  const auto others = markersOf(b);
+struct Likeness {
+  std::string reason;
+  std::string next_step;
+};
+
+std::optional<Likeness> likenessOf(const Board& a, const Board& b) {
+  if (a == b) return Likeness{.reason = "the same board twice", .next_step = "give each board once"};
+  const auto markers = a.markers();
+  const auto others = b.markers();
   if (markers && others) {
     const int first = std::max(markers->first, others->first);
     const int last = std::min(markers->last, others->last);
     if (markers->family != others->family || first > last) return std::nullopt;
-    const bool are_grids =
-        std::holds_alternative<AprilGrid>(a.kind()) && a.kind().index() == b.kind().index();
-    return BoardLikeness{
+    const bool are_of_one_kind = a.kind().index() == b.kind().index();
+    return Likeness{
         .reason =
             fmt::format("two boards with the same markers, ids {} to {} of {}", first, last, markers->family),
-        .next_step = are_grids
-                         ? "print one of them with another first id (the last part of the SPEC), or "
-                           "calibrate with one board only"
-                         : "print one of them with another dictionary, or calibrate with one board only"};
+        .next_step = fmt::format("print one of them with {}, or calibrate with one board only",
+                                 are_of_one_kind ? a.words().other_markers : "another dictionary")};
   }
-  if (!haveSamePattern(a, b) || !haveSameCounts(a, b)) return std::nullopt;
-  return BoardLikeness{
-      .reason = "two boards with the same numbers of corners",
+  if (a.pattern() != b.pattern() || !haveSameCounts(a, b)) return std::nullopt;
+  return Likeness{
+      .reason = fmt::format("two boards with the same numbers of {}", a.words().points),
       .next_step = "use boards with different counts, or boards with markers (charuco, aprilgrid)"};
 }
 
@@ -93,30 +62,22 @@ void withdrawAs(Detection& detection, std::string detail) {
 
 // What a board's claim is worth: more with markers, then if the board is whole.
 int rankOf(const Board& board, const Detection& detection) {
-  return markersOf(board) ? 2 : detection.found() ? 1 : 0;
+  return board.markers() ? 2 : detection.found() ? 1 : 0;
 }
 
 }  // namespace
 
-std::optional<BoardLikeness> findLikeness(std::span<const Board> boards) {
+void requireDistinguishable(std::span<const Board> boards) {
   for (std::size_t b = 0; b < boards.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
-      if (auto likeness = likenessOf(boards[a], boards[b])) {
-        likeness->boards = fmt::format("boards {} and {}", boards[a].spec(), boards[b].spec());
-        return likeness;
-      }
+      const auto likeness = likenessOf(boards[a], boards[b]);
+      if (!likeness) continue;
+      throw usageError({.where = fmt::format("boards {} and {}", boards[a].spec(), boards[b].spec()),
+                        .found = likeness->reason,
+                        .expected = "boards that images can tell apart, by markers or by counts",
+                        .next_step = likeness->next_step});
     }
   }
-  return std::nullopt;
-}
-
-void requireDistinguishable(std::span<const Board> boards) {
-  const auto likeness = findLikeness(boards);
-  if (!likeness) return;
-  throw usageError({.where = likeness->boards,
-                    .found = likeness->reason,
-                    .expected = "boards that images can tell apart, by markers or by counts",
-                    .next_step = likeness->next_step});
 }
 
 void settleClaims(std::span<const Board> boards, std::span<std::vector<ImageOutcome>> outcomes) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
 #include <span>
-#include <string>
 
 #include "alidade/detect/detect_images.h"
 #include "alidade/target/board.h"
@@ -11,16 +9,6 @@
 // Several boards in one set of images.
 
 namespace alidade {
-
-/// Two boards that look alike in images.
-struct BoardLikeness {
-  std::string boards = {};  ///< "boards A and B"
-  std::string reason;
-  std::string next_step;
-};
-
-/// The first two of the boards that images cannot tell apart.
-[[nodiscard]] std::optional<BoardLikeness> findLikeness(std::span<const Board> boards);
 
 /// Checks that images can tell the boards apart: by their markers, or by the counts of their corners.
 /// @throws Error (kUsage) naming two boards that look alike, and what to do

@@ -35,12 +35,12 @@ void write(cv::Mat& canvas, const std::string& text, const Vector2d& at, double 
   cv::putText(canvas, text, place, cv::FONT_HERSHEY_SIMPLEX, size, color, thickness, cv::LINE_AA);
 }
 
-std::string summary(const Detection& detection) {
+std::string summary(const Detection& detection, const Board& board) {
   const std::string_view reason = reasonCode(detection.reason);
   if (detection.hasCorners()) {
-    return fmt::format("{}: {} corners, blur {:.2f} px, squares {:.0f} px, tilt {:.0f} deg", reason,
-                       detection.corners.size(), detection.measures.blur_px, detection.measures.spacing_px,
-                       detection.measures.tilt_deg);
+    return fmt::format("{}: {} {}, blur {:.2f} px, spacing {:.0f} px, tilt {:.0f} deg", reason,
+                       detection.corners.size(), board.words().points, detection.measures.blur_px,
+                       detection.measures.spacing_px, detection.measures.tilt_deg);
   }
   return fmt::format("{}{}{}", reason, detection.detail.empty() ? "" : ": ", detection.detail);
 }
@@ -98,11 +98,13 @@ void drawCorners(cv::Mat& canvas, const Detection& detection, const Board& board
 }
 
 // The text of line `line` from the top.
-void writeSummary(cv::Mat& canvas, const Detection& detection, std::size_t line, const std::string& label) {
+void writeSummary(cv::Mat& canvas, const Detection& detection, const Board& board, std::size_t line,
+                  const std::string& label) {
   const double scale = scaleFor(canvas);
   constexpr double kLinePx = 20;
-  write(canvas, label + summary(detection), scale * Vector2d(8, kLinePx * static_cast<double>(line + 1)),
-        0.5 * scale, detection.hasCorners() ? kGreen : kRed);
+  write(canvas, label + summary(detection, board),
+        scale * Vector2d(8, kLinePx * static_cast<double>(line + 1)), 0.5 * scale,
+        detection.hasCorners() ? kGreen : kRed);
 }
 
 }  // namespace
@@ -110,7 +112,7 @@ void writeSummary(cv::Mat& canvas, const Detection& detection, std::size_t line,
 RasterImage drawDetection(const GrayImage& image, const Detection& detection, const Board& board) {
   cv::Mat canvas = canvasOf(image);
   drawCorners(canvas, detection, board);
-  writeSummary(canvas, detection, 0, "");
+  writeSummary(canvas, detection, board, 0, "");
   return rasterOf(image, canvas);
 }
 
@@ -120,7 +122,7 @@ RasterImage drawDetections(const GrayImage& image, std::span<const ImageOutcome>
   cv::Mat canvas = canvasOf(image);
   for (std::size_t b = 0; b < boards.size(); ++b) drawCorners(canvas, outcomes[b].detection, boards[b]);
   for (std::size_t b = 0; b < boards.size(); ++b)
-    writeSummary(canvas, outcomes[b].detection, b, boards[b].spec() + ": ");
+    writeSummary(canvas, outcomes[b].detection, boards[b], b, boards[b].spec() + ": ");
   return rasterOf(image, canvas);
 }
 

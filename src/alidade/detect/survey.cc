@@ -280,10 +280,11 @@ Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
     case SurveyNote::Kind::kAmbiguousBoard:
       return told(
           "ambiguous_board",
-          fmt::format("a board of {}x{} inner corners looks the same after a rotation by {} degrees, so the "
-                      "first corner may differ between images. This is harmless for one camera, but not for "
-                      "several. A board with one even and one odd count avoids it",
-                      board.columns(), board.rows(), board.symmetryStep() == 1 ? "90, 180 or 270" : "180"));
+          fmt::format("a board of {} looks the same after a rotation by {} degrees, so the first of them may "
+                      "differ between images. This is harmless for one camera, but not for several. "
+                      "Alternative: {}",
+                      board.countsText(), board.symmetryStep() == 1 ? "90, 180 or 270" : "180",
+                      board.words().certain));
     case SurveyNote::Kind::kOtherBoard:
       return told("other_board", hintText(note.hint.value(), board));
   }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -19,6 +21,11 @@ struct AprilGrid {
   static constexpr std::string_view kName = "aprilgrid";
   static constexpr std::string_view kExample =
       "aprilgrid:6x6:88mm:0.3 (columns x rows of tags, the side of a tag, the gap as a share of it)";
+  static constexpr BoardWords kWords = {.counted = "tags",
+                                        .points = "tag corners",
+                                        .marker = "tag",
+                                        .other_markers = "another first id (the last part of the SPEC)"};
+  static constexpr BoardPattern kPattern = BoardPattern::kTags;
   static constexpr std::string_view kDictionary = "DICT_APRILTAG_36h11";
   static constexpr bool kIsUpsideDown = true;  ///< as OpenCV draws its tags
   /// Of a tag's black border, in cells: that of Kalibr's boards first.
@@ -38,6 +45,16 @@ struct AprilGrid {
   }
   [[nodiscard]] std::optional<BoardFault> fault() const;
 
+  [[nodiscard]] PointLayout layout() const {
+    return {.columns = 2 * columns,
+            .rows = 2 * rows,
+            .spacing_m = tag_m * std::min(1.0, gap),
+            .margin_m = gap * tag_m};
+  }
+  [[nodiscard]] std::optional<MarkerIds> markers() const {
+    return MarkerIds{
+        .family = std::string(kDictionary), .first = first_id, .last = first_id + columns * rows - 1};
+  }
   /// Of the tag at a column and row, counted from the top left.
   [[nodiscard]] int tagId(int column, int row) const {
     return first_id + (rows - 1 - row) * columns + column;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/target/board.h"
 
-#include <algorithm>
 #include <cstdio>
-#include <numbers>
+#include <type_traits>
 
 #include "alidade/core/text.h"
 
@@ -45,43 +44,47 @@ std::string specOf(const Kind& board) {
 
 }  // namespace
 
-template <class Kind>
-void Board::placeCorners(const Kind& board, int columns, int rows, double margin_m) {
-  columns_ = columns;
-  rows_ = rows;
-  for (int id = 0; id < columns * rows; ++id) corners_.push_back(board.corner(id));
-  for (const Eigen::Vector3d& corner : corners_) span_m_ = span_m_.cwiseMax(corner.head<2>());
-  const Eigen::Vector2d margin(margin_m, margin_m);
-  printed_ = {-margin, span_m_ + margin};
+void Board::layOut() {
+  std::visit(
+      [this](const auto& board) {
+        const PointLayout layout = board.layout();
+        columns_ = layout.columns;
+        rows_ = layout.rows;
+        spacing_m_ = layout.spacing_m;
+        disc_radius_m_ = layout.disc_radius_m;
+        symmetry_step_ = layout.symmetry_step;
+        for (int id = 0; id < columns_ * rows_; ++id) corners_.push_back(board.corner(id));
+        for (const Eigen::Vector3d& corner : corners_) span_m_ = span_m_.cwiseMax(corner.head<2>());
+        const Eigen::Vector2d margin(layout.margin_m, layout.margin_m);
+        printed_ = {-margin, span_m_ + margin};
+      },
+      kind_);
 }
 
-Board::Board(const Checkerboard& board)
-    : kind_(board), spacing_m_(board.square_m), symmetry_step_(board.symmetryStep()) {
-  placeCorners(board, board.columns, board.rows, board.square_m);
+BoardWords Board::words() const {
+  return std::visit([](const auto& board) { return std::decay_t<decltype(board)>::kWords; }, kind_);
 }
 
-Board::Board(const CharucoBoard& board) : kind_(board), spacing_m_(board.square_m) {
-  placeCorners(board, board.columns - 1, board.rows - 1, board.square_m);
+std::string Board::countsText() const {
+  return std::visit(
+      [](const auto& board) {
+        return std::to_string(board.columns) + "x" + std::to_string(board.rows) + " " +
+               std::string(board.kWords.counted);
+      },
+      kind_);
 }
 
-Board::Board(const AprilGrid& board) : kind_(board), spacing_m_(board.tag_m * std::min(1.0, board.gap)) {
-  placeCorners(board, 2 * board.columns, 2 * board.rows, board.gap * board.tag_m);
+BoardPattern Board::pattern() const {
+  return std::visit([](const auto& board) { return std::decay_t<decltype(board)>::kPattern; }, kind_);
 }
 
-Board::Board(const CircleGrid& board)
-    : kind_(board),
-      spacing_m_(board.spacing_m),
-      disc_radius_m_(0.5 * board.diameter_m),
-      symmetry_step_(board.symmetryStep()) {
-  placeCorners(board, board.columns, board.rows, disc_radius_m_);
+std::optional<MarkerIds> Board::markers() const {
+  return std::visit([](const auto& board) { return board.markers(); }, kind_);
 }
 
-Board::Board(const AsymmetricCircleGrid& board)
-    : kind_(board),
-      spacing_m_(std::numbers::sqrt2 * board.spacing_m),
-      disc_radius_m_(0.5 * board.diameter_m),
-      symmetry_step_(board.symmetryStep()) {
-  placeCorners(board, board.columns, board.rows, disc_radius_m_);
+bool Board::differsInLengthsFrom(const Board& other) const {
+  return !(*this == other) && kind_.index() == other.kind_.index() && columns_ == other.columns_ &&
+         rows_ == other.rows_ && markers() == other.markers();
 }
 
 std::string Board::spec() const {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -24,11 +26,12 @@ using BoardKind = std::variant<Checkerboard, CharucoBoard, AprilGrid, CircleGrid
 class Board {
  public:
   Board() = default;  ///< without points
-  Board(const Checkerboard& board);
-  Board(const CharucoBoard& board);
-  Board(const AprilGrid& board);
-  Board(const CircleGrid& board);
-  Board(const AsymmetricCircleGrid& board);
+  template <class Kind>
+  requires(std::is_convertible_v<const Kind&, BoardKind> && !std::is_same_v<Kind, Board>)
+      Board(const Kind& board)
+      : kind_(board) {
+    layOut();
+  }
 
   [[nodiscard]] const BoardKind& kind() const { return kind_; }
   /// Of the points, which a SPEC may count otherwise.
@@ -51,14 +54,22 @@ class Board {
   [[nodiscard]] int symmetryStep() const { return symmetry_step_; }
   /// True if the board looks the same in another position, so that ids may differ from view to view.
   [[nodiscard]] bool isAmbiguous() const { return symmetry_step_ < 4; }
+  /// What messages call its parts.
+  [[nodiscard]] BoardWords words() const;
+  /// As the SPEC has them: "8x11 squares".
+  [[nodiscard]] std::string countsText() const;
+  [[nodiscard]] BoardPattern pattern() const;
+  /// Nothing for boards without markers.
+  [[nodiscard]] std::optional<MarkerIds> markers() const;
+  /// True for two boards with different lengths that are otherwise the same.
+  [[nodiscard]] bool differsInLengthsFrom(const Board& other) const;
   /// As on the command line: "checkerboard:9x6:25mm".
   [[nodiscard]] std::string spec() const;
 
   friend bool operator==(const Board& a, const Board& b) { return a.kind_ == b.kind_; }
 
  private:
-  template <class Kind>
-  void placeCorners(const Kind& board, int columns, int rows, double margin_m);
+  void layOut();
 
   BoardKind kind_;
   int columns_ = 0;

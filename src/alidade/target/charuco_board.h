@@ -24,6 +24,9 @@ struct MarkerDictionary {
 /// Nothing for a name that OpenCV 4.6 does not have.
 [[nodiscard]] std::optional<MarkerDictionary> findMarkerDictionary(std::string_view name);
 
+/// Smaller dictionaries are the first markers of larger ones: "DICT_4X4" for "DICT_4X4_50".
+[[nodiscard]] std::string markerFamily(const std::string& dictionary);
+
 /// A checkerboard with a marker in each bright square, so that a part of it tells which part it is. Columns
 /// and rows count squares; its corners are the (columns - 1) x (rows - 1) inner ones, with the ids and the
 /// frame of a Checkerboard. Markers are numbered row by row from the top left. There are two layouts, with a
@@ -33,6 +36,9 @@ struct CharucoBoard {
   static constexpr std::string_view kExample =
       "charuco:8x11:24mm:18.75mm:DICT_4X4_1000 (columns x rows of squares, the sides of a square and of a "
       "marker, OpenCV's dictionary)";
+  static constexpr BoardWords kWords = {
+      .counted = "squares", .points = "corners", .marker = "marker", .other_markers = "another dictionary"};
+  static constexpr BoardPattern kPattern = BoardPattern::kSquares;
 
   int columns = 0;
   int rows = 0;
@@ -47,6 +53,12 @@ struct CharucoBoard {
   }
   [[nodiscard]] std::optional<BoardFault> fault() const;
 
+  [[nodiscard]] PointLayout layout() const {
+    return {.columns = columns - 1, .rows = rows - 1, .spacing_m = square_m, .margin_m = square_m};
+  }
+  [[nodiscard]] std::optional<MarkerIds> markers() const {
+    return MarkerIds{.family = markerFamily(dictionary), .last = numMarkers(true) - 1};
+  }
   [[nodiscard]] int numMarkers(bool is_bright_first) const {
     return (columns * rows + (is_bright_first ? 1 : 0)) / 2;
   }

@@ -18,6 +18,9 @@ struct Checkerboard {
   static constexpr std::string_view kName = "checkerboard";
   static constexpr std::string_view kExample =
       "checkerboard:9x6:25mm (columns x rows of inner corners, then the side of a square)";
+  static constexpr BoardWords kWords = {
+      .counted = "inner corners", .points = "corners", .certain = "a board with one even and one odd count"};
+  static constexpr BoardPattern kPattern = BoardPattern::kSquares;
 
   int columns = 0;
   int rows = 0;
@@ -26,6 +29,14 @@ struct Checkerboard {
   static auto fields() { return std::array{BoardField<Checkerboard>{"square", &Checkerboard::square_m}}; }
   [[nodiscard]] std::optional<BoardFault> fault() const;
 
+  [[nodiscard]] PointLayout layout() const {
+    return {.columns = columns,
+            .rows = rows,
+            .spacing_m = square_m,
+            .margin_m = square_m,
+            .symmetry_step = symmetryStep()};
+  }
+  [[nodiscard]] std::optional<MarkerIds> markers() const { return std::nullopt; }
   [[nodiscard]] int numCorners() const { return columns * rows; }
 
   /// The position of corner `id` on the board, metres.

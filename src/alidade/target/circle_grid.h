@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -17,6 +18,9 @@ struct CircleGrid {
   static constexpr std::string_view kName = "circles";
   static constexpr std::string_view kExample =
       "circles:10x8:25mm:15mm (columns x rows of circles, the distance of neighbours, the diameter)";
+  static constexpr BoardWords kWords = {
+      .counted = "circles", .points = "circles", .certain = "an asymmetric grid with an odd number of rows"};
+  static constexpr BoardPattern kPattern = BoardPattern::kDiscs;
 
   int columns = 0;
   int rows = 0;
@@ -29,6 +33,15 @@ struct CircleGrid {
   }
   [[nodiscard]] std::optional<BoardFault> fault() const;
 
+  [[nodiscard]] PointLayout layout() const {
+    return {.columns = columns,
+            .rows = rows,
+            .spacing_m = spacing_m,
+            .margin_m = 0.5 * diameter_m,
+            .disc_radius_m = 0.5 * diameter_m,
+            .symmetry_step = symmetryStep()};
+  }
+  [[nodiscard]] std::optional<MarkerIds> markers() const { return std::nullopt; }
   /// The middle of a disc on the board, metres.
   [[nodiscard]] Eigen::Vector3d corner(int id) const {
     return {spacing_m * (id % columns), spacing_m * (id / columns), 0.0};
@@ -46,6 +59,9 @@ struct AsymmetricCircleGrid {
   static constexpr std::string_view kName = "acircles";
   static constexpr std::string_view kExample =
       "acircles:4x11:20mm:14mm (circles a row x rows, the distance of rows, the diameter)";
+  static constexpr BoardWords kWords = {
+      .counted = "circles", .points = "circles", .certain = "a grid with an odd number of rows"};
+  static constexpr BoardPattern kPattern = BoardPattern::kStaggeredDiscs;
 
   int columns = 0;
   int rows = 0;
@@ -58,6 +74,15 @@ struct AsymmetricCircleGrid {
   }
   [[nodiscard]] std::optional<BoardFault> fault() const;
 
+  [[nodiscard]] PointLayout layout() const {
+    return {.columns = columns,
+            .rows = rows,
+            .spacing_m = std::numbers::sqrt2 * spacing_m,
+            .margin_m = 0.5 * diameter_m,
+            .disc_radius_m = 0.5 * diameter_m,
+            .symmetry_step = symmetryStep()};
+  }
+  [[nodiscard]] std::optional<MarkerIds> markers() const { return std::nullopt; }
   [[nodiscard]] Eigen::Vector3d corner(int id) const {
     const int row = id / columns;
     return {spacing_m * (2 * (id % columns) + row % 2), spacing_m * row, 0.0};

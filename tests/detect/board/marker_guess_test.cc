@@ -2,6 +2,10 @@
 // Boards that are guessed from rendered images.
 #include "alidade/detect/board/marker_guess.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
 #include <gmock/gmock.h>
 
 #include "alidade/core/random.h"
@@ -68,6 +72,81 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 7U);
+}
+
+// The ratio that a guess names: behind "TAG:" or "about ".
+double ratioIn(const std::string& text) {
+  const auto behind = [&](const std::string& word) {
+    const std::size_t at = text.find(word);
+    return at == std::string::npos ? 0.0 : std::atof(text.c_str() + at + word.size());
+  };
+  return text.find(":TAG:") == std::string::npos ? behind("about ") : behind(":TAG:");
+}
+
+// Whatever the board's size in the image and its tilt.
+TEST(MarkerGuess, MeasuresProportionsToTwoPercent) {
+  struct Case {
+    std::string spec;
+    double ratio;
+    InkOptions ink = {};
+  };
+  const std::vector<Case> cases = {{"charuco:8x11:24mm:18.75mm:DICT_4X4_1000", 0.78125},
+                                   {"charuco:7x5:30mm:21.9mm:DICT_6X6_250", 0.73},
+                                   {"charuco:6x9:30mm:17mm:DICT_5X5_100", 0.5667},
+                                   {"charuco:5x4:50mm:43mm:DICT_4X4_50", 0.86},
+                                   {"aprilgrid:6x6:88mm:0.3", 0.3},
+                                   {"aprilgrid:6x6:88mm:0.26", 0.26},
+                                   {"aprilgrid:7x4:50mm:0.45:12", 0.45, {.april_border = 1}},
+                                   {"aprilgrid:4x5:50mm:0.62", 0.62, {.april_border = 3}}};
+  struct Shot {
+    double least_fill;
+    double tilt_deg;
+  };
+  const Renderer renderer(someCamera(), kSize);
+  int num_checked = 0;
+  double worst = 0;
+  for (const Case& c : cases) {
+    const Board board = parseBoardSpec(c.spec);
+    for (const Shot shot : {Shot{0.85, 20}, Shot{0.5, 20}, Shot{0.7, 60}}) {
+      Random random(31);
+      MarkerGuess guess;
+      for (const SE3& pose : randomViews(someCamera(), kSize, board, 2, random,
+                                         {.max_tilt_deg = shot.tilt_deg,
+                                         .max_roll_deg = 180,
+                                         .min_fill = shot.least_fill,
+                                         .max_fill = shot.least_fill + 0.1}))
+        guess.look(renderer.render(inkOf(board, c.ink), pose, someLight()));
+      const std::string counts = c.spec.substr(0, c.spec.find(':', c.spec.find(':') + 1));
+      EXPECT_THAT(guess.text(), HasSubstr("--board " + counts + ":")) << c.spec << " " << shot.least_fill;
+      const double off = std::abs(ratioIn(guess.text()) / c.ratio - 1);
+      EXPECT_LE(off, 0.02) << c.spec << " " << shot.least_fill << " " << shot.tilt_deg << ": "
+                           << guess.text();
+      worst = std::max(worst, off);
+      ++num_checked;
+    }
+  }
+  std::printf("ratios off by at most %.2f %%\n", 100 * worst);
+  EXPECT_EQ(num_checked, 24);
+}
+
+// A row that only the fifth image shows counts as well.
+TEST(MarkerGuess, CountsWhatAllImagesShowTogether) {
+  const Renderer renderer(someCamera(), kSize);
+  for (const std::string spec : {"charuco:8x12:30mm:23mm:DICT_4X4_1000", "aprilgrid:4x7:60mm:0.3"}) {
+    const Board board = parseBoardSpec(spec);
+    const double height = board.span().y();
+    MarkerGuess guess;
+    int num_looks = 0;
+    for (const double part : {0.2, 0.22, 0.24, 0.4, 0.6, 0.8, 0.8, 0.8}) {
+      if (guess.isSure()) break;
+      const SE3 pose{SO3::exp({0.15, 0.1, 0.05}), {-0.5 * board.span().x(), -part * height, 0.55 * height}};
+      guess.look(renderer.render(inkOf(board), pose, someLight()));
+      ++num_looks;
+    }
+    EXPECT_GE(num_looks, 7) << spec;
+    EXPECT_THAT(guess.text(), HasSubstr("--board " + spec.substr(0, spec.find(':', 8)) + ":"));
+    EXPECT_TRUE(guess.isSure());
+  }
 }
 
 // Rows that no marker shows are told by the corners.

@@ -323,6 +323,41 @@ TEST(MarkerBoards, AreNotFoundInFieldsOfMarkers) {
   EXPECT_FALSE(findBoard(image, field).hasCorners());
 }
 
+TEST(MarkerBoards, AreToldOfInTheirOwnWords) {
+  const Board grid = parseBoardSpec("aprilgrid:3x3:50mm:0.3");
+  const Renderer renderer(someCamera(), kSize);
+  const SE3 pose = someViews(grid, 1, 5).front();
+  BoardInk one_tag = inkOf(grid);
+  std::erase_if(one_tag.boxes, [](const Eigen::AlignedBox2d& box) { return box.max().maxCoeff() > 0.055; });
+  const GrayImage shown = renderer.render(inkOf(grid), pose, someLight(1));
+  GrayImage half = shown;
+  const Eigen::Vector2d middle = exactView(someCamera(), kSize, grid, pose, "").corners[14].pixel;
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = static_cast<int>(middle.x()); x < kSize.width; ++x)
+      half.pixels[static_cast<std::size_t>(y * kSize.width + x)] = 120;
+  }
+  struct Case {
+    GrayImage image;
+    std::string spec;
+    std::string detail;
+  };
+  const GrayImage blank{kSize, std::vector<std::uint8_t>(960UL * 600, 120)};
+  const std::vector<Case> cases = {
+      {blank, grid.spec(), "no tag of DICT_APRILTAG_36h11 was found"},
+      {blank, "charuco:8x6:30mm:23mm:DICT_4X4_50", "no marker of DICT_4X4_50 was found"},
+      {renderer.render(one_tag, pose, someLight(2)), grid.spec(),
+       "found 1 of 9 tags, too few to place the board"},
+      {shown, grid.spec() + ":40",
+       " tags of DICT_APRILTAG_36h11, but with other ids than aprilgrid:3x3:50mm:0.3:40 has"},
+      {half, grid.spec(), " of 36 tag corners; the others are covered"}};
+  int num_checked = 0;
+  for (const Case& c : cases) {
+    EXPECT_THAT(findBoard(c.image, parseBoardSpec(c.spec)).detail, testing::HasSubstr(c.detail)) << c.spec;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 5);
+}
+
 // Ids that lie in another arrangement than the SPEC says would be given to the wrong corners.
 TEST(MarkerBoards, OfOtherCountsAreRefused) {
   const Board shown = parseBoardSpec("aprilgrid:7x4:50mm:0.3");
@@ -331,7 +366,7 @@ TEST(MarkerBoards, OfOtherCountsAreRefused) {
   EXPECT_TRUE(findBoard(image, shown).found());
   const Detection detection = findBoard(image, parseBoardSpec("aprilgrid:4x7:50mm:0.3"));
   EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << detection.detail;
-  EXPECT_THAT(detection.detail, testing::HasSubstr("markers do not lie as on"));
+  EXPECT_THAT(detection.detail, testing::HasSubstr("tags do not lie as on"));
   EXPECT_TRUE(detection.corners.empty());
   const Detection none = findBoard(image, parseBoardSpec("charuco:8x6:30mm:23mm:DICT_4X4_50"));
   EXPECT_FALSE(none.hasCorners()) << none.detail;

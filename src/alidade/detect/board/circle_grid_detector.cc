@@ -2,330 +2,22 @@
 #include "alidade/detect/board/circle_grid_detector.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <deque>
-#include <limits>
-#include <map>
 #include <numbers>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include "alidade/core/error.h"
-#include "alidade/core/median.h"
+#include "alidade/detect/board/circle_placement.h"
+#include "alidade/detect/board/circle_search.h"
 #include "alidade/detect/board/disc_lattice.h"
-#include "alidade/detect/corner/corner_fit.h"
-#include "alidade/detect/corner/disc_fit.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
 namespace {
-
-using Eigen::Vector2d;
-
-std::string countsText(const CircleCounts& counts) {
-  return fmt::format("{}x{} circles{}", counts.columns, counts.rows,
-                     counts.is_asymmetric ? " in an asymmetric grid" : "");
-}
-
-constexpr int kMostLines = 100;  // of a board, in each direction
-
-// A lattice laid on a grid.
-struct GridPlacement {
-  CircleCounts counts;
-  std::map<int, Blob> blobs;  // by id
-
-  [[nodiscard]] double filled() const {
-    return static_cast<double>(blobs.size()) / (counts.columns * counts.rows);
-  }
-};
-
-struct PlacedNode {
-  int x = 0;
-  int y = 0;
-  const Blob* blob = nullptr;
-};
-
-// Lines at the ends with next to nothing on them are something else than the grid.
-void trimEnds(std::vector<PlacedNode>& nodes, int PlacedNode::*line_of) {
-  constexpr double kMinShare = 0.25;  // of the typical line
-  std::map<int, int> counts;
-  for (const PlacedNode& node : nodes) ++counts[node.*line_of];
-  std::deque<std::pair<int, int>> lines(counts.begin(), counts.end());
-  while (!lines.empty()) {
-    std::vector<double> sizes;
-    for (const auto& [line, count] : lines) sizes.push_back(count);
-    const double typical = medianOf(std::move(sizes));
-    const auto isGrid = [&](const auto& line) {
-      return line.second >= kMinShare * typical && line.second > 1;
-    };
-    if (!isGrid(lines.front())) {
-      lines.pop_front();
-    } else if (!isGrid(lines.back())) {
-      lines.pop_back();
-    } else {
-      break;
-    }
-  }
-  std::erase_if(nodes, [&](const PlacedNode& node) {
-    return lines.empty() || node.*line_of < lines.front().first || node.*line_of > lines.back().first;
-  });
-}
-
-std::optional<GridPlacement> placedOn(std::vector<PlacedNode> nodes, bool is_asymmetric) {
-  trimEnds(nodes, &PlacedNode::y);
-  trimEnds(nodes, &PlacedNode::x);
-  if (nodes.empty()) return std::nullopt;
-  const auto [left, right] = std::ranges::minmax(nodes, {}, &PlacedNode::x);
-  const auto [top, bottom] = std::ranges::minmax(nodes, {}, &PlacedNode::y);
-  const int x0 = left.x;
-  const int y0 = top.y;
-  const int width = right.x - x0 + 1;
-  GridPlacement placement;
-  placement.counts = {.is_asymmetric = is_asymmetric,
-                      .columns = is_asymmetric ? width / 2 : width,
-                      .rows = bottom.y - y0 + 1};
-  if (is_asymmetric && width % 2 != 0) return std::nullopt;
-  if (std::max(placement.counts.columns, placement.counts.rows) > kMostLines) return std::nullopt;
-  for (const PlacedNode& node : nodes) {
-    const int x = node.x - x0;
-    const int y = node.y - y0;
-    if (is_asymmetric && (x + y) % 2 != 0) return std::nullopt;
-    const int column = is_asymmetric ? x / 2 : x;
-    placement.blobs[y * placement.counts.columns + column] = *node.blob;
-  }
-  return placement;
-}
-
-// All ways in which a lattice fills most of a grid, the fullest first. The lattice's basis may be any of the
-// grid's, which are related by whole numbers.
-std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice) {
-  constexpr int kMost = 2;
-  constexpr double kMinFilled = 0.6;
-  constexpr std::size_t kMostNodes = 11 * kMostLines * kMostLines / 10;  // a tenth may be something else
-  std::vector<GridPlacement> placements;
-  if (lattice.size() > kMostNodes) return placements;
-  for (int a = -kMost; a <= kMost; ++a) {
-    for (int b = -kMost; b <= kMost; ++b) {
-      for (int c = -kMost; c <= kMost; ++c) {
-        for (int d = -kMost; d <= kMost; ++d) {
-          if (a * d - b * c != 1) continue;
-          for (const bool is_asymmetric : {false, true}) {
-            std::vector<PlacedNode> nodes;
-            for (const LatticeNode& node : lattice) {
-              const int i = a * node.i + b * node.j;
-              const int j = c * node.i + d * node.j;
-              // The steps of an asymmetric grid's lattice are its diagonals.
-              nodes.push_back(is_asymmetric ? PlacedNode{i - j, i + j, &node.blob}
-                                            : PlacedNode{i, j, &node.blob});
-            }
-            auto placement = placedOn(std::move(nodes), is_asymmetric);
-            if (placement && placement->filled() >= kMinFilled) placements.push_back(std::move(*placement));
-          }
-        }
-      }
-    }
-  }
-  std::stable_sort(placements.begin(), placements.end(),
-                   [](const GridPlacement& x, const GridPlacement& y) { return x.filled() > y.filled(); });
-  return placements;
-}
-
-// The mean step along the columns.
-Vector2d columnStep(const GridPlacement& placement) {
-  Vector2d sum = Vector2d::Zero();
-  for (const auto& [id, blob] : placement.blobs) {
-    const auto next = placement.blobs.find(id + 1);
-    if ((id + 1) % placement.counts.columns != 0 && next != placement.blobs.end())
-      sum += next->second.pixel - blob.pixel;
-  }
-  return sum;
-}
-
-// Where several placements fit, that whose columns run most to the right, or downwards if steeper.
-const GridPlacement* chosen(const std::vector<GridPlacement>& placements, const CircleCounts& asked) {
-  const GridPlacement* best = nullptr;
-  Vector2d best_step;
-  const auto rank = [](const Vector2d& step) {
-    if (std::abs(step.x()) >= std::abs(step.y())) return step.x() > 0 ? 3 : 0;
-    return step.y() > 0 ? 2 : 1;
-  };
-  for (const GridPlacement& placement : placements) {
-    if (placement.counts != asked) continue;
-    const Vector2d step = columnStep(placement);
-    const bool is_better = best == nullptr || placement.filled() > best->filled() ||
-                           (placement.filled() == best->filled() && rank(step) > rank(best_step));
-    if (!is_better) continue;
-    best = &placement;
-    best_step = step;
-  }
-  return best;
-}
-
-// The proportions of a grid by the shapes of its discs, which no perspective changes.
-struct SeenProportions {
-  double diameter_m = 0;  // where the board's spacing is as told
-  double rows_apart = 1;  // as a multiple of what the board says, beside the distance of columns
-  double diameter_px = 0;
-};
-
-// The circles of a placed grid while they are fitted.
-class CircleSearch {
- public:
-  CircleSearch(const GrayImage& image, const Board& board, const GridPlacement& placement)
-      : image_(image), board_(board), found_(static_cast<std::size_t>(board.numCorners())) {
-    constexpr double kSafe = 0.8;  // of the way to the middle between neighbours
-    reach_ = 1 + kSafe * (0.5 * board.spacing() / board.discRadius() - 1);
-    for (const auto& [id, blob] : placement.blobs) fitAt(id, blob.pixel, blob.shape);
-    keepOneColour();
-    dropMisplaced();
-    // What was no blob of its own, as in a shadow's edge, is looked for between those that were.
-    for (int id = 0; id < board.numCorners(); ++id) {
-      if (at(id)) continue;
-      if (const auto guess = between(id)) fitAt(id, guess->pixel, guess->shape);
-    }
-    keepOneColour();
-    dropMisplaced();
-  }
-
-  [[nodiscard]] const std::vector<std::optional<DiscFit>>& found() const { return found_; }
-
-  // Of a pair of opposite neighbours, in each of the two directions that have one.
-  [[nodiscard]] std::optional<DiscFit> between(int id) const {
-    DiscFit mean{.pixel = Vector2d::Zero(), .shape = Eigen::Matrix2d::Zero(), .covariance = {}};
-    int count = 0;
-    for (const auto& [before, after] : oppositePairs(id)) {
-      if (!at(before) || !at(after)) continue;
-      mean.pixel += 0.5 * (at(before)->pixel + at(after)->pixel);
-      mean.shape += 0.5 * (at(before)->shape + at(after)->shape);
-      ++count;
-    }
-    if (count == 0) return std::nullopt;
-    mean.pixel /= count;
-    mean.shape /= count;
-    return mean;
-  }
-
-  // A disc's image is that of a circle where the image of its neighbours' distances says what a circle is.
-  [[nodiscard]] std::optional<SeenProportions> proportions() const {
-    std::vector<double> along_rows;
-    std::vector<double> along_columns;
-    std::vector<double> diameters_px;
-    for (int id = 0; id < board_.numCorners(); ++id) {
-      if (!at(id)) continue;
-      Eigen::Matrix2d pixels;
-      Eigen::Matrix2d places;
-      int count = 0;
-      for (const auto& [before, after] : oppositePairs(id)) {
-        if (!at(before) || !at(after)) continue;
-        pixels.col(count) = at(after)->pixel - at(before)->pixel;
-        places.col(count) = (board_.corner(after) - board_.corner(before)).head<2>();
-        ++count;
-      }
-      if (count < 2) continue;
-      const Eigen::Matrix2d pixels_by_place = pixels * places.inverse();
-      const Eigen::Matrix2d circle = pixels_by_place.transpose() * at(id)->shape * pixels_by_place;
-      along_rows.push_back(1 / std::sqrt(circle(0, 0)));
-      along_columns.push_back(1 / std::sqrt(circle(1, 1)));
-      diameters_px.push_back(2 * std::pow(at(id)->shape.determinant(), -0.25));
-    }
-    if (along_rows.empty()) return std::nullopt;
-    const double x = medianOf(std::move(along_rows));
-    const double y = medianOf(std::move(along_columns));
-    return SeenProportions{.diameter_m = 2 * std::sqrt(x * y),
-                           .rows_apart = x / y,
-                           .diameter_px = medianOf(std::move(diameters_px))};
-  }
-
-  // The distance to the nearest neighbour; NaN without one.
-  [[nodiscard]] double stepAt(int id) const {
-    double least = std::numeric_limits<double>::quiet_NaN();
-    for (const auto& pair : oppositePairs(id)) {
-      for (const int other : {pair.first, pair.second}) {
-        if (at(other)) least = std::fmin(least, (at(other)->pixel - at(id)->pixel).norm());
-      }
-    }
-    return least;
-  }
-
- private:
-  [[nodiscard]] const std::optional<DiscFit>& at(int id) const {
-    static const std::optional<DiscFit> none;
-    return id < 0 ? none : found_[static_cast<std::size_t>(id)];
-  }
-
-  // Ids of neighbours on opposite sides; -1 beyond the border.
-  [[nodiscard]] std::array<std::pair<int, int>, 2> oppositePairs(int id) const {
-    const int columns = board_.columns();
-    const int column = id % columns;
-    const int row = id / columns;
-    const auto idAt = [&](int c, int r) {
-      return c >= 0 && c < columns && r >= 0 && r < board_.rows() ? r * columns + c : -1;
-    };
-    // Two rows apart, those of an asymmetric grid lie below each other again.
-    const int rows_apart = std::holds_alternative<AsymmetricCircleGrid>(board_.kind()) ? 2 : 1;
-    return {{{idAt(column - 1, row), idAt(column + 1, row)},
-             {idAt(column, row - rows_apart), idAt(column, row + rows_apart)}}};
-  }
-
-  void fitAt(int id, const Vector2d& pixel, const Eigen::Matrix2d& shape) {
-    found_[static_cast<std::size_t>(id)] = fitDisc(image_, {.pixel = pixel, .shape = shape, .reach = reach_});
-  }
-
-  void keepOneColour() {
-    int balance = 0;
-    for (const auto& disc : found_) balance += disc ? (disc->contrast > 0 ? 1 : -1) : 0;
-    for (auto& disc : found_) {
-      if (disc && (disc->contrast > 0 ? 1 : -1) * balance < 0) disc.reset();
-    }
-  }
-
-  void dropMisplaced() {
-    // Of the step, and of the shape: perspective and the lens leave less between neighbours.
-    constexpr double kMostOff = 0.25;
-    constexpr double kMostReshaped = 0.4;
-    std::vector<int> misplaced;
-    for (int id = 0; id < board_.numCorners(); ++id) {
-      const auto expected = at(id) ? between(id) : std::nullopt;
-      if (!expected) continue;
-      const bool is_off = (expected->pixel - at(id)->pixel).norm() > kMostOff * stepAt(id);
-      const bool is_other = (expected->shape - at(id)->shape).norm() > kMostReshaped * expected->shape.norm();
-      if (is_off || is_other) misplaced.push_back(id);
-    }
-    for (const int id : misplaced) found_[static_cast<std::size_t>(id)].reset();
-  }
-
-  const GrayImage& image_;
-  const Board& board_;
-  double reach_ = 0;
-  std::vector<std::optional<DiscFit>> found_;
-};
-
-ViewMeasures measureCircles(const CircleSearch& search, const Board& board, ImageSize size) {
-  std::vector<double> blurs;
-  std::vector<double> spacings;
-  std::vector<double> tilts;
-  double area = 0;
-  const double cell_in_discs =
-      board.span().prod() / board.numCorners() / (std::numbers::pi * board.discRadius() * board.discRadius());
-  for (std::size_t i = 0; i < search.found().size(); ++i) {
-    const auto& disc = search.found()[i];
-    if (!disc) continue;
-    blurs.push_back(disc->blur_px);
-    const double step = search.stepAt(static_cast<int>(i));
-    if (std::isfinite(step)) spacings.push_back(step);
-    const Vector2d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(disc->shape).eigenvalues();
-    tilts.push_back(std::acos(std::sqrt(values(0) / values(1))));
-    area += std::numbers::pi / std::sqrt(values(0) * values(1)) * cell_in_discs;
-  }
-  return {.blur_px = medianOf(std::move(blurs)),
-          .spacing_px = spacings.empty() ? std::numeric_limits<double>::quiet_NaN() : medianOf(spacings),
-          .area_share = std::min(1.0, area / (static_cast<double>(size.width) * size.height)),
-          .tilt_deg = medianOf(std::move(tilts)) * 180 / std::numbers::pi};
-}
 
 struct SeenGrids {
   std::vector<std::vector<GridPlacement>> of_lattices;  // of the largest first
@@ -404,7 +96,9 @@ Detection findCircles(const GrayImage& image, const Kind& kind) {
   const CircleCounts asked{.is_asymmetric = std::is_same_v<Kind, AsymmetricCircleGrid>,
                            .columns = kind.columns,
                            .rows = kind.rows};
-  const auto isAsked = [&](const std::vector<GridPlacement>& of) { return chosen(of, asked) != nullptr; };
+  const auto isAsked = [&](const std::vector<GridPlacement>& of) {
+    return chosenPlacement(of, asked) != nullptr;
+  };
   const SeenGrids seen = lookForGrids(
       image, [&](const SeenGrids& grids) { return std::ranges::any_of(grids.of_lattices, isAsked); });
   const auto num_matches = std::ranges::count_if(seen.of_lattices, isAsked);
@@ -413,7 +107,8 @@ Detection findCircles(const GrayImage& image, const Kind& kind) {
     return refuse(DetectionReason::kSeveralBoards,
                   fmt::format("{} grids of {}", num_matches, countsText(asked)));
   }
-  const CircleSearch search(image, board, *chosen(*std::ranges::find_if(seen.of_lattices, isAsked), asked));
+  const CircleSearch search(image, board,
+                            *chosenPlacement(*std::ranges::find_if(seen.of_lattices, isAsked), asked));
   Detection detection;
   for (std::size_t i = 0; i < search.found().size(); ++i) {
     const auto& disc = search.found()[i];
@@ -431,7 +126,7 @@ Detection findCircles(const GrayImage& image, const Kind& kind) {
   const auto proportions = search.proportions();
   if (const std::string other = proportions ? otherProportion(*proportions, board) : ""; !other.empty())
     return refuse(DetectionReason::kOtherBoard, other);
-  detection.measures = measureCircles(search, board, image.size);
+  detection.measures = search.measures();
   detection.reason = DetectionReason::kFound;
   if (num_found < search.found().size()) {
     detection.reason = DetectionReason::kPartial;

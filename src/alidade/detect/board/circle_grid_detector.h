@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "alidade/core/image.h"
+#include "alidade/detect/board/circle_placement.h"
 #include "alidade/detect/detection.h"
 #include "alidade/target/circle_grid.h"
 
@@ -15,14 +16,6 @@ namespace alidade {
 /// downwards if they are steeper than 45 degrees. Circles of other proportions than the board's are refused.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const CircleGrid& board);
 [[nodiscard]] Detection findBoard(const GrayImage& image, const AsymmetricCircleGrid& board);
-
-/// The counts of a grid of circles.
-struct CircleCounts {
-  bool is_asymmetric = false;
-  int columns = 0;
-  int rows = 0;
-  friend bool operator==(const CircleCounts&, const CircleCounts&) = default;
-};
 
 /// A grid of circles of unknown size.
 struct SeenCircles {

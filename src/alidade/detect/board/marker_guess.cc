@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <string_view>
@@ -16,6 +17,7 @@
 #include "alidade/detect/board/april_grid_detector.h"
 #include "alidade/detect/board/charuco_detector.h"
 #include "alidade/detect/board/marker_layout.h"
+#include "alidade/detect/board/marker_share.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
@@ -24,7 +26,8 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr std::size_t kEnoughMarkers = 4;  // as many different ones are no accident
-constexpr std::size_t kMaxImages = 4;      // with markers
+constexpr std::size_t kEnoughImages = 4;   // with markers
+constexpr std::size_t kMostImages = 12;
 
 // OpenCV's smaller dictionaries are the first markers of the largest one of their kind.
 struct MarkerFamily {
@@ -62,13 +65,14 @@ std::string dictionaryWith(const MarkerFamily& family, int num_markers) {
   return std::string(family.largest);
 }
 
-// To what somebody may have chosen: a multiple of 0.05 where one is near, or else of 0.01.
+// To what somebody may have chosen, if it is as near as what is measured is certain.
 double plausibleShare(double measured) {
-  constexpr double kCoarse = 0.05;
-  constexpr double kFine = 0.01;
-  constexpr double kNear = 0.012;
-  const double coarse = kCoarse * std::round(measured / kCoarse);
-  return std::abs(coarse - measured) <= kNear ? coarse : kFine * std::round(measured / kFine);
+  constexpr double kNear = 0.015;  // of the share
+  for (const double step : {0.05, 0.01}) {
+    const double plausible = step * std::round(measured / step);
+    if (std::abs(plausible - measured) <= kNear * std::min(measured, 10 * step)) return plausible;
+  }
+  return measured;
 }
 
 // An image and its markers of one print.
@@ -92,46 +96,67 @@ bool showRow(const std::vector<Detection>& detections, int columns, int row) {
   });
 }
 
-// The ratio of a gap to a tag by the cross-ratio of four corners in a row, which no perspective changes.
-std::optional<double> gapByCrossRatio(const std::vector<Detection>& detections, int num_columns) {
+// The ratio of a gap to a tag by the cross-ratio of four corners in a line, which no perspective changes.
+std::optional<double> gapByCrossRatio(const std::vector<Detection>& detections, int num_columns,
+                                      int num_rows) {
   std::vector<double> gaps;
+  const auto look = [&](const Detection& detection, const Corner& first, int step, int place, int count) {
+    if (place % 2 != 0 || place + 3 >= count) return;
+    std::array<const Corner*, 4> c = {&first};
+    for (int k = 1; k < 4; ++k) c[static_cast<std::size_t>(k)] = findCorner(detection, first.id + k * step);
+    if (std::ranges::count(c, nullptr) > 0) return;
+    const auto distance = [&](std::size_t a, std::size_t b) { return (c[a]->pixel - c[b]->pixel).norm(); };
+    // Of places 0, 1, 1 + gap and 2 + gap it is t / (t - 1), where t is the square of 1 + gap.
+    const double ratio = distance(0, 2) * distance(1, 3) / (distance(1, 2) * distance(0, 3));
+    if (ratio > 1) gaps.push_back(std::sqrt(ratio / (ratio - 1)) - 1);
+  };
   for (const Detection& detection : detections) {
-    for (const Corner& first : detection.corners) {
-      if (first.id % num_columns % 2 != 0 || first.id % num_columns + 3 >= num_columns) continue;
-      std::array<const Corner*, 4> c = {&first};
-      for (int k = 1; k < 4; ++k) c[static_cast<std::size_t>(k)] = findCorner(detection, first.id + k);
-      if (std::ranges::count(c, nullptr) > 0) continue;
-      const auto distance = [&](std::size_t a, std::size_t b) { return (c[a]->pixel - c[b]->pixel).norm(); };
-      // Of places 0, 1, 1 + gap and 2 + gap it is t / (t - 1), where t is the square of 1 + gap.
-      const double ratio = distance(0, 2) * distance(1, 3) / (distance(1, 2) * distance(0, 3));
-      if (ratio > 1) gaps.push_back(std::sqrt(ratio / (ratio - 1)) - 1);
+    for (const Corner& corner : detection.corners) {
+      look(detection, corner, 1, corner.id % num_columns, num_columns);
+      look(detection, corner, num_columns, corner.id / num_columns, num_rows);
     }
   }
   return gaps.empty() ? std::nullopt : std::optional(medianOf(std::move(gaps)));
 }
 
-// The ratio of a marker to its square, where all four corners of the square are found.
+// The four corners of a square of which `first` is the one with the lowest id.
+std::optional<std::array<Vector2d, 4>> squareFrom(const Detection& detection, const Corner& first,
+                                                  int columns) {
+  const std::array<const Corner*, 4> c = {&first, findCorner(detection, first.id + 1),
+                                          findCorner(detection, first.id + 1 + columns),
+                                          findCorner(detection, first.id + columns)};
+  if (first.id % columns + 1 == columns || std::ranges::count(c, nullptr) > 0) return std::nullopt;
+  return std::array{c[0]->pixel, c[1]->pixel, c[2]->pixel, c[3]->pixel};
+}
+
+double diagonalsOf(const std::array<Vector2d, 4>& corners) {
+  return (corners[2] - corners[0]).norm() + (corners[3] - corners[1]).norm();
+}
+
+// The ratio of a marker to its square, where all four corners of the square are found: by the marker's edges
+// where they are clear, or else by OpenCV's corners.
 std::optional<double> markerShare(const std::vector<Detection>& detections,
-                                  const std::vector<ShownMarkers>& images, int columns) {
-  std::vector<double> shares;
+                                  const std::vector<ShownMarkers>& images, int columns, int num_cells) {
+  std::vector<double> coarse;
+  std::vector<double> fine;
   for (std::size_t i = 0; i < detections.size(); ++i) {
     for (const Corner& first : detections[i].corners) {
-      const std::array<const Corner*, 4> c = {&first, findCorner(detections[i], first.id + 1),
-                                              findCorner(detections[i], first.id + 1 + columns),
-                                              findCorner(detections[i], first.id + columns)};
-      if (first.id % columns + 1 == columns || std::ranges::count(c, nullptr) > 0) continue;
-      const Vector2d middle = 0.25 * (c[0]->pixel + c[1]->pixel + c[2]->pixel + c[3]->pixel);
-      const double diagonals = (c[2]->pixel - c[0]->pixel).norm() + (c[3]->pixel - c[1]->pixel).norm();
+      const auto square = squareFrom(detections[i], first, columns);
+      if (!square) continue;
+      const double diagonals = diagonalsOf(*square);
+      constexpr double kNear = 0.1;
       for (const SeenMarker& marker : *images[i].markers) {
-        constexpr double kNear = 0.1;
-        if ((middleOf(marker.corners) - middle).norm() > kNear * diagonals) continue;
-        const double seen_diagonals =
-            (marker.corners[2] - marker.corners[0]).norm() + (marker.corners[3] - marker.corners[1]).norm();
-        shares.push_back((seen_diagonals + 2 * std::numbers::sqrt2 * images[i].lost_px) / diagonals);
+        if ((middleOf(marker.corners) - middleOf(*square)).norm() > kNear * diagonals) continue;
+        coarse.push_back((diagonalsOf(marker.corners) + 2 * std::numbers::sqrt2 * images[i].lost_px) /
+                         diagonals);
+        if (const auto share = measuredMarkerShare(*images[i].image, *square, coarse.back(), num_cells))
+          fine.push_back(*share);
       }
     }
   }
-  return shares.empty() ? std::nullopt : std::optional(medianOf(std::move(shares)));
+  constexpr std::size_t kEnough = 3;
+  if (coarse.empty()) return std::nullopt;
+  return medianOf(std::move(fine.size() >= kEnough ? fine : coarse));
 }
 
 template <class Kind>
@@ -166,7 +191,8 @@ std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, const MarkerFa
     board = larger;
     detections = std::move(beyond);
   }
-  const auto share = markerShare(detections, images, board.columns - 1);
+  const int num_cells = findMarkerDictionary(family.largest)->num_bits + 2 * family.border;
+  const auto share = markerShare(detections, images, board.columns - 1, num_cells);
   board.marker_m = plausibleShare(share.value_or(board.marker_m));
   board.dictionary = dictionaryWith(family, board.numMarkers(true));
   return board;
@@ -181,6 +207,11 @@ std::optional<AprilGrid> aprilGridOf(const MarkerLayout& layout, const std::vect
                   .first_id = layout.first_id};
   std::vector<Detection> detections = detectIn(images, board);
   if (!anyFound(detections)) return std::nullopt;
+  const auto measureGap = [&] {
+    const auto gap = gapByCrossRatio(detections, 2 * board.columns, 2 * board.rows);
+    if (gap) board.gap = std::clamp(*gap, 0.1, 1.0);
+  };
+  measureGap();
   for (const bool is_at_bottom : {true, false}) {
     while (board.rows < kMostTagRows && (!is_at_bottom || board.first_id >= board.columns)) {
       AprilGrid larger = board;
@@ -192,23 +223,23 @@ std::optional<AprilGrid> aprilGridOf(const MarkerLayout& layout, const std::vect
       detections = std::move(beyond);
     }
   }
-  const auto gap = gapByCrossRatio(detections, 2 * board.columns);
-  board.gap = plausibleShare(gap.value_or(board.gap));
+  detections = detectIn(images, board);
+  measureGap();
+  board.gap = plausibleShare(board.gap);
   return board;
 }
 
 std::string textOf(const CharucoBoard& board) {
   return fmt::format(
       "the images show a ChArUco board of {0}x{1} squares: --board charuco:{0}x{1}:SQUARE:MARKER:{2}, with "
-      "the "
-      "sides of a square and of a marker, which is about {3:.2g} of it",
+      "the sides of a square and of a marker, which is about {3:.3g} of it",
       board.columns, board.rows, board.dictionary, board.marker_m);
 }
 
 std::string textOf(const std::vector<AprilGrid>& boards) {
   std::vector<std::string> flags;
   for (const AprilGrid& board : boards) {
-    flags.push_back(fmt::format("--board aprilgrid:{}x{}:TAG:{:.2g}", board.columns, board.rows, board.gap) +
+    flags.push_back(fmt::format("--board aprilgrid:{}x{}:TAG:{:.3g}", board.columns, board.rows, board.gap) +
                     (board.first_id == 0 ? "" : fmt::format(":{}", board.first_id)));
   }
   return fmt::format("the images show {} of {}x{} tags: {}, with the side of a tag such as 88mm",
@@ -244,27 +275,67 @@ std::string textOf(const MarkerLayout& layout, const MarkerFamily& family) {
 
 void MarkerGuess::look(const GrayImage& image) {
   static const std::vector<MarkerPrint> prints = allPrints();
-  const auto isEnough = [](const std::vector<std::vector<SeenMarker>>& markers) {
-    return std::ranges::any_of(markers,
-                               [](const auto& of_print) { return of_print.size() >= kEnoughMarkers; });
+  constexpr std::size_t kMany = 16;  // a closer look would tell no more
+  const auto most = [](const std::vector<std::vector<SeenMarker>>& markers) {
+    return std::ranges::max(markers, {}, [](const auto& of_print) { return of_print.size(); }).size();
   };
   GrayImage shown = image;
   for (const bool is_inverted : {false, true}) {
     if (is_inverted) {
       for (std::uint8_t& pixel : shown.pixels) pixel = static_cast<std::uint8_t>(255 - pixel);
     }
+    Seen best;
+    std::size_t most_seen = kEnoughMarkers - 1;
     for (const MarkerLook& look : markerLooks(image.size)) {
       auto markers = seeMarkers(shown, prints, look);
-      if (!isEnough(markers)) continue;
+      if (most(markers) <= most_seen) continue;
+      most_seen = most(markers);
       // Outlines run through the middles of the outermost dark pixels.
-      seen_.push_back({.image = std::move(shown), .markers = std::move(markers), .lost_px = 1 / look.scale});
-      return;
+      best = {.image = {}, .markers = std::move(markers), .lost_px = 1 / look.scale};
+      if (most_seen >= kMany) break;
     }
+    if (best.markers.empty()) continue;
+    best.image = std::move(shown);
+    keep(std::move(best));
+    return;
   }
 }
 
+void MarkerGuess::keep(Seen seen) {
+  bool is_news = false;
+  for (std::size_t p = 0; p < seen.markers.size(); ++p) {
+    if (seen.markers[p].size() < kEnoughMarkers) continue;
+    for (const SeenMarker& marker : seen.markers[p]) is_news |= ids_.insert({p, marker.id}).second;
+  }
+  num_without_news_ = is_news ? 0 : num_without_news_ + 1;
+  seen_.push_back(std::move(seen));
+}
+
 bool MarkerGuess::isSure() const {
-  return seen_.size() >= kMaxImages;
+  return seen_.size() >= kMostImages || (seen_.size() >= kEnoughImages && num_without_news_ >= 2);
+}
+
+std::vector<std::size_t> MarkerGuess::tellingImages(std::size_t print) const {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    if (!seen_[i].markers[print].empty()) order.push_back(i);
+  }
+  if (order.size() <= kEnoughImages) return order;
+  const auto count = [&](std::size_t i) { return seen_[i].markers[print].size(); };
+  const auto lowest = [&](std::size_t i) {
+    return std::ranges::min(seen_[i].markers[print], {}, &SeenMarker::id).id;
+  };
+  const auto highest = [&](std::size_t i) {
+    return std::ranges::max(seen_[i].markers[print], {}, &SeenMarker::id).id;
+  };
+  const std::size_t first = *std::ranges::min_element(order, {}, lowest);
+  const std::size_t last = *std::ranges::max_element(order, {}, highest);
+  std::ranges::stable_sort(order, std::greater(), count);
+  order.resize(kEnoughImages);
+  for (const std::size_t i : {first, last}) {
+    if (std::ranges::count(order, i) == 0) order.push_back(i);
+  }
+  return order;
 }
 
 std::string MarkerGuess::text() const {
@@ -286,8 +357,10 @@ std::string MarkerGuess::text() const {
   if (best.empty()) return {};
   const MarkerFamily& family = kFamilies[best_family];
   std::vector<ShownMarkers> images;
-  for (const Seen& seen : seen_)
+  for (const std::size_t i : tellingImages(best_family)) {
+    const Seen& seen = seen_[i];
     images.push_back({.image = &seen.image, .markers = &seen.markers[best_family], .lost_px = seen.lost_px});
+  }
   const MarkerLayout& largest =
       *std::ranges::max_element(best, {}, [](const auto& l) { return l.ids.size(); });
   if (largest.columns > 0 && largest.lattice == MarkerLattice::kDiagonal && family.border == 1) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
+#include <cstddef>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "alidade/core/image.h"
@@ -28,7 +30,13 @@ class MarkerGuess {
     std::vector<std::vector<SeenMarker>> markers;  ///< by print
     double lost_px = 0;                            ///< by which their sides are too short
   };
+  void keep(Seen seen);
+  // Those whose markers tell most: the most, the lowest and the highest.
+  [[nodiscard]] std::vector<std::size_t> tellingImages(std::size_t print) const;
+
   std::vector<Seen> seen_;
+  std::set<std::pair<std::size_t, int>> ids_;  ///< of prints and markers
+  int num_without_news_ = 0;                   ///< of the last images, that showed no further ids
 };
 
 }  // namespace alidade

@@ -194,6 +194,25 @@ std::vector<std::set<int>> joinedIds(const std::vector<Neighbours>& neighbours) 
   return sets;
 }
 
+// A board has all ids from its first to its last: parts whose ids lie between each other's are of one board.
+std::vector<std::set<int>> boardsOf(std::vector<std::set<int>> parts) {
+  // Without the ends of large parts, where a wrong id may be.
+  const auto rangeOf = [](const std::set<int>& part) {
+    const auto end = static_cast<std::ptrdiff_t>(part.size() / 20);
+    return std::pair(*std::next(part.begin(), end), *std::next(part.rbegin(), end));
+  };
+  std::ranges::sort(parts, {}, rangeOf);
+  std::vector<std::set<int>> boards;
+  for (std::set<int>& part : parts) {
+    if (boards.empty() || rangeOf(boards.back()).second < rangeOf(part).first) {
+      boards.push_back(std::move(part));
+    } else {
+      boards.back().merge(part);
+    }
+  }
+  return boards;
+}
+
 }  // namespace
 
 std::vector<MarkerLayout> markerLayouts(std::span<const std::vector<SeenMarker>> images,
@@ -219,7 +238,7 @@ std::vector<MarkerLayout> markerLayouts(std::span<const std::vector<SeenMarker>>
     neighbours.insert(neighbours.end(), of_image.begin(), of_image.end());
   }
   std::vector<MarkerLayout> layouts;
-  for (const std::set<int>& ids : joinedIds(neighbours)) {
+  for (const std::set<int>& ids : boardsOf(joinedIds(neighbours))) {
     if (ids.size() < kMinMarkers) continue;
     MarkerLayout layout = common;
     layout.ids.assign(ids.begin(), ids.end());

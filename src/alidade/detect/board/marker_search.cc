@@ -15,6 +15,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
+#include "alidade/detect/board/one_colour.h"
 #include "alidade/detect/corner/corner_fit.h"
 
 namespace alidade {
@@ -197,7 +198,10 @@ class CornerSearch {
       int round = 0;
       while (round < kMaxRounds && extend()) ++round;
       if (round == 0) return;
-      keepOneColour();
+      keepOneColour(found_, [&](std::size_t i, const FoundCorner& corner) {
+        return (corner.fit.contrast > 0) == shouldBeDark(static_cast<int>(i));
+      });
+      gatherSightings();
       refit();
     }
   }
@@ -261,19 +265,6 @@ class CornerSearch {
     return !added.empty();
   }
 
-  // A board is dark on white or white on dark, but not both.
-  void keepOneColour() {
-    int balance = 0;
-    const auto sign = [&](std::size_t i) {
-      return (found_[i]->fit.contrast > 0) == shouldBeDark(static_cast<int>(i)) ? 1 : -1;
-    };
-    for (std::size_t i = 0; i < found_.size(); ++i) balance += found_[i] ? sign(i) : 0;
-    for (std::size_t i = 0; i < found_.size(); ++i) {
-      if (found_[i] && sign(i) * balance < 0) found_[i].reset();
-    }
-    gatherSightings();
-  }
-
   // What is seen: corners, and those of markers where there are none or they are not found.
   void gatherSightings() {
     sightings_.clear();
@@ -333,7 +324,7 @@ ViewMeasures measure(const CornerSearch& search, const Board& board, double step
           .tilt_deg = medianOf(std::move(tilts)) * 180 / std::numbers::pi};
 }
 
-void describeMissing(const CornerSearch& search, ImageSize size, Detection& detection) {
+void describeMissing(const CornerSearch& search, const Board& board, ImageSize size, Detection& detection) {
   const std::size_t total = search.found().size();
   if (detection.corners.size() == total) {
     detection.reason = DetectionReason::kFound;
@@ -352,7 +343,7 @@ void describeMissing(const CornerSearch& search, ImageSize size, Detection& dete
     ++(is_inside ? num_inside : num_outside);
   }
   detection.reason = num_outside > num_inside ? DetectionReason::kCut : DetectionReason::kPartial;
-  detection.detail = fmt::format("{} of {} corners; ", detection.corners.size(), total) +
+  detection.detail = fmt::format("{} of {} {}; ", detection.corners.size(), total, board.words().points) +
                      (num_outside == 0  ? "the others are covered or not clear enough"
                       : num_inside == 0 ? "the others are outside the image"
                                         : "the others are outside the image, covered or not clear enough");
@@ -375,9 +366,24 @@ int numSeenTwice(const ChosenPattern& chosen) {
 Detection refuseAsOther(const ChosenPattern& chosen, const Board& board) {
   Detection detection;
   detection.reason = DetectionReason::kOtherBoard;
-  detection.detail = fmt::format("{} of {} markers do not lie as on {}", chosen.pairs.num_others,
-                                 chosen.pairs.num_others + chosen.pairs.agreeing.size(), board.spec());
+  detection.detail =
+      fmt::format("{} of {} {}s do not lie as on {}", chosen.pairs.num_others,
+                  chosen.pairs.num_others + chosen.pairs.agreeing.size(), board.words().marker, board.spec());
   return detection;
+}
+
+// Of markers that tell no place of the board.
+std::string tellStrays(const ChosenPattern& chosen, const Board& board) {
+  const std::string marker(board.words().marker);
+  const std::string& dictionary = chosen.pattern->print.dictionary;
+  if (chosen.seen.empty()) return fmt::format("no {} of {} was found", marker, dictionary);
+  const std::size_t num_own = chosen.pairs.num_others;
+  if (num_own == 0) {
+    return fmt::format("found {} {}{} of {}, but with other ids than {} has", chosen.seen.size(), marker,
+                       chosen.seen.size() == 1 ? "" : "s", dictionary, board.spec());
+  }
+  return fmt::format("found {} of {} {}s, {}", num_own, chosen.pattern->markers.size(), marker,
+                     num_own == 1 ? "too few to place the board" : "but no two as on " + board.spec());
 }
 
 // Corners along one line tell no pose.
@@ -404,18 +410,14 @@ Detection findMarkerBoard(const GrayImage& image, const Board& board,
   constexpr int kAccidents = 2;
   if (const int num_twice = numSeenTwice(chosen); num_twice > kAccidents) {
     detection.reason = DetectionReason::kSeveralBoards;
-    detection.detail = fmt::format("shows {} of the board's markers at two places", num_twice);
+    detection.detail =
+        fmt::format("shows {} of the board's {}s at two places", num_twice, board.words().marker);
     return detection;
   }
   if (chosen.pairs.num_others > std::max<std::size_t>(1, num_agreeing / 2))
     return refuseAsOther(chosen, board);  // a single marker may be a mistake
   if (num_agreeing == 0) {
-    detection.detail =
-        chosen.seen.empty()
-            ? "no marker of " + patterns.front().print.dictionary + " was found"
-            : fmt::format("{} of {} {} found, but no two as on {}", chosen.seen.size(),
-                          patterns.front().print.dictionary,
-                          chosen.seen.size() == 1 ? "marker was" : "markers were", board.spec());
+    detection.detail = tellStrays(chosen, board);
     detection.reason = chosen.seen.empty() ? DetectionReason::kNoBoard : DetectionReason::kUnplaced;
     return detection;
   }
@@ -432,14 +434,14 @@ Detection findMarkerBoard(const GrayImage& image, const Board& board,
   }
   if (detection.corners.size() < kMinCorners || !spansArea(detection.corners, board.columns())) {
     detection.reason = DetectionReason::kBlurred;
-    detection.detail =
-        fmt::format("{} markers of the board are visible, but only {} corners are clear enough to be located",
-                    num_agreeing, detection.corners.size());
+    detection.detail = fmt::format("found {} of {} {}s, but only {} {} are clear enough to be located",
+                                   num_agreeing, chosen.pattern->markers.size(), board.words().marker,
+                                   detection.corners.size(), board.words().points);
     detection.corners.clear();
     return detection;
   }
   detection.measures = measure(search, board, chosen.pattern->step_m, image.size);
-  describeMissing(search, image.size, detection);
+  describeMissing(search, board, image.size, detection);
   return detection;
 }
 

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+
+#include <Eigen/LU>
+
+#include "alidade/detect/corner/grey_at.h"
 
 namespace alidade {
 namespace {
@@ -21,17 +24,6 @@ Eigen::Matrix3d homographyOf(const std::array<Vector2d, 4>& c) {
   h << c[1].x() - c[0].x() + g(0) * c[1].x(), c[3].x() - c[0].x() + g(1) * c[3].x(), c[0].x(),
       c[1].y() - c[0].y() + g(0) * c[1].y(), c[3].y() - c[0].y() + g(1) * c[3].y(), c[0].y(), g(0), g(1), 1;
   return h;
-}
-
-std::optional<double> greyAt(const GrayImage& image, const Vector2d& pixel) {
-  if (!(pixel.array() >= 0).all() || pixel.x() >= image.size.width - 1 || pixel.y() >= image.size.height - 1)
-    return std::nullopt;
-  const int x = static_cast<int>(pixel.x());
-  const int y = static_cast<int>(pixel.y());
-  const double right = pixel.x() - x;
-  const double below = pixel.y() - y;
-  return (1 - below) * ((1 - right) * image.at(x, y) + right * image.at(x + 1, y)) +
-         below * ((1 - right) * image.at(x, y + 1) + right * image.at(x + 1, y + 1));
 }
 
 // Mean grey values along a line that runs from a side of the square inwards.

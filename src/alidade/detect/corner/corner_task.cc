@@ -7,23 +7,10 @@
 
 #include <Eigen/LU>
 
+#include "alidade/detect/corner/grey_at.h"
+
 namespace alidade {
 namespace {
-
-// Grey level between pixels, by the four around; nothing outside of the image.
-std::optional<double> greyAt(const GrayImage& image, const Eigen::Vector2d& pixel) {
-  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= image.size.width - 1 &&
-        pixel.y() <= image.size.height - 1))
-    return std::nullopt;
-  const int x = std::min(static_cast<int>(pixel.x()), std::max(0, image.size.width - 2));
-  const int y = std::min(static_cast<int>(pixel.y()), std::max(0, image.size.height - 2));
-  const int next_x = std::min(x + 1, image.size.width - 1);
-  const int next_y = std::min(y + 1, image.size.height - 1);
-  const double fx = pixel.x() - x;
-  const double fy = pixel.y() - y;
-  return (1 - fy) * ((1 - fx) * image.at(x, y) + fx * image.at(next_x, y)) +
-         fy * ((1 - fx) * image.at(x, next_y) + fx * image.at(next_x, next_y));
-}
 
 // The squares around a corner; those that look like the one between step_u and step_v come first.
 constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
