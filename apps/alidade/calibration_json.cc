@@ -26,16 +26,6 @@ void to_json(json& j, const ModelChoice& choice) {
        {"fisheye_models_considered", choice.is_wide}};
 }
 
-void to_json(json& j, const Diagnosis& diagnosis) {
-  j = {{"id", diagnosis.id},
-       {"severity", severityName(diagnosis.severity)},
-       {"cause", diagnosis.cause},
-       {"evidence", diagnosis.evidence},
-       {"effect_px", diagnosis.effect_px},
-       {"message", diagnosis.message()},
-       {"next_step", diagnosis.next_step}};
-}
-
 void to_json(json& j, const ExcludedView& view) {
   j = {{"image", view.image}, {"reason", view.reason}};
 }

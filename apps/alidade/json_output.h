@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
 
@@ -58,6 +59,15 @@ template <class ValueAt>
 // By these, nlohmann-json converts the types.
 inline void to_json(json& j, const ImageSize& size) {
   j = {{"width", size.width}, {"height", size.height}};
+}
+inline void to_json(json& j, const Diagnosis& diagnosis) {
+  j = {{"id", diagnosis.id},
+       {"severity", severityName(diagnosis.severity)},
+       {"cause", diagnosis.cause},
+       {"evidence", diagnosis.evidence},
+       {"effect_px", diagnosis.effect_px},
+       {"message", diagnosis.message()},
+       {"next_step", diagnosis.next_step}};
 }
 inline void to_json(json& j, const SE3& pose) {
   const Eigen::Quaterniond& q = pose.rotation.quaternion();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -50,14 +51,16 @@ std::string summaryOf(const RigCalibration& rig) {
     const RigCamera& camera = rig.cameras[c];
     const FitCamera& fitted = rig.fit.cameras[c];
     text += fmt::format(
-        "{}\n          {}, {}x{} px; RMS {:.3f} px (alone {:.3f}); from its neighbour within {:.2g} px (95 "
-        "%)\n",
-        camera.name, fitted.model, fitted.size.width, fitted.size.height, camera.rms_px, camera.alone_rms_px,
-        camera.transfer_px);
+        "{}\n          {}, {}x{} px; RMS {:.3f} px (alone {:.3f}); from its neighbour {}\n", camera.name,
+        fitted.model, fitted.size.width, fitted.size.height, camera.rms_px, camera.alone_rms_px,
+        std::isfinite(camera.transfer_px) ? fmt::format("within {:.2f} px (95 %)", camera.transfer_px)
+                                          : "unknown");
     if (c > 0) text += "          " + poseLine(camera, fitted.camera_from_rig) + "\n";
   }
   std::size_t num_told = 0;
   for (const Diagnosis& diagnosis : rig.diagnoses) {
+    const bool is_of_input = diagnosis.id == "unmatched_images" || diagnosis.id == "times_differ";
+    if (is_of_input) text += "Note      " + diagnosis.message() + "\n";
     if (diagnosis.severity < Severity::kWarning) continue;
     if (++num_told > kMostDiagnoses) continue;
     text += fmt::format("{:<9} {}{}\n", diagnosis.severity == Severity::kFailure ? "FAILED" : "Warning",
@@ -65,12 +68,6 @@ std::string summaryOf(const RigCalibration& rig) {
   }
   if (num_told > kMostDiagnoses) text += fmt::format("          and {} more\n", num_told - kMostDiagnoses);
   return text;
-}
-
-json poseJson(const SE3& pose) {
-  const Eigen::Vector4d q = pose.rotation.quaternion().coeffs();
-  const Eigen::Vector3d& t = pose.translation;
-  return {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
 }
 
 json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) {
@@ -87,15 +84,12 @@ std::string jsonOf(const RigCalibration& rig) {
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
     const FitCamera& fitted = rig.fit.cameras[c];
-    const auto names = parameterNames(fitted.model);
-    json parameters;
-    for (std::size_t i = 0; i < names.size(); ++i) parameters[std::string(names[i])] = fitted.params[i];
     cameras.push_back(
         {{"name", camera.name},
          {"model", fitted.model},
          {"image_size", {{"width", fitted.size.width}, {"height", fitted.size.height}}},
-         {"parameters", parameters},
-         {"camera_from_rig", poseJson(fitted.camera_from_rig)},
+         {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
+         {"camera_from_rig", fitted.camera_from_rig},
          {"translation_std_m",
           {camera.position_std_m.x(), camera.position_std_m.y(), camera.position_std_m.z()}},
          {"rotation_std_rad",
@@ -104,18 +98,11 @@ std::string jsonOf(const RigCalibration& rig) {
          {"alone_rms_px", camera.alone_rms_px},
          {"transfer_px", camera.transfer_px}});
   }
-  json diagnoses = json::array();
-  for (const Diagnosis& diagnosis : rig.diagnoses) {
-    diagnoses.push_back({{"severity", severityName(diagnosis.severity)},
-                         {"id", diagnosis.id},
-                         {"message", diagnosis.message()},
-                         {"next_step", diagnosis.next_step}});
-  }
   json motions = json::array();
   for (const CameraMotion& motion : rig.motions) {
     motions.push_back({{"camera", rig.cameras[motion.camera].name},
                        {"from_frame", motion.from_frame},
-                       {"after_from_before", poseJson(motion.after_from_before)},
+                       {"after_from_before", motion.after_from_before},
                        {"effect_px", motion.effect_px},
                        {"num_views_after", motion.num_after}});
   }
@@ -130,7 +117,7 @@ std::string jsonOf(const RigCalibration& rig) {
                    {"unmatched", imagesJson(rig, rig.unmatched)},
                    {"motions", std::move(motions)},
                    {"cameras", std::move(cameras)},
-                   {"diagnoses", std::move(diagnoses)}});
+                   {"diagnoses", rig.diagnoses}});
 }
 
 class RigCalibrateCommand final : public Command {

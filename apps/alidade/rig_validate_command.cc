@@ -68,13 +68,6 @@ std::string validationJson(const RigValidation& tested) {
                        {"effect_px", camera.effect_px},
                        {"sigmas", camera.sigmas}});
   }
-  json diagnoses = json::array();
-  for (const Diagnosis& diagnosis : tested.diagnoses) {
-    diagnoses.push_back({{"severity", severityName(diagnosis.severity)},
-                         {"id", diagnosis.id},
-                         {"message", diagnosis.message()},
-                         {"next_step", diagnosis.next_step}});
-  }
   return jsonText({{"verdict", verdictName(tested.verdict())},
                    {"rms_px", tested.rms_px},
                    {"freed_rms_px", tested.freed_rms_px},
@@ -84,7 +77,7 @@ std::string validationJson(const RigValidation& tested) {
                    {"length_ratio", tested.length_ratio},
                    {"length_ratio_std", tested.length_ratio_std},
                    {"cameras", std::move(cameras)},
-                   {"diagnoses", std::move(diagnoses)}});
+                   {"diagnoses", tested.diagnoses}});
 }
 
 class RigValidateCommand final : public Command {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <regex>
+
 #include <nlohmann/json.hpp>
 
 #include "alidade/files/camera_source.h"
@@ -77,6 +79,19 @@ TEST_F(RigCalibrate, MatchesImagesByATable) {
                 FailsWith(1, HasSubstr("frames.csv")))
         << bad;
   }
+}
+
+TEST_F(RigCalibrate, SaysThatItMatchedByNearestTimes) {
+  for (const std::string name : {"left", "right"}) {
+    const std::string corners = scratch_.read(name + ".csv");
+    const std::string last = name == "left" ? "000" : "003";
+    scratch_.write(name + ".csv", std::regex_replace(corners, std::regex(",view_(\\d+)"), ",10$1." + last));
+  }
+  const RunResult result = calibrate({"--model", "radtan"});
+  EXPECT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("12 boards seen by two"), HasSubstr("Note      images were matched by"),
+                    HasSubstr("differ by up to 0.003 in")));
 }
 
 TEST_F(RigCalibrate, KeepsGivenLenses) {

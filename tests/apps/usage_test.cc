@@ -18,7 +18,7 @@ const std::vector<std::string> kCommands = {"calibrate", "detect", "project", "u
                                             "validate",  "diff",   "convert", "simulate"};
 
 // Those of the group rig whose examples need no more than its files.
-const std::vector<std::string> kRigCommands = {"rectify", "triangulate"};
+const std::vector<std::string> kRigCommands = {"rectify", "triangulate", "calibrate", "validate"};
 
 TEST(Usage, ShowsTheHelpWithoutArguments) {
   const RunResult result = runAlidade({});
@@ -313,8 +313,8 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
   EXPECT_EQ(num_examples, 18);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
-  linkImages(scratch, "left", 1);
-  linkImages(scratch, "right", 1);
+  linkImages(scratch, "left", 12);
+  linkImages(scratch, "right", 12);
   for (const std::string& command : kRigCommands) {
     for (const Example& example : examplesIn(runAlidade({"rig", command, "--help"}).out)) {
       EXPECT_THAT(runAlidade(example.args, {.input = example.input, .folder = scratch.path()}), EndsWith(0))
@@ -322,7 +322,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 21);
+  EXPECT_EQ(num_examples, 23);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -81,6 +81,10 @@ TEST(RigFrames, FollowsATable) {
   const RigFrames frames = framesOf(table, cameras);
   EXPECT_THAT(frames.names, ElementsAre("a/z.png", "row 1", "row 2", "row 3"));
   EXPECT_THAT(frames.frame_of, ElementsAre(ElementsAre(1, 2, 0), ElementsAre(3, 1)));
+  // A camera's name may look like that of a row.
+  std::vector<RigViews> rows = cameras;
+  rows[0].name = "rows";
+  EXPECT_EQ(framesOf({.cameras = {"b", "rows"}, .rows = table.rows}, rows).names.size(), 4u);
   const auto complaint = [&](const FrameTable& other) {
     return messageOf([&] { (void)framesOf(other, cameras); });
   };

@@ -53,7 +53,8 @@ std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const 
   return common;
 }
 
-// By how much points at the middle of the board move in the images of the views, median, px.
+// By how much points at the middle of the board move in the images of the views, median, px; by the image's
+// diagonal where they leave what the lens sees.
 double effectOf(const SE3& rig_from_rig, const JointFit& joint, std::size_t camera,
                 const std::vector<std::size_t>& of_camera) {
   const FitCamera& of = joint.fit.cameras[camera];
@@ -65,9 +66,11 @@ double effectOf(const SE3& rig_from_rig, const JointFit& joint, std::size_t came
     const Projection before = lens.project(of.camera_from_rig * joint.rig_from_board[v] * middle);
     const Projection after =
         lens.project(of.camera_from_rig * rig_from_rig * joint.rig_from_board[v] * middle);
-    if (before.ok() && after.ok()) distances.push_back((after.pixel - before.pixel).norm());
+    const bool are_seen = before.ok() && after.ok();
+    distances.push_back(are_seen ? (after.pixel - before.pixel).norm()
+                                 : std::hypot(of.size.width, of.size.height));
   }
-  return distances.empty() ? 0 : medianOf(std::move(distances));
+  return medianOf(std::move(distances));
 }
 
 SE3 meanOf(const std::vector<const CommonView*>& views) {
@@ -138,6 +141,7 @@ std::optional<CameraMotion> smallMotion(const RigCalibration& rig, const JointFi
   for (const CommonView& view : common[step->camera]) {
     if (view.frame >= step->first_frame && view.is_linked) after.push_back(view.view);
   }
+  if (after.empty()) return std::nullopt;
   const SE3 in_rig = SE3::exp(step->tangent);
   const SE3 camera_from_rig = rig.fit.cameras[step->camera].camera_from_rig;
   return CameraMotion{.camera = step->camera,

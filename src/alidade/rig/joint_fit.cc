@@ -98,12 +98,7 @@ double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_boar
   return std::isfinite(square) ? std::sqrt(square) : std::numeric_limits<double>::max();
 }
 
-// What is left once all views of a placement have left it.
-Fit withoutEmptyPlacements(const Fit& fit) {
-  return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
-}
-
-// The same, from whichever other view of its placement makes it least.
+// Of each view, from whichever other view of its placement makes it least; 0 without another one.
 using Transfers = std::vector<double>;
 
 void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placement,
@@ -116,6 +111,12 @@ void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placemen
   }
 }
 
+// What is left once all views of a placement have left it.
+Fit withoutEmptyPlacements(const Fit& fit) {
+  return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
+}
+
+// Gives a view a placement of its own, where it alone has the board.
 void unlink(std::size_t v, JointFit& joint) {
   Fit& fit = joint.fit;
   FitPlacement own = fit.placements[fit.views[v].placement];
@@ -129,7 +130,7 @@ void unlink(std::size_t v, JointFit& joint) {
 std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
   constexpr double kFactor = 4;
   constexpr double kLeastPx = 2;
-  constexpr std::size_t kQuarter = 4;  // a camera that moved has most views wrong, not three of four
+  constexpr std::size_t kQuarter = 4;  // of a camera that moved, half of the views may be wrong
   std::vector<std::vector<double>> of_camera(fit.cameras.size());
   for (std::size_t v = 0; v < transfers.size(); ++v) {
     if (transfers[v] > 0) of_camera[fit.views[v].camera].push_back(transfers[v]);
@@ -195,11 +196,7 @@ bool unlinkContradictions(const JointViews& views, const std::vector<double>& al
   Fit& fit = joint.fit;
   bool is_any = false;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
-    const bool contradicts =
-        of_placement.size() > 1 && std::ranges::any_of(of_placement, [&](std::size_t v) {
-          return meanSquare(fit.views[v]) > kContradiction * kContradiction * std::max(1.0, alone[v]);
-        });
-    if (!contradicts) continue;
+    if (!isContradictory(fit, of_placement, alone)) continue;
     if (!is_any) joint.rig_from_board = placedByEach(fit, views);
     unlink(oddOne(of_placement, joint.rig_from_board), joint);
     is_any = true;

@@ -93,6 +93,8 @@ std::optional<Keys> numberKeys(const std::vector<std::vector<std::string>>& imag
 
 bool isTime(const std::string& key) {
   constexpr std::size_t kDigits = 9;
+  constexpr std::size_t kMostDigits = 30;  // more are no time
+  if (key.size() > kMostDigits) return false;
   if (key.find_first_not_of("0123456789.") != std::string::npos) return false;
   return key.size() >= kDigits || key.find('.') != std::string::npos;
 }
@@ -237,16 +239,18 @@ RigFrames framesOf(const FrameTable& table, std::span<const RigViews> cameras) {
     std::set<std::size_t> used;
     for (const std::string& image : images.back()) {
       std::string key = camera.name + "/" + image;  // of an image that is in no row
+      bool is_listed = false;
       for (std::size_t r = 0; r < table.rows.size(); ++r) {
         const std::string& named = table.rows[r][at];
         if (named.empty() || !isSameImage(image, named)) continue;
-        if (used.contains(r) || key.starts_with("row")) {
+        if (used.contains(r) || is_listed) {
           throw inputError({.where = "--match: " + camera.name,
                             .found = "'" + named + "' stands for several images, or stands in several rows",
                             .expected = "each image once",
                             .next_step = "name images with their folders"});
         }
         used.insert(r);
+        is_listed = true;
         key = "row " + std::to_string(r + 1);
       }
       own.push_back(key);

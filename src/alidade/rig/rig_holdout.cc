@@ -71,7 +71,10 @@ void addErrors(const Fit& held_out, const CancelFlag* cancel, HoldoutReport& rep
       is_out.push_back(view.corners.size() < kFewestOfHalf);
     }
     Fit solved = solve(withoutViews(fit, is_out), {.cancel = cancel});
-    if (!isSolved(solved)) continue;
+    if (!isSolved(solved)) {
+      report.num_unseen += static_cast<int>(numCorners(fit));
+      continue;
+    }
     std::size_t v = 0;  // in the solved fit
     for (std::size_t i = 0; i < held_out.views.size(); ++i) {
       if (is_out[i]) continue;

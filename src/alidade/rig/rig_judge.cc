@@ -80,6 +80,14 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
          .evidence = listedImages(rig, unlinked),
          .next_step = "hold the board still while the cameras take a frame, and check that names match"});
   }
+  if (rig.time_spread > 0) {
+    diagnoses.push_back(
+        {.severity = Severity::kNote,
+         .id = "times_differ",
+         .cause = fmt::format("images were matched by the nearest times in their names; those of one frame "
+                              "differ by up to {:.6g} in the names' unit",
+                              rig.time_spread)});
+  }
   if (!rig.unmatched.empty()) {
     diagnoses.push_back(
         {.severity = Severity::kNote,

@@ -72,8 +72,9 @@ double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
       };
       const Projection a = pixelBy(freed);
       const Projection b = pixelBy(stated);
+      const ImageSize size = freed.cameras[camera].size;
       distances.push_back(a.ok() && b.ok() ? (a.pixel - b.pixel).norm()
-                                           : std::numeric_limits<double>::infinity());
+                                           : std::hypot(size.width, size.height));
     }
   }
   return distances.empty() ? 0 : medianOf(std::move(distances));
@@ -219,7 +220,8 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   }
   for (const Diagnosis& diagnosis : tested.freed.diagnoses) {
     const bool is_of_frames = diagnosis.id == "not_simultaneous" || diagnosis.id == "camera_moved" ||
-                              diagnosis.id == "not_converged" || diagnosis.id == "unmatched_images";
+                              diagnosis.id == "not_converged" || diagnosis.id == "undetermined" ||
+                              diagnosis.id == "unmatched_images";
     if (is_of_frames) diagnoses.push_back(diagnosis);
   }
   std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);
