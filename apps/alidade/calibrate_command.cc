@@ -59,10 +59,11 @@ class CalibrateCommand final : public Command {
                    "automatically, only cx and cy")
         ->delimiter(',');
     app.add_flag("--same-focal", same_focal_, "Force fx = fy");
-    app.add_option(
-           "--board-shape", board_shape_,
-           "flat: assume a flat board; warp: estimate its bend; auto: estimate it if it is significant")
-        ->check(CLI::IsMember({"flat", "warp", "auto"}))
+    app.add_option("--board-shape", board_shape_,
+                   "flat: assume a flat board; warp: estimate its bend; uneven: estimate the place of every "
+                   "point; auto: "
+                   "estimate the bend if it is significant, and the points if they explain other views")
+        ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
         ->capture_default_str();
     addDetectionOptions(app, detection_);
     addDebugOption(app, debug_);
@@ -189,9 +190,7 @@ class CalibrateCommand final : public Command {
         throw usageError(
             {.where = "--distance", .found = distance_, .expected = "a length above 0, such as 2m"});
     }
-    options.board_shape = board_shape_ == "flat"   ? BoardShapeMode::kFlat
-                          : board_shape_ == "warp" ? BoardShapeMode::kWarp
-                                                   : BoardShapeMode::kAuto;
+    options.board_shape = shapeMode(board_shape_);
     if (!init_.empty()) {
       const CameraRecord file = readCameraTelling(init_, {}, common_.quiet);
       options.initial = {.camera = file.camera, .size = file.image_size};

@@ -162,8 +162,9 @@ json weakPriorJson(const FitCamera& camera) {
 
 json boardShapeJson(const Calibration& result, std::size_t board) {
   const ShapeReport& shape = result.choice.shapes[board];
-  const bool is_estimated = !result.fit.boards[board].is_shape_fixed;
-  const BoardShape bend = is_estimated ? result.fit.boards[board].shape : BoardShape{};
+  const FitBoard& of_board = result.fit.boards[board];
+  const bool is_estimated = !of_board.is_shape_fixed;
+  const BoardShape bend = is_estimated ? of_board.shape : BoardShape{};
   const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m[board];
   json document = {{"estimated", is_estimated},
                    {"determined", shape.is_determined},
@@ -174,7 +175,20 @@ json boardShapeJson(const Calibration& result, std::size_t board) {
                    {"bend_x_std_m", std_m.x()},
                    {"bend_y_std_m", std_m.y()},
                    {"flat_rms_px", shape.flat_rms_px},
-                   {"flat_parameters", shape.flat_params}};
+                   {"flat_parameters", shape.flat_params},
+                   {"uneven", of_board.isUneven()}};
+  if (of_board.isUneven()) {
+    const Eigen::Vector2d rms_m = offsetRms(of_board.shape);
+    document["offsets_m"] = mapped(of_board.shape.offsets_m, [](const Eigen::Vector3d& p) {
+      return json{p.x(), p.y(), p.z()};
+    });
+    document["offset_rms_in_plane_m"] = rms_m.x();
+    document["offset_rms_across_m"] = rms_m.y();
+  }
+  if (const auto& even = result.choice.points.even_excess) {
+    document["even_excess"] = even->share;
+    document["even_excess_std"] = even->std;
+  }
   if (hasSeveralBoards(result)) {
     document["board"] = specOf(result, board);
     document["num_views"] = numViews(result.fit, board);

@@ -114,6 +114,14 @@ std::string fitText(const Calibration& result, const GivenViews& given) {
       result.dropped.outliers.empty() ? "" : fmt::format("; {} outliers", result.dropped.outliers.size()));
 }
 
+// Empty for an even board.
+std::string unevenText(const FitBoard& board) {
+  if (!board.isUneven()) return "";
+  const Eigen::Vector2d rms_m = offsetRms(board.shape);
+  return fmt::format(", uneven: {} {:.2g} mm off in the plane and {:.2g} mm across it (RMS)",
+                     board.target.words().points, 1e3 * rms_m.x(), 1e3 * rms_m.y());
+}
+
 std::string boardText(const Fit& fit, std::size_t board) {
   const BoardShape& shape = fit.boards[board].shape;
   std::string text = fit.boards[board].target.spec();
@@ -122,9 +130,12 @@ std::string boardText(const Fit& fit, std::size_t board) {
     if (num_views == 0) return text + ", not used";
     text += fmt::format(" in {} view{}", num_views, num_views == 1 ? "" : "s");
   }
-  if (fit.boards[board].is_shape_fixed) return text + ", flat";
-  return text + fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y", 1e3 * shape.bend_x_m,
-                            1e3 * shape.bend_y_m);
+  const std::string uneven = unevenText(fit.boards[board]);
+  if (fit.boards[board].is_shape_fixed) return text + (uneven.empty() ? ", flat" : uneven);
+  return text +
+         fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y", 1e3 * shape.bend_x_m,
+                     1e3 * shape.bend_y_m) +
+         uneven;
 }
 
 // One line for each board, or as many boards as there is room for and the number of the others.

@@ -185,6 +185,12 @@ std::optional<double> parsePixels(std::string_view text) {
   return value > 0 ? std::optional(value) : std::nullopt;
 }
 
+BoardShapeMode shapeMode(std::string_view name) {
+  if (name == "flat") return BoardShapeMode::kFlat;
+  if (name == "warp") return BoardShapeMode::kWarp;
+  return name == "uneven" ? BoardShapeMode::kUneven : BoardShapeMode::kAuto;
+}
+
 std::string pixelComplaint(const std::string& text) {
   return numberComplaint(text, parsePixels(text).has_value(),
                          "a positive number of pixels\n  next: give a value such as 0.1px");

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/calibrate/start/options.h"
 #include "alidade/files/camera_source.h"
 
 // A command of the program, flags that several commands have, and checks of what was given.
@@ -118,6 +119,8 @@ void addCameraOptions(CLI::App& app, CameraOptions& options);
 /// A positive number of pixels: "0.1px", "0.1 px" or "0.1"; nothing for anything else.
 [[nodiscard]] std::optional<double> parsePixels(std::string_view text);
 /// The check of a flag for it.
+/// Of "flat", "warp", "uneven" or "auto".
+[[nodiscard]] BoardShapeMode shapeMode(std::string_view name);
 [[nodiscard]] std::string pixelComplaint(const std::string& text);
 
 /// Lets the number of a flag that is checked as such be written with its unit: pixels (0.5px), or a length in

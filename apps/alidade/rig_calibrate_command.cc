@@ -143,8 +143,9 @@ class RigCalibrateCommand final : public Command {
            "calibrate this one); their lenses are kept")
         ->delimiter(',');
     app.add_option("--board-shape", shape_,
-                   "flat: boards are flat; warp: their bend is estimated; auto: if seen")
-        ->check(CLI::IsMember({"flat", "warp", "auto"}))
+                   "flat: boards are flat; warp: their bend is estimated; uneven: the place of every point; "
+                   "auto: what is seen")
+        ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
         ->capture_default_str();
     app.add_option("-o,--output", output_, "Rig file to write (YAML)");
     app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
@@ -176,9 +177,7 @@ class RigCalibrateCommand final : public Command {
     }
     options.given = givenCameras();
     options.frames = views_.frames();
-    options.camera.board_shape = shape_ == "flat"   ? BoardShapeMode::kFlat
-                                 : shape_ == "warp" ? BoardShapeMode::kWarp
-                                                    : BoardShapeMode::kAuto;
+    options.camera.board_shape = shapeMode(shape_);
     RigInputViews given = readRigViews("rig calibrate", views_, views_.cameraNames("rig calibrate"), common_,
                                        options.camera.cancel);
     const RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);

@@ -74,9 +74,9 @@ std::vector<PhotoSet> photoSets() {
 
 std::vector<CalibrationCase> calibrationCases() {
   return {
-      {"opencv_left", 0.155, 533.5, 3},     {"opencv_right", 0.150, 537.5, 3},
-      {"sony_chess", 0.16, 701.5, 10},      {"bumblebee2_left", 0.10, 525.5, 5},
-      {"bumblebee2_right", 0.10, 525.5, 5}, {"gloworm_320", 0.20, 266, 25},
+      {"opencv_left", 0.085, 533.5, 3},      {"opencv_right", 0.065, 537.5, 3},
+      {"sony_chess", 0.090, 701.5, 10},      {"bumblebee2_left", 0.030, 525.5, 5},
+      {"bumblebee2_right", 0.030, 525.5, 5}, {"gloworm_320", 0.065, 266, 25},
   };
 }
 
@@ -100,9 +100,9 @@ TEST(Photographs, AreFoundOrNamed) {
   }
 }
 
-// ChArUco boards, whose layout is not told; the limits are what was known before, or a little above what is
-// reached.
-TEST(Photographs, OfCharucoBoardsCalibrateWell) {
+// ChArUco boards, whose layout is not told, and a wavy sheet of circles; the limits are a little above what
+// is reached.
+TEST(Photographs, OfMarkersAndCirclesCalibrateWell) {
   struct Case {
     std::string folder;
     std::string board;
@@ -113,12 +113,17 @@ TEST(Photographs, OfCharucoBoardsCalibrateWell) {
   const std::string small = "charuco:8x8:25.4mm:19.05mm:DICT_4X4_1000";
   const std::string sleap = "sleap_anipose_4cam_charuco/";
   const std::string large = "charuco:8x11:24mm:18.75mm:DICT_4X4_1000";
-  const std::vector<Case> cases = {{lifecam + "2024-05-07_lifecam_1280", small, 740, 0.23},
-                                   {lifecam + "2024-06-19_lifecam_1280_Old_Pattern", small, 600, 0.27},
-                                   {sleap + "back/calibration_images", large, 1030, 0.21},
-                                   {sleap + "mid/calibration_images", large, 1040, 0.17},
-                                   {sleap + "side/calibration_images", large, 1000, 0.53},
-                                   {sleap + "top/calibration_images", large, 1030, 0.16}};
+  const std::vector<Case> cases = {
+      {lifecam + "2024-05-07_lifecam_1280", small, 740, 0.16},
+      {lifecam + "2024-05-07_lifecam_480", small, 800, 0.17},
+      {lifecam + "2024-06-19_lifecam_1280_Old_Pattern", small, 600, 0.27},
+      {lifecam + "2024-06-19_lifecam_480_Old_Pattern", small, 760, 0.19},
+      {sleap + "back/calibration_images", large, 1030, 0.03},
+      {sleap + "mid/calibration_images", large, 1040, 0.02},
+      {sleap + "side/calibration_images", large, 1000, 0.07},
+      {sleap + "top/calibration_images", large, 1030, 0.02},
+      {"sony_circles/regular", "circles:10x8:25mm:15mm", 480, 0.05},
+  };
   std::size_t num_checked = 0;
   for (const Case& c : cases) {
     if (!fs::exists(publicData(c.folder))) continue;
@@ -131,7 +136,7 @@ TEST(Photographs, OfCharucoBoardsCalibrateWell) {
     ++num_checked;
   }
   if (num_checked == 0 && std::getenv("ALIDADE_REAL_DATA") == nullptr)
-    GTEST_SKIP() << "no photographs of ChArUco boards";
+    GTEST_SKIP() << "no photographs of markers and circles";
   EXPECT_EQ(num_checked, cases.size());
 }
 
@@ -142,6 +147,20 @@ std::vector<RigViews> rigViews(const std::vector<std::pair<std::string, std::str
   for (const auto& [name, input] : inputs)
     cameras.push_back({.name = name, .views = surveyImages(listImages(std::vector{input}), board).views()});
   return cameras;
+}
+
+// Of all coordinates of the offsets that two cameras found for one board.
+double offsetCorrelation(const BoardShape& a, const BoardShape& b) {
+  expect(a.offsets_m.size() == b.offsets_m.size() && !a.offsets_m.empty(), "both cameras find offsets");
+  double aa = 0;
+  double ab = 0;
+  double bb = 0;
+  for (std::size_t i = 0; i < a.offsets_m.size(); ++i) {
+    aa += a.offsets_m[i].squaredNorm();
+    ab += a.offsets_m[i].dot(b.offsets_m[i]);
+    bb += b.offsets_m[i].squaredNorm();
+  }
+  return ab / std::sqrt(aa * bb);
 }
 
 // The best peer reaches 0.2151 px with a flat board. The pairs of one half validate the rig of the other.
@@ -157,7 +176,7 @@ TEST(Photographs, OfAStereoPairGiveARig) {
   const RigCalibration flat = calibrateRig(std::span(&board, 1), all, options);
   EXPECT_EQ(numCorners(flat.fit), 2u * 13 * 54);
   EXPECT_LE(rms(flat.fit), 0.18);
-  EXPECT_LT(rms(bent.fit), rms(flat.fit));
+  EXPECT_LT(rms(bent.fit), 0.65 * rms(flat.fit));
   options.camera.board_shape = BoardShapeMode::kAuto;
   std::array<std::vector<RigViews>, 2> halves = {all, all};
   for (RigViews& camera : halves[0]) camera.views.resize(7);
@@ -185,7 +204,7 @@ TEST(Photographs, OfABumblebeeGiveItsBaseline) {
   EXPECT_EQ(rig.num_linked, 11u);
   EXPECT_TRUE(rig.unlinked.empty());
   EXPECT_NEAR(baseline_mm, 120.05, 0.3);
-  EXPECT_LE(rms(rig.fit), 0.1);
+  EXPECT_LE(rms(rig.fit), 0.03);
 }
 
 // One camera sees the board at a grazing angle.
@@ -196,15 +215,23 @@ TEST(Photographs, OfFourCamerasGiveOneRig) {
   std::vector<std::pair<std::string, std::string>> inputs;
   for (const char* name : {"back", "mid", "side", "top"})
     inputs.emplace_back(name, folder + name + "/calibration_images");
-  const RigCalibration rig =
-      calibrateRig(std::span(&board, 1), rigViews(inputs, board), {.camera = {.model = "radtan"}});
-  EXPECT_GE(rig.num_linked, 15u);
-  EXPECT_TRUE(rig.unlinked.empty());
-  for (const RigCamera& camera : rig.cameras) {
-    std::printf("%s: RMS %.4f px in the rig, %.4f px alone\n", camera.name.c_str(), camera.rms_px,
-                camera.alone_rms_px);
+  const std::vector<RigViews> views = rigViews(inputs, board);
+  const RigCalibration bent = calibrateRig(
+      std::span(&board, 1), views, {.camera = {.model = "radtan", .board_shape = BoardShapeMode::kWarp}});
+  const RigCalibration rig = calibrateRig(std::span(&board, 1), views, {.camera = {.model = "radtan"}});
+  for (const RigCalibration* of : {&bent, &rig}) {
+    EXPECT_GE(of->num_linked, 15u);
+    EXPECT_TRUE(of->unlinked.empty());
+  }
+  ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const RigCamera& camera = bent.cameras[c];
+    std::printf("%s: RMS %.4f px in the rig, %.4f px alone; with every point's place %.4f and %.4f px\n",
+                camera.name.c_str(), camera.rms_px, camera.alone_rms_px, rig.cameras[c].rms_px,
+                rig.cameras[c].alone_rms_px);
     EXPECT_GE(camera.num_linked, 14u);
     EXPECT_LE(camera.rms_px, 1.11 * camera.alone_rms_px) << camera.name;
+    EXPECT_LE(rig.cameras[c].rms_px, 0.35 * camera.alone_rms_px) << camera.name;
   }
 }
 
@@ -340,11 +367,22 @@ TEST(Photographs, CalibrateWithinTheirLimits) {
     EXPECT_EQ(result.fit.summary.termination, Termination::kConverged) << c.set;
     EXPECT_LE(rms(result.fit), c.max_rms_px) << c.set;
     EXPECT_NEAR(onlyCamera(result.fit).params[0], c.fx, c.fx_spread) << c.set;
-    EXPECT_TRUE(result.dropped.outliers.empty()) << c.set;
-    EXPECT_EQ(numCorners(result.fit), views.size() * static_cast<std::size_t>(board.numCorners())) << c.set;
+    // The places of the board's points being known, corners are told from noise of a few hundredths of a
+    // pixel.
+    const std::size_t num_all = views.size() * static_cast<std::size_t>(board.numCorners());
+    EXPECT_LE(result.dropped.outliers.size(), num_all / 500) << c.set;
+    EXPECT_EQ(numCorners(result.fit) + result.dropped.outliers.size(), num_all) << c.set;
     by_set[c.set] = result;
   }
-  // Two cameras looked at one board at the same moments, and agree on how it is bent.
+  // Two cameras looked at one board at the same moments, and agree on where its points are and how it is
+  // bent.
+  for (const std::string pair : {"opencv_", "bumblebee2_"}) {
+    if (!by_set.contains(pair + "left") || !by_set.contains(pair + "right")) continue;
+    const double correlation = offsetCorrelation(onlyBoard(by_set[pair + "left"].fit).shape,
+                                                 onlyBoard(by_set[pair + "right"].fit).shape);
+    std::printf("%s: the points of the board by two cameras correlate by %.3f\n", pair.c_str(), correlation);
+    EXPECT_GT(correlation, 0.9) << pair;
+  }
   if (!by_set.contains("opencv_left") || !by_set.contains("opencv_right")) return;
   const Calibration& left = by_set["opencv_left"];
   const Calibration& right = by_set["opencv_right"];

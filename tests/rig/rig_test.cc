@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/adjust/errors.h"
+#include "alidade/adjust/joint_information.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/rig/rig_calibrator.h"
@@ -57,7 +58,7 @@ struct RigScene {
 
 // Boards that the first camera sees as a whole, seen by the others as far as they see them.
 RigScene sceneOf(std::vector<TrueCamera> cameras, const Board& board, int num_frames, double noise_px,
-                 std::uint64_t seed) {
+                 std::uint64_t seed, const BoardShape& shape = {}) {
   Random random(seed);
   RigScene scene{.cameras = std::move(cameras), .views = {}};
   const TrueCamera& first = scene.cameras.front();
@@ -68,9 +69,12 @@ RigScene sceneOf(std::vector<TrueCamera> cameras, const Board& board, int num_fr
         scene.views.emplace_back(RigViews{.name = "camera" + std::to_string(c), .views = {}});
     for (int i = 0; i < num_frames; ++i) {
       const SE3 rig_from_board = first.camera_from_rig.inverse() * poses[static_cast<std::size_t>(i)];
-      View view = exactView(camera.camera, camera.size, board, camera.camera_from_rig * rig_from_board,
+      const SE3 camera_from_board = camera.camera_from_rig * rig_from_board;
+      View view = exactView(camera.camera, camera.size, board, camera_from_board,
                             "frame" + std::to_string(i) + ".png");
       if (view.corners.size() < 12) continue;
+      for (Corner& corner : view.corners)
+        corner.pixel = camera.camera.project(camera_from_board * pointOn(board, shape, corner.id)).pixel;
       if (noise_px > 0) addCornerNoise(view, noise_px, random);
       for (Corner& corner : view.corners) corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
       std::erase_if(view.corners,
@@ -127,6 +131,47 @@ TEST(Rig, FindsExactCamerasFromExactCorners) {
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t i = 0; i < 4; ++i)
       EXPECT_NEAR(rig.fit.cameras[c].params[i], scene.cameras[c].camera.parameters()[i], 1e-4);
+  }
+}
+
+// Each point is where all cameras together see it, and the joint fit has one board, not one for each camera.
+TEST(Rig, FindsThePointsOfAnUnevenBoard) {
+  constexpr double kNoise = 0.05;
+  constexpr double kScatter = 3e-4;
+  Random random(5);
+  BoardShape shape;
+  for (int i = 0; i < kCharuco.numCorners(); ++i)
+    shape.offsets_m.push_back(kScatter * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
+  const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, kNoise, 3, shape);
+  RigOptions options = optionsFor(scene);
+  options.camera.board_shape = BoardShapeMode::kAuto;
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
+  EXPECT_TRUE(rig.unlinked.empty());
+  EXPECT_NEAR(rms(rig.fit), std::sqrt(2.0) * kNoise, 0.1 * kNoise);
+  double error = 0;
+  for (std::size_t i = 0; i < shape.offsets_m.size(); ++i)
+    error += (onlyBoard(rig.fit).shape.offsets_m[i] - shape.offsets_m[i]).squaredNorm();
+  // Position, orientation and size of the board as a whole are what no view tells.
+  EXPECT_LT(std::sqrt(error / (3.0 * static_cast<double>(shape.offsets_m.size()))), 0.35 * kScatter);
+  for (std::size_t c = 1; c < 3; ++c) {
+    const Eigen::Matrix<double, 6, 1> off = poseError(scene, rig, c);
+    EXPECT_LT(off.head<3>().cwiseQuotient(rig.cameras[c].position_std_m).cwiseAbs().maxCoeff(), 4) << c;
+    EXPECT_LT(off.tail<3>().cwiseQuotient(rig.cameras[c].rotation_std_rad).cwiseAbs().maxCoeff(), 4) << c;
+  }
+}
+
+// A camera that sees few boards by itself is known from those of the others.
+TEST(Rig, JudgesItsCamerasByTheJointFit) {
+  RigScene scene = sceneOf(threeCameras(), kCharuco, 24, 0.1, 9);
+  scene.views[2].views.resize(6);
+  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCamera& few = rig.cameras[2];
+  ASSERT_TRUE(few.alone.uncertainty.accuracy && few.joint.uncertainty.accuracy);
+  EXPECT_LT(few.joint.uncertainty.accuracy->covered_px, 0.8 * few.alone.uncertainty.accuracy->covered_px);
+  for (const RigCamera& camera : rig.cameras) {
+    EXPECT_EQ(onlyCamera(camera.joint.fit).params, rig.fit.cameras[&camera - rig.cameras.data()].params);
+    EXPECT_NEAR(rms(camera.joint.fit), camera.rms_px, 1e-12);
   }
 }
 
@@ -294,7 +339,7 @@ TEST(Rig, KeepsLensesThatAreGiven) {
   EXPECT_FALSE(rig.cameras[0].misfit);
   EXPECT_FALSE(rig.cameras[2].misfit);
   // What is known of a given lens counts: nothing is known better than from all views at once.
-  const RigColumns columns = rigColumns(rig.fit);
+  const JointColumns columns = jointColumns(rig.fit);
   EXPECT_GT(rig.covariance(columns.params[0], columns.params[0]), 0);
   EXPECT_EQ(rig.covariance(columns.params[2], columns.params[2]), 0);
   EXPECT_GT(rig.cameras[1].transfer_px, 0.9 * free.cameras[1].transfer_px);

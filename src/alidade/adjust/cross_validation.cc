@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/corner_groups.h"
 #include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/solve.h"
@@ -57,11 +58,12 @@ bool givesPose(std::span<const Observation> corners) {
   return solver.eigenvalues()(0) > kLine * solver.eigenvalues()(1);
 }
 
-// Intrinsics without the views of one fold; nothing if these are not enough.
-std::optional<std::vector<double>> paramsWithout(int fold, const Fit& fit, const CancelFlag* cancel) {
+// The fit without the views of one fold; nothing if the others are not enough.
+std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cancel) {
   const FitCamera& camera = onlyCamera(fit);
-  if (freeDirections(static_cast<int>(camera.params.size()), camera.constraint).cols() == 0)
-    return camera.params;
+  if (!isAnyUneven(fit) &&
+      freeDirections(static_cast<int>(camera.params.size()), camera.constraint).cols() == 0)
+    return fit;
   std::vector<bool> is_out(fit.views.size());
   for (std::size_t v = 0; v < is_out.size(); ++v) is_out[v] = foldOf(v, is_out.size()) == fold;
   Fit without = withoutViews(fit, is_out);
@@ -70,15 +72,17 @@ std::optional<std::vector<double>> paramsWithout(int fold, const Fit& fit, const
   without = solve(std::move(without), {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
   const Termination end = without.summary.termination;
   if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
-  return std::move(onlyCamera(without).params);
+  return withOffsets(std::move(without), OffsetScatter::kKeep, cancel);
 }
 
-std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view,
-                                          std::span<const double> params) {
-  const ViewKernel& kernel = viewKernel(fit.cameras[view.camera].model);
-  const std::vector<Observation> all = cornersOnShape(fit, view);
+// Of a view of `fit`, by the camera and the board's shape of the others.
+std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, const Fit& without) {
+  const FitCamera& camera = without.cameras[view.camera];
+  const FitBoard& board = without.boards[boardIndex(fit, view)];
+  const ViewKernel& kernel = viewKernel(camera.model);
+  const std::vector<Observation> all = onShape(board.target, board.shape, view.corners);
   const SE3 pose = cameraFromBoard(fit, view);
-  const Halves halves = halvesOf(boardOf(fit, view).target, all);
+  const Halves halves = halvesOf(board.target, all);
   const std::array<std::vector<Observation>, 2> corners = {cornersOf(all, halves[0]),
                                                            cornersOf(all, halves[1])};
   if (!givesPose(corners[0]) || !givesPose(corners[1])) return {};
@@ -87,10 +91,10 @@ std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view,
   std::vector<Eigen::Vector2d> errors(all.size(), Eigen::Vector2d::Constant(kUnseen));
   for (std::size_t half = 0; half < 2; ++half) {
     const std::size_t other = 1 - half;
-    const auto refitted = refitPose(kernel, params, groups[half].view(0), fit.loss, pose);
+    const auto refitted = refitPose(kernel, camera.params, groups[half].view(0), fit.loss, pose);
     if (!refitted) continue;
     std::vector<Eigen::Vector2d> of_other(corners[other].size());
-    kernel.errors(params.data(), *refitted, groups[other].view(0), of_other);
+    kernel.errors(camera.params.data(), *refitted, groups[other].view(0), of_other);
     for (std::size_t i = 0; i < of_other.size(); ++i) errors[halves[other][i]] = of_other[i];
   }
   return errors;
@@ -134,10 +138,10 @@ std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* can
   HeldOutErrors held_out{.num_folds = numFolds(num_views), .px = {}};
   held_out.px.resize(num_views);
   for (int fold = 0; fold < held_out.num_folds; ++fold) {
-    const auto params = paramsWithout(fold, fit, cancel);
-    if (!params) return std::nullopt;
+    const auto without = withoutFold(fold, fit, cancel);
+    if (!without) return std::nullopt;
     for (std::size_t v = 0; v < num_views; ++v) {
-      if (foldOf(v, num_views) == fold) held_out.px[v] = errorsOfView(fit, fit.views[v], *params);
+      if (foldOf(v, num_views) == fold) held_out.px[v] = errorsOfView(fit, fit.views[v], *without);
     }
   }
   return held_out;

@@ -27,7 +27,8 @@ struct HeldOutErrors {
 /// the two colours of a checkerboard, (column + row) even and odd, which both span the board.
 ///
 /// Returns std::nullopt if the other views do not determine a camera.
-/// @param fit  the solution for all views, of one camera; the shapes of the boards are not estimated again
+/// @param fit  the solution for all views, of one camera; the bends of the boards are not estimated again,
+/// but the offsets are
 [[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel = nullptr);
 
 /// The fold of view v of num_views in order of name, from 0 to numFolds() - 1.

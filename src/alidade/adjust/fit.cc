@@ -53,7 +53,7 @@ std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
                                  std::span<const Observation> flat) {
   std::vector<Observation> corners(flat.begin(), flat.end());
   if (shape == BoardShape{}) return corners;
-  for (Observation& corner : corners) corner.p_board = onBentBoard(board, shape, corner.p_board);
+  for (Observation& corner : corners) corner.p_board = pointOn(board, shape, corner.id);
   return corners;
 }
 
@@ -69,6 +69,10 @@ std::string boardSuffix(const Fit& fit, std::size_t board) {
 std::size_t numViews(const Fit& fit, std::size_t board) {
   return static_cast<std::size_t>(
       std::ranges::count_if(fit.views, [&](const FitView& view) { return boardIndex(fit, view) == board; }));
+}
+
+bool isAnyUneven(const Fit& fit) {
+  return std::ranges::any_of(fit.boards, &FitBoard::isUneven);
 }
 
 void fixShapes(Fit& fit) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,11 +46,17 @@ struct FitCamera {
   bool is_rig_pose_fixed = true;
 };
 
-/// A board, and whether its shape is estimated.
+/// A board, and what is estimated of its shape.
 struct FitBoard {
   Board target;
   BoardShape shape = {};
-  bool is_shape_fixed = true;
+  bool is_shape_fixed = true;  ///< of the bend
+  /// Of an uneven board, whose points have offsets: how they scatter about zero, in the plane and across it.
+  /// Inverse variances per m^2, times the variance (px^2) of a corner of weight 1. See withOffsets().
+  std::optional<Eigen::Vector2d> offset_precision = {};
+  double num_free_offsets = 0;  ///< coordinates of offsets that the corners determine, not the scatter
+
+  [[nodiscard]] bool isUneven() const { return offset_precision.has_value(); }
 };
 
 /// The position of a board in one frame (instant) of the rig.
@@ -138,10 +145,13 @@ requires std::is_same_v<const AnyFit, const Fit>
 /// " (SPEC)" to append where a board or its view is named; empty for the only board of a fit.
 [[nodiscard]] std::string boardSuffix(const Fit& fit, std::size_t board);
 
+/// Whether any board is uneven.
+[[nodiscard]] bool isAnyUneven(const Fit& fit);
+
 /// The number of views that show a board.
 [[nodiscard]] std::size_t numViews(const Fit& fit, std::size_t board);
 
-/// Lets all boards keep their shape.
+/// Lets all boards keep their bend.
 void fixShapes(Fit& fit);
 
 /// Corners with their positions on the bent board, as used by the solver.

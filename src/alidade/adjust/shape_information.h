@@ -23,10 +23,25 @@ struct BendColumns {
   [[nodiscard]] int size() const { return num_columns; }
   [[nodiscard]] ExtraElements<kNumBends> elements(const CornerRows& rows, int axis) const {
     if (board == nullptr) return {.column = {0, 1}, .value = {0, 0}};
-    const Eigen::Vector2d profile = bendProfile(*board, rows.corner.p_board.x(), rows.corner.p_board.y());
+    const Eigen::Vector3d& p = board->corner(rows.corner.id);
+    const Eigen::Vector2d profile = bendProfile(*board, p.x(), p.y());
     // A shift of the board along its own z is a shift of the point.
     const double J_px_z = rows.J_px_pose[static_cast<std::size_t>(axis)][2];
     return {.column = {first, first + 1}, .value = {J_px_z * profile.x(), J_px_z * profile.y()}};
+  }
+};
+
+/// bend_x and bend_y of a board, then the offset of each of its points, for the views of this board.
+struct OffsetColumns {
+  const Board& board;
+
+  [[nodiscard]] int size() const { return kNumBends + 3 * board.numCorners(); }
+  [[nodiscard]] ExtraElements<kNumBends + 3> elements(const CornerRows& rows, int axis) const {
+    const auto bends = BendColumns{.board = &board}.elements(rows, axis);
+    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // as a shift of the board
+    const int point = kNumBends + 3 * rows.corner.id;
+    return {.column = {0, 1, point, point + 1, point + 2},
+            .value = {bends.value[0], bends.value[1], J_px_point[0], J_px_point[1], J_px_point[2]}};
   }
 };
 

@@ -141,7 +141,9 @@ class Bundle {
         fit_.cameras[i].camera_from_rig = fromBlock(rig_poses_[i].data());
     }
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
-      if (!fit_.boards[i].is_shape_fixed) fit_.boards[i].shape = {shapes_[i][0], shapes_[i][1]};
+      if (fit_.boards[i].is_shape_fixed) continue;
+      fit_.boards[i].shape.bend_x_m = shapes_[i][0];
+      fit_.boards[i].shape.bend_y_m = shapes_[i][1];
     }
     for (std::size_t i = 0; i < placements_.size(); ++i)
       fit_.placements[i].rig_from_board = fromBlock(placements_[i].data());

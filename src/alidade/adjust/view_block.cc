@@ -83,9 +83,16 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
   return true;
 }
 
+std::vector<Observation> ViewBlock::onBend(const double* bend_m) const {
+  BoardShape shape = board_.shape;
+  shape.bend_x_m = bend_m[0];
+  shape.bend_y_m = bend_m[1];
+  return onShape(board_.target, shape, view_.corners);
+}
+
 double ViewBlock::sumOfRho(const double* params, const SE3& camera_from_board, const double* shape) const {
   if (shape == nullptr) return kernel_.sumOfRho(params, camera_from_board, corners_.view(0), loss_);
-  const CornerGroups corners(onShape(board_.target, {shape[0], shape[1]}, view_.corners));
+  const CornerGroups corners(onBend(shape));
   return kernel_.sumOfRho(params, camera_from_board, corners.view(0), loss_);
 }
 
@@ -96,7 +103,7 @@ bool ViewBlock::factor(const double* params, const SE3& camera_from_board, const
     rows.resize(size, size);
     return kernel_.factor(params, camera_from_board, corners_.view(0), loss_, Unseen::kRefuse, rows.data());
   }
-  const auto corners = onShape(board_.target, {shape[0], shape[1]}, view_.corners);
+  const auto corners = onBend(shape);
   const auto num_params = static_cast<std::size_t>(kernel_.numParams());
   const detail::ViewGram of = detail::gramOf(camera_.model, {params, num_params}, camera_from_board, corners,
                                              loss_, LossWeights::kUse, BendColumns{.board = &board_.target});

@@ -35,6 +35,8 @@ class ViewBlock final : public ceres::CostFunction {
                                 const double* shape) const;
   [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board, const double* shape,
                             RowMajorMatrix& rows) const;
+  // The corners with the board bent so.
+  [[nodiscard]] std::vector<Observation> onBend(const double* bend_m) const;
 
   const FitCamera& camera_;
   const FitBoard& board_;

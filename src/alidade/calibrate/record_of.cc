@@ -37,8 +37,9 @@ void addBoards(const Calibration& of, CalibrationRecord& record) {
     const FitBoard& board = of.fit.boards[b];
     if (numViews(of.fit, b) == 0) continue;
     if (!board.is_shape_fixed) {
-      record.warps.push_back(
-          {.board = record.boards.size(), .shape = board.shape, .std_m = of.uncertainty.bend_std_m[b]});
+      record.warps.push_back({.board = record.boards.size(),
+                              .shape = {.bend_x_m = board.shape.bend_x_m, .bend_y_m = board.shape.bend_y_m},
+                              .std_m = of.uncertainty.bend_std_m[b]});
     }
     record.boards.push_back(board.target.spec());
   }

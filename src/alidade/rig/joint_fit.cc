@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
+#include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/errors.h"
 #include "alidade/adjust/robust_weighting.h"
@@ -41,12 +43,20 @@ FitCamera jointCamera(const RigCamera& camera, double sigma_px, const SE3& camer
 // All cameras together, at the start.
 Fit startOf(std::span<const RigCamera> cameras, const JointViews& views) {
   Fit fit{.boards = cameras.front().alone.fit.boards, .loss = {.threshold_px = kLossSigmas}};
+  std::set<std::size_t> uneven;  // boards
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     fit.cameras.push_back(jointCamera(cameras[c], views.sigma_px[c], views.start.camera_from_rig[c], c == 0));
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
       const FitBoard& board = cameras[c].alone.fit.boards[b];
       if (fit.boards[b].is_shape_fixed && !board.is_shape_fixed) fit.boards[b] = board;
+      if (board.isUneven()) uneven.insert(b);
     }
+  }
+  // What one camera makes of the points is not what another one does, and it may number them otherwise.
+  for (FitBoard& board : fit.boards) {
+    board.shape.offsets_m.clear();
+    board.offset_precision.reset();
+    board.num_free_offsets = 0;
   }
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // of frame and board
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
@@ -66,7 +76,7 @@ Fit startOf(std::span<const RigCamera> cameras, const JointViews& views) {
                                                views.sigma_px[pose.camera]),
                          .image = views.views[v]->image});
   }
-  return fit;
+  return startedUneven(std::move(fit), std::vector<std::size_t>(uneven.begin(), uneven.end()));
 }
 
 // Mean square of a view's errors in units of its camera's noise.
@@ -288,7 +298,12 @@ JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views, c
     alone.push_back(meanSquare(*views.views[v]) / (sigma_px * sigma_px));
   }
   unlinkGrossContradictions(views, joint);
-  const auto solveOnce = [&] { joint.fit = solve(withoutEmptyPlacements(joint.fit), options); };
+  const auto solveOnce = [&] {
+    joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
+    if (joint.fit.summary.termination == Termination::kFailed) return;
+    if (auto uneven = withOffsets(joint.fit, OffsetScatter::kEstimate, cancel))
+      joint.fit = *std::move(uneven);
+  };
   // Each camera may have moved.
   std::vector<std::size_t> moved;
   std::size_t num_motions = 0;

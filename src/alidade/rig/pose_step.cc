@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "alidade/adjust/covariance.h"
+#include "alidade/adjust/joint_information.h"
 #include "alidade/core/statistics.h"
-#include "alidade/rig/rig_information.h"
 #include "alidade/rig/rig_uncertainty.h"
 
 namespace alidade {
@@ -23,7 +23,7 @@ Fit withAllPosesFree(Fit fit) {
 }
 
 // first_frame is a rank among the frames here.
-PoseStep likeliestStep(const std::vector<Reduced>& frames, const RigColumns& columns,
+PoseStep likeliestStep(const std::vector<Reduced>& frames, const JointColumns& columns,
                        const Eigen::MatrixXd& free, const Eigen::MatrixXd& inverse, double variance) {
   PoseStep best;
   for (std::size_t c = 0; c < columns.pose.size(); ++c) {
@@ -53,14 +53,14 @@ PoseStep likeliestStep(const std::vector<Reduced>& frames, const RigColumns& col
 std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
   constexpr double kSure = 4.5;  // by chance in one of 300000 tests; a rig has some hundreds
   const Fit fit = withAllPosesFree(given);
-  const RigColumns columns = rigColumns(fit);
-  const std::vector<Reduced> frames = rigInformation(fit, columns);
+  const JointColumns columns = jointColumns(fit);
+  const std::vector<Reduced> frames = jointInformation(fit, columns);
   std::set<std::size_t> in_order;
   for (const FitPlacement& placement : fit.placements) in_order.insert(placement.frame);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
   for (const Reduced& frame : frames) information += frame.information;
   // What is free: all but the pose of the first camera.
-  const Eigen::MatrixXd all = rigDirections(fit, columns, information);
+  const Eigen::MatrixXd all = jointDirections(fit, columns, information);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < all.cols(); ++i) {
     if (all.col(i).segment<kTangent>(columns.pose.front()).isZero(0)) kept.push_back(i);

@@ -30,6 +30,7 @@ struct RigCamera {
   std::optional<CameraRecord> given = {};  ///< whose lens was kept; empty: calibrated
   std::optional<LensMisfit> misfit = {};   ///< of the given lens
   Calibration alone = {};                  ///< from its own views alone
+  Calibration joint = {};                  ///< as the joint fit has it, see jointCamera()
   double rms_px = 0;                       ///< in the joint fit
   double alone_rms_px = 0;
   /// The error with which a pixel of the camera that shares most boards with this one, at the distance of the
@@ -75,7 +76,7 @@ struct RigCalibration {
   double time_spread = 0;             ///< see RigFrames
   std::vector<CameraMotion> motions;  ///< largest effect first
   HoldoutReport holdout;              ///< see rigHoldout()
-  /// The covariance to use, with the columns of rigColumns(); empty if the frames do not determine the rig.
+  /// The covariance to use, with the columns of jointColumns(); empty if the frames do not determine the rig.
   DenseMatrix covariance;
   bool is_by_frames = false;  ///< it is by the frames, which disagree by more than noise explains
   /// Of a corner's coordinate, weights being inverse variances: 1, or more where frames disagree.

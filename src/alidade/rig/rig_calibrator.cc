@@ -14,6 +14,7 @@
 #include "alidade/core/text.h"
 #include "alidade/rig/camera_motion.h"
 #include "alidade/rig/given_lens.h"
+#include "alidade/rig/joint_camera.h"
 #include "alidade/rig/joint_fit.h"
 #include "alidade/rig/rig_holdout.h"
 #include "alidade/rig/rig_judge.h"
@@ -118,6 +119,8 @@ RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews>
     rig.num_linked += of_placement.size() > 1 ? 1 : 0;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) rig.cameras[c].rms_px = rmsOf(rig.fit, c);
   setUncertainty(rig);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    rig.cameras[c].joint = jointCamera(rig, c, options.camera.tolerance_px, options.camera.distance_m);
   rig.motions = cameraMotions(rig, views, joint);
   rig.holdout = rigHoldout(rig.fit, options.camera.cancel);
   rig.diagnoses = judgeRig(rig, options.camera.tolerance_px);
@@ -141,7 +144,7 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
     if (std::ranges::find(record.findings, diagnosis.id) == record.findings.end())
       record.findings.push_back(diagnosis.id);
   }
-  const RigColumns columns = rigColumns(rig.fit);
+  const JointColumns columns = jointColumns(rig.fit);
   if (rig.covariance.rows() > 0) {
     const int num_kept = columns.pose.back() + 6;  // without the boards' bends
     record.covariance = lowerTriangle(rig.covariance.view().topLeftCorner(num_kept, num_kept));
@@ -156,23 +159,10 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
       record.cameras.back().camera.name.name = camera.name;
       continue;
     }
-    Calibration joint = camera.alone;
-    onlyCamera(joint.fit).params = rig.fit.cameras[c].params;
-    joint.domain = certifyDomain(joint.camera(), joint.imageSize());
     CameraName name;
     name.name = camera.name;
-    CameraRecord of_camera = recordOf(joint, {.created_by = "", .name = std::move(name)});
-    if (of_camera.calibration && rig.covariance.rows() > 0) {
-      const auto size = static_cast<Eigen::Index>(rig.fit.cameras[c].params.size());
-      const Eigen::MatrixXd own =
-          rig.covariance.view().block(columns.params[c], columns.params[c], size, size);
-      of_camera.calibration->covariance = lowerTriangle(own);
-      of_camera.calibration->is_covariance_by_views = rig.is_by_frames;
-      of_camera.calibration->parameter_std.clear();
-      for (Eigen::Index i = 0; i < size; ++i)
-        of_camera.calibration->parameter_std.push_back(std::sqrt(std::max(0.0, own(i, i))));
-      of_camera.calibration->rms_px = camera.rms_px;
-    }
+    CameraRecord of_camera = recordOf(camera.joint, {.created_by = "", .name = std::move(name)});
+    if (of_camera.calibration) of_camera.calibration->is_covariance_by_views = rig.is_by_frames;
     record.cameras.push_back({.camera = std::move(of_camera),
                               .camera_from_rig = rig.fit.cameras[c].camera_from_rig,
                               .translation_std_m = camera.position_std_m,

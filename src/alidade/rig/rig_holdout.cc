@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/errors.h"
 #include "alidade/adjust/solve.h"
 
@@ -100,12 +101,14 @@ HoldoutReport rigHoldout(const Fit& fit, const CancelFlag* cancel) {
   double sum = 0;
   for (int fold = 0; fold < report.num_folds; ++fold) {
     std::vector<bool> is_out = areInFold(whole, folds, fold);
-    const Fit others = solve(withoutViews(whole, is_out),
-                             {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
+    Fit others = solve(withoutViews(whole, is_out),
+                       {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
     if (!isSolved(others)) return {};
+    if (auto uneven = withOffsets(others, OffsetScatter::kKeep, cancel)) others = *std::move(uneven);
     is_out.flip();
     Fit held_out = withoutViews(whole, is_out);
     holdCameras(held_out, others);
+    held_out.boards = others.boards;
     addErrors(held_out, cancel, report, sum);
   }
   if (report.num_corners > 0) report.rms_px = std::sqrt(sum / report.num_corners);

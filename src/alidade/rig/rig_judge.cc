@@ -167,7 +167,7 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeLinks(rig, tolerance_px, diagnoses);
   judgeGivenLenses(rig, tolerance_px, diagnoses);
   for (const RigCamera& camera : rig.cameras) {
-    for (Diagnosis diagnosis : camera.alone.diagnoses) {
+    for (Diagnosis diagnosis : camera.joint.diagnoses) {
       if (camera.given && diagnosis.severity != Severity::kFailure) continue;  // of the lens, which is kept
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
       diagnoses.push_back(std::move(diagnosis));

@@ -6,14 +6,15 @@
 #include <optional>
 #include <utility>
 
+#include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/errors.h"
+#include "alidade/adjust/joint_information.h"
 #include "alidade/adjust/shape_information.h"
 #include "alidade/calibrate/uncertainty/view_covariance.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/median.h"
 #include "alidade/rig/joint_fit.h"
-#include "alidade/rig/rig_information.h"
 
 namespace alidade {
 namespace {
@@ -36,7 +37,7 @@ std::size_t partnerOf(const Fit& fit, std::size_t camera) {
 // A pixel of one camera, seen at a fixed distance, as a pixel of another one: its derivative by all unknowns.
 class Transfer {
  public:
-  Transfer(const Fit& fit, const RigColumns& columns, std::size_t from, std::size_t to)
+  Transfer(const Fit& fit, const JointColumns& columns, std::size_t from, std::size_t to)
       : columns_(columns),
         from_(from),
         to_(to),
@@ -70,7 +71,7 @@ class Transfer {
   }
 
  private:
-  const RigColumns& columns_;
+  const JointColumns& columns_;
   std::size_t from_;
   std::size_t to_;
   AnyCamera source_;
@@ -80,7 +81,7 @@ class Transfer {
 };
 
 // See RigCamera::transfer_px: the median over the boards that both cameras saw.
-double transferErrorPx(const Fit& fit, const RigColumns& columns, std::size_t camera,
+double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera,
                        const Eigen::MatrixXd& covariance) {
   constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
   const std::size_t partner = partnerOf(fit, camera);
@@ -116,8 +117,8 @@ void countCommonViews(RigCalibration& rig) {
 }
 
 // By the corners' noise, or by frames where these disagree by more.
-void setCovariance(RigCalibration& rig, const RigColumns& columns) {
-  const std::vector<Reduced> frames = rigInformation(rig.fit, columns);
+void setCovariance(RigCalibration& rig, const JointColumns& columns) {
+  const std::vector<Reduced> frames = jointInformation(rig.fit, columns);
   const std::vector<Eigen::Vector2d> errors = weightedErrors(rig.fit);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
   for (const Reduced& frame : frames) information += frame.information;
@@ -128,18 +129,23 @@ void setCovariance(RigCalibration& rig, const RigColumns& columns) {
       information(at, at) += precision[i];
     }
   }
-  const Eigen::MatrixXd directions = rigDirections(rig.fit, columns, information);
+  const Eigen::MatrixXd directions = jointDirections(rig.fit, columns, information);
+  double num_offsets = 0;
+  for (const FitBoard& board : rig.fit.boards) num_offsets += board.num_free_offsets;
   const auto num_free =
-      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(rig.fit.placements.size()));
+      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(rig.fit.placements.size())) +
+      static_cast<int>(std::lround(num_offsets));
   const double variance = coordinateVariance(errors, rig.fit.loss, num_free);
   const ScaledInverse inverse = scaledInverse(directions.transpose() * information * directions);
   const auto by_frames =
       viewCovariance(frames, directions, columns.count, variance, meanSlope(errors, rig.fit.loss));
-  if (!inverse.inverse || !by_frames) return;
+  const auto offsets = offsetShare(rig.fit);
+  if (!inverse.inverse || !by_frames || !offsets) return;
   rig.is_by_frames = by_frames->excess_sigmas > kBeyondChance;
   rig.frame_variance = variance * std::max(1.0, by_frames->excess);
   rig.covariance = variance * directions * *inverse.inverse * directions.transpose();
   if (rig.is_by_frames) rig.covariance = by_frames->larger;
+  rig.covariance = rig.covariance.view() + rig.frame_variance * *offsets;
   // An error of a given lens moves all that is estimated.
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const auto stated = rig.cameras[c].given ? statedCovariance(*rig.cameras[c].given) : std::nullopt;
@@ -155,25 +161,8 @@ void setCovariance(RigCalibration& rig, const RigColumns& columns) {
 
 }  // namespace
 
-RigColumns rigColumns(const Fit& fit) {
-  RigColumns columns;
-  for (const FitCamera& camera : fit.cameras) {
-    columns.params.push_back(columns.count);
-    columns.count += static_cast<int>(camera.params.size());
-  }
-  for (const FitCamera& camera : fit.cameras) {
-    columns.pose.push_back(camera.is_rig_pose_fixed ? -1 : columns.count);
-    columns.count += camera.is_rig_pose_fixed ? 0 : 6;
-  }
-  for (const FitBoard& board : fit.boards) {
-    columns.bend.push_back(board.is_shape_fixed ? -1 : columns.count);
-    columns.count += board.is_shape_fixed ? 0 : kNumBends;
-  }
-  return columns;
-}
-
 void setUncertainty(RigCalibration& rig) {
-  const RigColumns columns = rigColumns(rig.fit);
+  const JointColumns columns = jointColumns(rig.fit);
   countCommonViews(rig);
   setCovariance(rig, columns);
   if (rig.covariance.rows() == 0) return;

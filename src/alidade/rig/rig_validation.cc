@@ -96,7 +96,7 @@ Eigen::MatrixXd statedPoseCovariance(const RigRecord& rig, std::size_t camera) {
 }
 
 double sigmasOf(const RigRecord& rig, const RigCalibration& freed, std::size_t camera) {
-  const int at = rigColumns(freed.fit).pose[camera];
+  const int at = jointColumns(freed.fit).pose[camera];
   if (at < 0 || freed.covariance.rows() == 0) return 0;
   const Eigen::VectorXd difference =
       (freed.fit.cameras[camera].camera_from_rig.inverse() * statedPose(rig, camera)).log();

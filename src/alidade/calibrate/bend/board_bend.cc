@@ -63,7 +63,9 @@ std::optional<ShapeInformation> describeBend(const Fit& fit, std::size_t board, 
 
 // On the same corners.
 Fit flattened(Fit fit, std::size_t board, const std::vector<double>& params) {
-  fit.boards[board] = {.target = fit.boards[board].target};
+  FitBoard& flat = fit.boards[board];
+  flat.shape = {.offsets_m = std::move(flat.shape.offsets_m)};
+  flat.is_shape_fixed = true;
   onlyCamera(fit).params = params;
   return fit;
 }
@@ -86,7 +88,7 @@ std::optional<FurtherBend> mostBent(BentFit& bent, const std::vector<bool>& is_o
     const auto info = describeBend(fit, b, report);
     if (!info) continue;
     report.f = info->drop / kNumBends / varianceLeft(fit, *info);
-    if (mode == BoardShapeMode::kAuto && !isBent(report.f, report.by_views)) continue;
+    if (mode != BoardShapeMode::kWarp && !isBent(report.f, report.by_views)) continue;
     if (!most || report.f > most->f) most = {.board = b, .f = report.f, .step_m = info->step_m.tail<2>()};
   }
   return most;
@@ -96,11 +98,12 @@ std::optional<FurtherBend> mostBent(BentFit& bent, const std::vector<bool>& is_o
 void bend(BentFit& bent, const FurtherBend& further, BoardShapeMode mode, const CancelFlag* cancel) {
   SettledFit& now = bent.settled;
   ShapeReport& report = bent.reports[further.board];
-  const auto larger = mode == BoardShapeMode::kAuto ? betterModel(now.fit, cancel) : std::nullopt;
+  const auto larger = mode != BoardShapeMode::kWarp ? betterModel(now.fit, cancel) : std::nullopt;
   const Fit before = now.fit;
   FitBoard& board = now.fit.boards[further.board];
   board.is_shape_fixed = false;
-  board.shape = {.bend_x_m = further.step_m.x(), .bend_y_m = further.step_m.y()};
+  board.shape.bend_x_m = further.step_m.x();
+  board.shape.bend_y_m = further.step_m.y();
   now.fit = solve(std::move(now.fit), {.cancel = cancel});
   // What looked like noise was the bend: weights and loss are settled anew.
   now = settledWeights(std::move(now.fit), cancel);

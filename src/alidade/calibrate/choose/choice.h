@@ -8,6 +8,7 @@
 
 #include "alidade/adjust/larger_model.h"
 #include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/uneven_board.h"
 #include "alidade/calibrate/start/start.h"
 
 namespace alidade {
@@ -43,6 +44,7 @@ struct ModelChoice {
 struct Choice {
   StartReport start = {};
   std::vector<ShapeReport> shapes = {};  ///< one for each board of the fit
+  UnevenReport points = {};              ///< of the boards
   bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   std::optional<ModelChoice> model = {};         ///< where the model was not named
   std::optional<BetterModel> better_model = {};  ///< where it was

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "alidade/adjust/weak_prior.h"
+#include "alidade/calibrate/bend/uneven_board.h"
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/start/start_fit.h"
 
@@ -24,15 +25,18 @@ ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given
   SettledFit settled{.fit = regularised(std::move(solution.fit), cancel),
                      .is_settled = solution.choice.is_settled};
   BentFit now = bent(std::move(settled), options.board_shape, cancel);
-  now.settled = withoutOutliers(std::move(now.settled), given, cancel);
+  UnevenFit of_points = uneven(std::move(now.settled), options.board_shape, cancel);
+  now.settled = withoutOutliers(std::move(of_points.settled), given, cancel);
   const std::vector<std::size_t> bent_boards = estimatedShapes(now.settled.fit);
   now = bendTestedAgain(std::move(now), options.board_shape, cancel);
   if (estimatedShapes(now.settled.fit) != bent_boards)
     now.settled = withoutOutliers(std::move(now.settled), given, cancel);
   // On the corners that are left.
+  now.settled = unevenAgain(std::move(now.settled), cancel);
   solution.fit = regularised(std::move(now.settled.fit), cancel);
   solution.choice.is_settled = now.settled.is_settled;
   solution.choice.shapes = std::move(now.reports);
+  solution.choice.points = of_points.report;
   return solution;
 }
 

@@ -340,6 +340,22 @@ void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   }
 }
 
+void unevenBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
+    const FitBoard& board = of.fit.boards[b];
+    if (!board.isUneven()) continue;
+    const Eigen::Vector2d rms_m = offsetRms(board.shape);
+    diagnoses.push_back({.severity = Severity::kNote,
+                         .id = "uneven_board",
+                         .cause = "the board is uneven" + boardSuffix(of.fit, b) +
+                                  "; the place of each of its points is estimated",
+                         .evidence = "off by " + numberText("%.2g", 1e3 * rms_m.x()) +
+                                     " mm in the plane and " + numberText("%.2g", 1e3 * rms_m.y()) +
+                                     " mm across it (RMS)",
+                         .next_step = "mount the board on something flat and rigid: fewer views then do"});
+  }
+}
+
 void bendIgnored(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!of.uncertainty.ignored_bend) return;
   const IgnoredBend& ignored = *of.uncertainty.ignored_bend;

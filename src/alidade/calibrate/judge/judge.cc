@@ -43,6 +43,7 @@ constexpr Judgement kJudgements[] = {
     cornersBiased,
     oddAspect,
     bentBoard,
+    unevenBoard,
     bendIgnored,
     influentialViews,
     poorCoverage,

@@ -58,6 +58,7 @@ void cornersBiased(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 
 // The board.
 void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses);
+void unevenBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void bendIgnored(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void bendUnknown(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void boardNotSquare(const Evidence& of, std::vector<Diagnosis>& diagnoses);

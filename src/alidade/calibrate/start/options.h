@@ -22,11 +22,12 @@ struct InitialCamera {
   ImageSize size;
 };
 
-/// Whether the board's bend (BoardShape) is estimated.
+/// What is estimated of the board's shape (BoardShape).
 enum class BoardShapeMode {
-  kFlat,  ///< the board is taken as flat
-  kWarp,  ///< the bend is estimated
-  kAuto,  ///< the bend is estimated if two tests detect it
+  kFlat,    ///< nothing: the board is taken as flat
+  kWarp,    ///< the bend
+  kUneven,  ///< the bend if two tests detect it, and the offset of each point
+  kAuto,    ///< the bend if two tests detect it, and the offsets if they lower the held-out errors
 };
 
 struct CalibratorOptions {

@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 
+#include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/corner_noise.h"
 #include "alidade/adjust/covariance.h"
 #include "alidade/adjust/errors.h"
@@ -66,8 +67,11 @@ struct Residuals {
         weighted(weightedErrors(fit)),
         slope(meanSlope(weighted, fit.loss)) {
     const int num_bends = kNumBends * static_cast<int>(estimatedShapes(fit).size());
+    double num_offsets = 0;
+    for (const FitBoard& board : fit.boards) num_offsets += board.num_free_offsets;
     const int num_free =
-        static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.views.size())) + num_bends;
+        static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.views.size())) + num_bends +
+        static_cast<int>(std::lround(num_offsets));
     variance = coordinateVariance(weighted, fit.loss, num_free);
   }
   Eigen::MatrixXd directions;
@@ -76,8 +80,21 @@ struct Residuals {
   double variance = 0;  // of the coordinate of a corner of weight 1, px^2; infinite if unknown
 };
 
+// Adds what the uncertainty of the boards' offsets takes from what is known: see offsetShare().
+void addOffsets(const Eigen::MatrixXd& share, const Eigen::MatrixXd& directions, Known& known) {
+  if (share.isZero(0) || !known.covariance) return;
+  *known.covariance += known.variance * share;
+  known.information = informationOf(*known.covariance / known.variance, directions);
+  if (!known.by_views) return;
+  // Views that disagree know the offsets no better than each other.
+  const Eigen::MatrixXd by_views = known.variance * std::max(1.0, known.by_views->excess) * share;
+  known.by_views->covariance = known.by_views->covariance.view() + by_views;
+  known.by_views->larger = known.by_views->larger.view() + by_views;
+}
+
 // With the boards' shapes as they are.
-Known withShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information) {
+Known withShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information,
+                     const Eigen::MatrixXd& share) {
   const Eigen::MatrixXd& directions = residuals.directions;
   Known known{.variance = residuals.variance, .information = information.information};
   if (information.inverse) {
@@ -85,13 +102,14 @@ Known withShapeGiven(const Fit& fit, const Residuals& residuals, const Intrinsic
     known.by_views = viewCovariance(reducedByPlace(fit, LossWeights::kLeaveOut), directions,
                                     static_cast<int>(directions.rows()), known.variance, residuals.slope);
   }
+  addOffsets(share, directions, known);
   applyPrior(onlyCamera(fit), known);
   return known;
 }
 
 // With the bends among the unknowns.
-Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
-                    const ShapeInformation& bent) {
+Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance, const ShapeInformation& bent,
+                    const Eigen::MatrixXd& share) {
   const FitCamera& camera = onlyCamera(fit);
   const Eigen::MatrixXd& directions = residuals.directions;
   Known known{.variance = variance,
@@ -100,6 +118,7 @@ Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
               .covariance = variance * bent.params_inverse};
   known.by_views = viewCovariance(bent.pulls, withBends(directions, bent.step_m.size()),
                                   static_cast<int>(directions.rows()), variance, residuals.slope);
+  addOffsets(share, directions, known);
   applyPrior(camera, known);
   return known;
 }
@@ -135,8 +154,12 @@ void setCovariances(const Fit& fit, const Residuals& residuals, Uncertainty& res
                                           : std::nullopt;
   // Without the bends' share the covariance would be too small, so there is none then.
   if (is_estimated && !bent) return;
-  Known known = is_estimated ? withShapeFree(fit, residuals, residuals.variance, *bent)
-                             : withShapeGiven(fit, residuals, information);
+  const auto of_all = offsetShare(fit);
+  if (!of_all) return;
+  const Eigen::Index num_params = residuals.directions.rows();
+  const Eigen::MatrixXd share = of_all->topLeftCorner(num_params, num_params);
+  Known known = is_estimated ? withShapeFree(fit, residuals, residuals.variance, *bent, share)
+                             : withShapeGiven(fit, residuals, information, share);
   result.information = known.information;
   result.covariance = std::move(known.covariance);
   result.by_views = std::move(known.by_views);
@@ -145,7 +168,8 @@ void setCovariances(const Fit& fit, const Residuals& residuals, Uncertainty& res
   // Where the views show bends that the user wants ignored, what is missing is known: the camera with the
   // bends has the uncertainty that it states, and the one without lies so far from it.
   IgnoredBend& ignored = *result.ignored_bend;
-  const Known with_bend = withShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent);
+  const Known with_bend =
+      withShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent, share);
   ignored.covariance = with_bend.covariance;
   result.by_views = with_bend.by_views;
   if (result.by_views) result.by_views->common_error = ignored.params_step;

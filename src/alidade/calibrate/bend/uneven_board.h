@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+
+#include "alidade/adjust/cross_validation.h"
+#include "alidade/adjust/robust_weighting.h"
+#include "alidade/calibrate/start/options.h"
+
+namespace alidade {
+
+/// Whether the points of a board lie where the SPEC and the bend put them.
+struct UnevenReport {
+  /// What the held-out errors are larger by with the points in their places; nothing where a glance at the
+  /// errors was enough or nobody asked.
+  std::optional<HeldOutExcess> even_excess = {};
+};
+
+struct UnevenFit {
+  SettledFit settled;
+  UnevenReport report;
+};
+
+/// Estimates the offsets of the boards' points (withOffsets()), of all boards, if asked to, or if that is
+/// left open and they lower the held-out RMS significantly, by more than 5 %: an offset that corners of other
+/// views predict is the board's, whatever noise or a lens beyond its model make of it. A larger lens model
+/// that leaves smaller errors goes first. Boards of more than 400 points are not tested: the equations grow
+/// with the cube.
+/// @param settled  with the bends estimated
+[[nodiscard]] UnevenFit uneven(SettledFit settled, BoardShapeMode mode, const CancelFlag* cancel);
+
+/// On the corners now in use.
+[[nodiscard]] SettledFit unevenAgain(SettledFit settled, const CancelFlag* cancel);
+
+}  // namespace alidade
