@@ -25,6 +25,7 @@
 #include "json_output.h"
 #include "options.h"
 #include "pending_folder.h"
+#include "rectified_pair.h"
 #include "remapped_images.h"
 
 namespace alidade {
@@ -109,13 +110,6 @@ json matrixJson(const Eigen::MatrixXd& matrix) {
     rows.push_back(std::move(row));
   }
   return rows;
-}
-
-// The name of a camera as that of a file.
-std::string fileNameOf(const std::string& camera) {
-  std::string name = camera;
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name.empty() || name.front() == '.' ? "camera" + name : name;
 }
 
 class RigRectifyCommand final : public Command {
