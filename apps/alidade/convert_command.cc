@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <filesystem>
 #include <numbers>
 #include <utility>
 
@@ -22,6 +23,7 @@
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
+#include "rectified_pair.h"
 
 namespace alidade {
 namespace {
@@ -197,7 +199,8 @@ class ConvertCommand final : public Command {
         "Example: alidade convert camera.yaml -o half.yaml --crop 0,60,640,360 --resize 320x180\nExample: "
         "alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\nExample: alidade convert "
         "camchain.yaml#cam0 -o camera_info.yaml --to ros\nExample: alidade convert rig.yaml -o camchain.yaml "
-        "--to kalibr\nExample: alidade convert left.cameramodel right.cameramodel -o rig.yaml\nThe format of "
+        "--to kalibr\nExample: alidade convert rig.yaml -o camera_info --to ros\nExample: alidade convert "
+        "left.cameramodel right.cameramodel -o rig.yaml\nThe format of "
         "FILE is detected from its content. FILE#NAME selects one camera of a file with several. Several\n"
         "files become one rig; each has one camera and its pose in a common frame. OpenCV's intrinsics.yml "
         "and\nextrinsics.yml are one pair. The edits are applied to each camera, in this order: crop, bin, "
@@ -206,8 +209,10 @@ class ConvertCommand final : public Command {
         "written.");
     app.add_option("file", paths_,
                    "Camera or rig file of any format (docs/formats.md), or the files of a rig");
-    app.add_option("-o,--output", output_,
-                   "Camera file to write; - writes it to standard output instead of the summary");
+    app.add_option(
+        "-o,--output", output_,
+        "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
+        "standard output instead of the summary");
     app.add_option("--to", format_,
                    "Format of the output: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
         ->check(CLI::IsMember(formatIds()))
@@ -237,23 +242,28 @@ class ConvertCommand final : public Command {
     if (output_.empty()) throw missingError("convert", "no --output", "-o FILE, or -o - for standard output");
     std::vector<std::string> inputs = mapped(paths_, cameraFilePath);
     inputs.push_back(common_.config);
-    checkOutput(output_, inputs, common_);
     const CameraFormat& format = cameraFormat(format_);
+    if (!format.holds_rectification) checkOutput(output_, inputs, common_);
     const GatheredCameras gathered = gatherCameras(paths_, camera_.readOptions());
+    const std::vector<std::string> outputs = outputsFor(gathered, format);
+    const bool is_new_folder = outputs.size() > 1 && !std::filesystem::exists(output_);
+    for (const std::string& output : is_new_folder ? std::vector{output_} : outputs)
+      checkOutput(output, inputs, common_);
     const std::vector<Converted> cameras = convertAll(gathered, format);
     const bool is_good = std::all_of(cameras.begin(), cameras.end(),
                                      [](const Converted& c) { return c.conversion.problems.empty(); });
     const bool is_kept = is_good || keep_untrustworthy_;
     // What the format cannot hold is told before anything is printed or written.
-    const std::string content = is_kept ? contentOf(gathered, cameras, format) : "";
+    const std::vector<std::string> contents =
+        is_kept ? contentsOf(gathered, cameras, format) : std::vector<std::string>();
     const std::vector<std::string> notes = notesOn(gathered.source, cameras, format);
     const bool to_stdout = output_ == "-";
-    if (!to_stdout && is_kept) writeFileAtomically(output_, content);
+    if (!to_stdout) writeAll(outputs, contents);
 
     if (common_.json) {
-      printResult(document(cameras, notes, is_kept));
+      printResult(document(cameras, notes, outputs, is_kept));
     } else if (to_stdout) {
-      if (is_kept) printResult(content);
+      if (is_kept) printResult(contents.front());
       if (!common_.quiet || !is_good) printHelp(summary(cameras) + "\n");
     } else {
       printResult(summary(cameras) + "\n");
@@ -265,7 +275,7 @@ class ConvertCommand final : public Command {
       printRefusal("the converted camera must not be used", output_, is_kept);
       return kUntrustworthyExit;
     }
-    if (!common_.quiet && !to_stdout) printMessage("written to " + output_);
+    if (!common_.quiet && !to_stdout) printMessage("written to " + join(outputs, " and "));
     return 0;
   }
 
@@ -288,16 +298,64 @@ class ConvertCommand final : public Command {
     return request;
   }
 
+  // Whether each camera gets a file of its own, and both tell where the other one is.
+  [[nodiscard]] static bool isRectifiedPair(const GatheredCameras& gathered, const CameraFormat& format) {
+    const CameraSource& source = gathered.source;
+    return format.holds_rectification && source.cameras.size() == 2 && source.refused.empty() &&
+           source.cameras.front().camera_from_rig;
+  }
+
+  // The paths of the files to write.
+  [[nodiscard]] std::vector<std::string> outputsFor(const GatheredCameras& gathered,
+                                                    const CameraFormat& format) const {
+    if (!isRectifiedPair(gathered, format)) return {output_};
+    const std::filesystem::path folder(output_);
+    if (output_ == "-" || folder.extension() == ".yaml" || folder.extension() == ".yml") {
+      throw usageError(
+          {.where = "--output " + output_,
+           .found = output_ == "-" ? "standard output" : "the name of a file",
+           .expected = "the name of a folder, because a pair has a file for each camera in the format " +
+                       std::string(format.title),
+           .next_step = "use -o FOLDER, or select one camera: alidade convert " + gathered.where.front() +
+                        " -o FILE --to " + std::string(format.id)});
+    }
+    std::vector<std::string> paths;
+    for (const StatedCamera& camera : gathered.source.cameras)
+      paths.push_back((folder / (fileNameOf(cameraLabel(camera)) + ".yaml")).string());
+    if (paths[0] == paths[1]) {
+      throw inputError({.where = gathered.source.path,
+                        .found = "names of cameras that become the same file, " + paths[0],
+                        .expected = "names that differ in more than / and _",
+                        .next_step = "rename one of the cameras"});
+    }
+    return paths;
+  }
+
+  void writeAll(const std::vector<std::string>& outputs, const std::vector<std::string>& contents) const {
+    if (contents.size() > 1) {
+      std::error_code failure;
+      std::filesystem::create_directory(output_, failure);
+      if (failure) {
+        throw inputError({.where = output_,
+                          .found = "cannot create the folder: " + failure.message(),
+                          .expected = "a folder for the two files"});
+      }
+    }
+    for (std::size_t i = 0; i < contents.size(); ++i) writeFileAtomically(outputs[i], contents[i]);
+  }
+
   void requireRoom(const GatheredCameras& gathered, const CameraFormat& format) const {
     const CameraSource& source = gathered.source;
     const std::size_t num_all = source.cameras.size() + source.refused.size();
     const bool has_room = format.id == kOwnFormat ? num_all == 1 || source.cameras.front().camera_from_rig
                                                   : num_all <= format.max_cameras;
-    if (has_room) return;
+    if (has_room || isRectifiedPair(gathered, format)) return;
     const std::string first = gathered.where.size() == num_all
                                   ? gathered.where.front()
                                   : source.path + "#" + cameraLabel(source.cameras.front());
-    const std::string most = format.max_cameras == 2 ? "at most two cameras" : "one camera";
+    const std::string most = format.max_cameras == 2      ? "at most two cameras"
+                             : format.holds_rectification ? "one camera, or two with poses"
+                                                          : "one camera";
     throw inputError(
         {.where = source.path,
          .found = std::to_string(num_all) + " cameras" + (format.id == kOwnFormat ? " without poses" : ""),
@@ -359,10 +417,12 @@ class ConvertCommand final : public Command {
     return rig;
   }
 
-  [[nodiscard]] std::string contentOf(const GatheredCameras& gathered, const std::vector<Converted>& cameras,
-                                      const CameraFormat& format) const {
-    if (format.id == kOwnFormat && isRig(cameras)) return rigFileText(rigOf(gathered, cameras));
-    if (format.id == kOwnFormat) return cameraFileText(cameras.front().file);
+  // A text for each file.
+  [[nodiscard]] std::vector<std::string> contentsOf(const GatheredCameras& gathered,
+                                                    const std::vector<Converted>& cameras,
+                                                    const CameraFormat& format) const {
+    if (format.id == kOwnFormat && isRig(cameras)) return {rigFileText(rigOf(gathered, cameras))};
+    if (format.id == kOwnFormat) return {cameraFileText(cameras.front().file)};
     std::vector<NamedCamera> named;
     for (const Converted& c : cameras) {
       named.push_back({.name = c.name,
@@ -371,7 +431,9 @@ class ConvertCommand final : public Command {
                        .camera_from_rig = c.camera_from_rig,
                        .where = c.where});
     }
-    return formatText(format, named, output_);
+    if (!isRectifiedPair(gathered, format)) return {formatText(format, named, output_)};
+    for (std::size_t i = 0; i < 2; ++i) named[i].name = cameraLabel(gathered.source.cameras[i]);
+    return rectifiedPairTexts(format, named);
   }
 
   // What becomes of the cameras' poses, if that is not all of it; empty if it is.
@@ -383,6 +445,7 @@ class ConvertCommand final : public Command {
     if (cameras.size() == 1 && is_at_origin) return "";
     if (!first.camera_from_rig) return "";
     using Poses = CameraFormat::Poses;
+    if (format.holds_rectification && cameras.size() > 1) return "";
     if (is_own_camera || format.poses == Poses::kNone ||
         (format.poses == Poses::kFromFirst && cameras.size() == 1)) {
       const std::string subject = cameras.size() == 1 ? "the pose of the camera is" : "the poses are";
@@ -434,8 +497,10 @@ class ConvertCommand final : public Command {
   }
 
   [[nodiscard]] std::string document(const std::vector<Converted>& cameras,
-                                     const std::vector<std::string>& notes, bool is_kept) const {
+                                     const std::vector<std::string>& notes,
+                                     const std::vector<std::string>& outputs, bool is_kept) const {
     json all = {{"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes}};
+    if (outputs.size() > 1) all["files"] = outputs;
     if (cameras.size() == 1) {
       all.update(summaryJson(cameras.front()));
     } else {

@@ -25,7 +25,9 @@
 #include "json_output.h"
 #include "options.h"
 #include "pending_folder.h"
+#include "rectified_pair.h"
 #include "remapped_images.h"
+#include "view_options.h"
 
 namespace alidade {
 namespace {
@@ -111,13 +113,6 @@ json matrixJson(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-// The name of a camera as that of a file.
-std::string fileNameOf(const std::string& camera) {
-  std::string name = camera;
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name.empty() || name.front() == '.' ? "camera" + name : name;
-}
-
 class RigRectifyCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
@@ -139,30 +134,14 @@ class RigRectifyCommand final : public Command {
     app.add_option("--cameras", names_,
                    "Names of the two cameras, separated by a comma. Default: those of a rig of two")
         ->delimiter(',');
-    app.add_option("--projection", projection_, "Output projection, with the baseline as its axis")
-        ->check(CLI::IsMember(projectionNames()))
-        ->capture_default_str();
-    app.add_option("--fov", fov_deg_, "Horizontal field of view in degrees")->check(finiteNumber, "");
-    app.add_option(
-           "--keep", keep_,
-           "all: every input pixel with a ray is visible; valid: the largest views without black pixels")
-        ->check(CLI::IsMember({"all", "valid"}));
-    app.add_option("--size", size_,
-                   "Size of the output, for example 1280x720. Default: image size of the first camera")
-        ->check(sizeComplaint, "");
+    view_.addOptions(app, ", with the baseline as its axis", "image size of the first camera");
     app.add_flag("--own-centres", has_own_centres_,
                  "Centre each view on its own camera, for cameras that look towards each other; infinity "
                  "then has a disparity");
-    app.add_option("--interpolation", interpolation_,
-                   "Interpolation; cubic is sharper but may overshoot at edges")
-        ->check(CLI::IsMember({"linear", "cubic"}))
-        ->capture_default_str();
     addBoardOption(app, boards_);
     addDetectionOptions(app, detection_);
     app.add_flag("--maps", has_maps_, "Write the tables for cv::remap() as TIFF files of 32-bit floats");
     app.add_flag("--camera-only", camera_only_, "Write no images; do not read inputs");
-    app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier, unchanged result of this command; other files are never changed");
     addCommonOptions(app, common_, true);
   }
 
@@ -219,11 +198,7 @@ class RigRectifyCommand final : public Command {
                         .found = "--board with --camera-only",
                         .expected = "one of them: boards are searched for in images"});
     }
-    if (app.count("--fov") > 0 && !keep_.empty()) {
-      throw usageError({.where = "rig rectify",
-                        .found = "--fov and --keep",
-                        .expected = "one of them: both set the field of view"});
-    }
+    view_.checkUsage(app);
   }
 
   CameraIndices chosenCameras(const AnyRig& rig) const {
@@ -238,13 +213,7 @@ class RigRectifyCommand final : public Command {
   }
 
   [[nodiscard]] RectificationRequest request(const CLI::App& app) const {
-    RectificationRequest request;
-    request.projection = projectionOf(projection_);
-    request.horizontal_field_rad = fov_deg_ / kDegPerRad;
-    if (app.count("--fov") > 0) request.extent = ViewExtent::kFieldOfView;
-    if (keep_ == "all") request.extent = ViewExtent::kAll;
-    if (keep_ == "valid") request.extent = ViewExtent::kValid;
-    request.size = parseSize(size_);
+    auto request = view_.request<RectificationRequest>(app);
     request.has_own_centres = has_own_centres_;
     return request;
   }
@@ -287,7 +256,7 @@ class RigRectifyCommand final : public Command {
              const std::array<std::vector<std::string>, 2>& paths,
              std::array<std::vector<RemappedImage>, 2>& images, std::array<double, 2>& dark,
              const CancelFlag* cancel) const {
-    PendingFolder folder(output_, "rig rectify", overwrite_);
+    PendingFolder folder(output_, "rig rectify", view_.may_overwrite);
     if (!common_.quiet) noteLeftovers(folder);
     for (std::size_t i = 0; i < 2; ++i) {
       const MountedCamera& camera = rig.camera(pair[i]);
@@ -305,7 +274,7 @@ class RigRectifyCommand final : public Command {
         remapAll(paths[i], images[i], table, folder,
                  {.label = "rectifying " + camera.name,
                   .subfolder = name,
-                  .interpolation = interpolation_ == "cubic" ? Interpolation::kCubic : Interpolation::kLinear,
+                  .interpolation = view_.interpolationKind(),
                   .num_jobs = common_.jobs,
                   .is_quiet = common_.quiet,
                   .cancel = cancel});
@@ -453,15 +422,10 @@ class RigRectifyCommand final : public Command {
   std::vector<std::string> names_;
   std::vector<std::string> boards_;
   DetectionOptions detection_;
-  std::string projection_ = "rectilinear";
-  double fov_deg_ = 0;
-  std::string keep_;
-  std::string size_;
-  std::string interpolation_ = "linear";
+  ViewOptions view_;
   bool has_own_centres_ = false;
   bool has_maps_ = false;
   bool camera_only_ = false;
-  bool overwrite_ = false;
 };
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "options.h"
 #include "pending_folder.h"
 #include "remapped_images.h"
+#include "view_options.h"
 
 namespace alidade {
 namespace {
@@ -39,25 +40,9 @@ class UndistortCommand final : public Command {
     app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
     app.add_option("input", inputs_, "Folders, image files or patterns");
     app.add_option("-o,--output", output_, "Folder to create");
-    app.add_option("--projection", projection_,
-                   "Output projection; rectilinear keeps straight lines straight")
-        ->check(CLI::IsMember(projectionNames()))
-        ->capture_default_str();
-    app.add_option("--fov", fov_deg_, "Horizontal field of view in degrees")->check(finiteNumber, "");
-    app.add_option(
-           "--keep", keep_,
-           "all: every input pixel with a ray is visible; valid: the largest view without black pixels")
-        ->check(CLI::IsMember({"all", "valid"}));
-    app.add_option("--size", size_, "Size of the output, for example 1280x720. Default: size of the input")
-        ->check(sizeComplaint, "");
-    app.add_option("--interpolation", interpolation_,
-                   "Interpolation; cubic is sharper but may overshoot at edges")
-        ->check(CLI::IsMember({"linear", "cubic"}))
-        ->capture_default_str();
+    view_.addOptions(app, "; rectilinear keeps straight lines straight", "size of the input");
     app.add_flag("--camera-only", camera_only_,
                  "Write only the camera or projection file; do not read inputs");
-    app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier, unchanged result of this command; other files are never changed");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, true);
   }
@@ -72,8 +57,8 @@ class UndistortCommand final : public Command {
     refuseFolderOfInputs(output_, sources);
     std::vector<RemappedImage> images = namedImages(paths);
 
-    const ViewChoice choice = chooseView(source.camera, source.image_size, request(app));
-    PendingFolder folder(output_, "undistort", overwrite_);
+    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(app));
+    PendingFolder folder(output_, "undistort", view_.may_overwrite);
     if (!common_.quiet) noteLeftovers(folder);
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
@@ -81,7 +66,7 @@ class UndistortCommand final : public Command {
       remapAll(paths, images, table, folder,
                {.label = "undistorting",
                 .subfolder = "",
-                .interpolation = interpolation_ == "cubic" ? Interpolation::kCubic : Interpolation::kLinear,
+                .interpolation = view_.interpolationKind(),
                 .num_jobs = common_.jobs,
                 .is_quiet = common_.quiet,
                 .cancel = cancel});
@@ -112,21 +97,7 @@ class UndistortCommand final : public Command {
     if (inputs_.empty() && !camera_only_)
       throw missingError("undistort", "no images", "folders, files or patterns, or --camera-only");
     if (output_.empty()) throw missingError("undistort", "no --output", "-o FOLDER");
-    if (app.count("--fov") > 0 && !keep_.empty())
-      throw usageError({.where = "undistort",
-                        .found = "--fov and --keep",
-                        .expected = "one of them: both set the field of view"});
-  }
-
-  [[nodiscard]] ViewRequest request(const CLI::App& app) const {
-    ViewRequest request;
-    request.projection = projectionOf(projection_);
-    request.horizontal_field_rad = fov_deg_ / kDegPerRad;
-    if (app.count("--fov") > 0) request.extent = ViewExtent::kFieldOfView;
-    if (keep_ == "all") request.extent = ViewExtent::kAll;
-    if (keep_ == "valid") request.extent = ViewExtent::kValid;
-    request.size = parseSize(size_);
-    return request;
+    view_.checkUsage(app);
   }
 
   static void writeView(const OutputView& view, const PendingFolder& folder) {
@@ -189,13 +160,8 @@ class UndistortCommand final : public Command {
   CameraOptions camera_;
   std::vector<std::string> inputs_;
   std::string output_;
-  std::string projection_ = "rectilinear";
-  double fov_deg_ = 0;
-  std::string keep_;
-  std::string size_;
-  std::string interpolation_ = "linear";
+  ViewOptions view_;
   bool camera_only_ = false;
-  bool overwrite_ = false;
 };
 
 }  // namespace

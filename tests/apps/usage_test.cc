@@ -310,7 +310,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 18);
+  EXPECT_EQ(num_examples, 19);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 12);
@@ -322,7 +322,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 23);
+  EXPECT_EQ(num_examples, 24);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -26,6 +26,12 @@ struct GrayImage {
   }
 };
 
+/// The image with bright and dark exchanged.
+[[nodiscard]] inline GrayImage negativeOf(GrayImage image) {
+  for (std::uint8_t& pixel : image.pixels) pixel = static_cast<std::uint8_t>(255 - pixel);
+  return image;
+}
+
 /// An image with its samples as stored in a file. One channel is grey, three are red, green and blue; with
 /// two or four channels, the last one is alpha.
 struct RasterImage {

@@ -29,7 +29,7 @@ struct AprilGrid {
   static constexpr std::string_view kDictionary = "DICT_APRILTAG_36h11";
   static constexpr bool kIsUpsideDown = true;  ///< as OpenCV draws its tags
   /// Of a tag's black border, in cells: that of Kalibr's boards first.
-  static constexpr std::array kBorders = {2, 1, 3};
+  static constexpr std::array kBorders = {2, 1, 3, 4, 5, 6, 7, 8};
 
   int columns = 0;
   int rows = 0;

@@ -56,7 +56,8 @@ void Board::layOut() {
         for (int id = 0; id < columns_ * rows_; ++id) corners_.push_back(board.corner(id));
         for (const Eigen::Vector3d& corner : corners_) span_m_ = span_m_.cwiseMax(corner.head<2>());
         const Eigen::Vector2d margin(layout.margin_m, layout.margin_m);
-        printed_ = {-margin, span_m_ + margin};
+        // Not {-margin, ...}: clang 14 would not emit the destructor of that box.
+        printed_ = Eigen::AlignedBox2d(-margin, span_m_ + margin);
       },
       kind_);
 }

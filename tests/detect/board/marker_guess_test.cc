@@ -54,7 +54,9 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
       {"charuco:9x12:30mm:24mm:DICT_6X6_250", "charuco:9x12:SQUARE:MARKER:DICT_6X6_100"},
       {"aprilgrid:5x4:88mm:0.3", "an AprilGrid of 5x4 tags: --board aprilgrid:5x4:TAG:0.3, with"},
       {"aprilgrid:4x3:40mm:0.25:5", "aprilgrid:4x3:TAG:0.25:5", {.april_border = 1}},
-      {"aprilgrid:5x4:88mm:0.4", "aprilgrid:5x4:TAG:0.4, with", {.april_border = 3}}};
+      {"aprilgrid:5x4:88mm:0.4", "aprilgrid:5x4:TAG:0.4, with", {.april_border = 3}},
+      {"aprilgrid:3x2:88mm:0.3", "aprilgrid:3x2:TAG:0.3, with", {.april_border = 8}},
+      {"aprilgrid:5x4:88mm:0.3", "aprilgrid:5x4:TAG:0.3, with", {}, true}};
   const Renderer renderer(someCamera(), kSize);
   std::size_t num_checked = 0;
   for (const GuessCase& c : cases) {
@@ -71,7 +73,7 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
     EXPECT_THAT(guess.text(), HasSubstr(c.guess)) << c.spec;
     ++num_checked;
   }
-  EXPECT_EQ(num_checked, 7U);
+  EXPECT_EQ(num_checked, 9U);
 }
 
 // The ratio that a guess names: behind "TAG:" or "about ".

@@ -80,6 +80,7 @@ TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
       {.spec = grid, .ink = {.april_border = 1}},
       {.spec = grid, .ink = {.april_border = 3}},
       {.spec = "aprilgrid:5x4:88mm:0.5", .ink = {.april_border = 3}},
+      {.spec = "aprilgrid:5x4:88mm:0.5", .is_inverted = true},
       {.spec = grid + ":40"},
   };
   const Renderer renderer(someCamera(), kSize);
@@ -102,7 +103,39 @@ TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
     EXPECT_LE(deviations.worst_px, 0.1) << c.spec;
     ++num_checked;
   }
-  EXPECT_EQ(num_checked, 8U);
+  EXPECT_EQ(num_checked, 9U);
+}
+
+// Whatever the width of their tags' borders, black on white and white on black.
+TEST(MarkerBoards, OfTagsAreFoundWithEveryBorder) {
+  const Board board = parseBoardSpec("aprilgrid:4x3:88mm:0.3");
+  const Renderer renderer(someCamera(), kSize);
+  Random random(17);
+  const std::vector<SE3> poses =
+      randomViews(someCamera(), kSize, board, 2, random,
+                  {.max_tilt_deg = 40, .max_roll_deg = 180, .min_fill = 0.6, .max_fill = 0.95});
+  int num_checked = 0;
+  for (int border = 1; border <= 8; ++border) {
+    for (const bool is_inverted : {false, true}) {
+      Deviations deviations;
+      for (const SE3& pose : poses) {
+        RenderOptions light = someLight(static_cast<std::uint64_t>(border));
+        light.samples = 89;
+        if (is_inverted) std::swap(light.dark_level, light.bright_level);
+        const GrayImage image = renderer.render(inkOf(board, {.april_border = border}), pose, light);
+        const Detection detection = findBoard(image, board);
+        EXPECT_TRUE(detection.hasCorners())
+            << border << (is_inverted ? ", inverted: " : ": ") << detection.detail;
+        compare(detection, exactView(someCamera(), kSize, board, pose, ""), deviations);
+        ++num_checked;
+      }
+      EXPECT_EQ(deviations.num_visible, 96U);
+      EXPECT_EQ(deviations.num_found, 96U) << border << (is_inverted ? ", inverted" : "");
+      EXPECT_LE(deviations.rms(), 0.015) << border << (is_inverted ? ", inverted" : "");
+      EXPECT_LE(deviations.worst_px, 0.1) << border << (is_inverted ? ", inverted" : "");
+    }
+  }
+  EXPECT_EQ(num_checked, 32);
 }
 
 // All four corners of which are found.

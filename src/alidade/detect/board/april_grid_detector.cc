@@ -11,9 +11,10 @@ namespace {
 
 MarkerPattern patternOf(const AprilGrid& board, int border) {
   const int num_cells = findMarkerDictionary(AprilGrid::kDictionary)->num_bits + 2 * border;
-  MarkerPattern pattern{.print = {.dictionary = std::string(AprilGrid::kDictionary), .border = border},
-                        .step_m = board.gap * board.tag_m,
-                        .clear_share = std::min(1.0, border / (num_cells * board.gap))};
+  MarkerPattern pattern{
+      .print = {.dictionary = std::string(AprilGrid::kDictionary), .border = border, .is_apart = true},
+      .step_m = board.gap * board.tag_m,
+      .clear_share = std::min(1.0, border / (num_cells * board.gap))};
   for (int row = 0; row < board.rows; ++row) {
     for (int column = 0; column < board.columns; ++column) {
       auto marker =
@@ -31,7 +32,12 @@ MarkerPattern patternOf(const AprilGrid& board, int border) {
 Detection findBoard(const GrayImage& image, const AprilGrid& board) {
   std::vector<MarkerPattern> patterns;
   for (const int border : AprilGrid::kBorders) patterns.push_back(patternOf(board, border));
-  return findMarkerBoard(image, board, patterns);
+  const Detection detection = findMarkerBoard(image, board, patterns);
+  if (detection.reason != DetectionReason::kNoBoard && detection.reason != DetectionReason::kUnplaced)
+    return detection;
+  // Bright tags touch the small squares at their corners, which hides their outlines among dark ones.
+  const Detection inverted = findMarkerBoard(negativeOf(image), board, patterns);
+  return inverted.hasCorners() ? inverted : detection;
 }
 
 }  // namespace alidade

@@ -7,7 +7,8 @@
 
 namespace alidade {
 
-/// Finds an AprilGrid whose tags have any of AprilGrid::kBorders. Tags of other ids belong to other boards.
+/// Finds an AprilGrid whose tags have any of AprilGrid::kBorders, black on white or white on black. Tags of
+/// other ids belong to other boards.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const AprilGrid& board);
 
 }  // namespace alidade

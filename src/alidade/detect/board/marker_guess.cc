@@ -36,11 +36,8 @@ struct MarkerFamily {
   std::array<std::string_view, 3> smaller = {};
 };
 
-constexpr std::array<MarkerFamily, 11> kFamilies = {
-    {{"DICT_APRILTAG_36h11", 2},
-     {"DICT_APRILTAG_36h11", 1},
-     {"DICT_APRILTAG_36h11", 3},
-     {"DICT_4X4_1000", 1, {"DICT_4X4_50", "DICT_4X4_100", "DICT_4X4_250"}},
+constexpr std::array<MarkerFamily, 8> kOfSquares = {
+    {{"DICT_4X4_1000", 1, {"DICT_4X4_50", "DICT_4X4_100", "DICT_4X4_250"}},
      {"DICT_5X5_1000", 1, {"DICT_5X5_50", "DICT_5X5_100", "DICT_5X5_250"}},
      {"DICT_6X6_1000", 1, {"DICT_6X6_50", "DICT_6X6_100", "DICT_6X6_250"}},
      {"DICT_7X7_1000", 1, {"DICT_7X7_50", "DICT_7X7_100", "DICT_7X7_250"}},
@@ -49,10 +46,25 @@ constexpr std::array<MarkerFamily, 11> kFamilies = {
      {"DICT_APRILTAG_25h9", 1},
      {"DICT_APRILTAG_16h5", 1}}};
 
+// With those of AprilGrids, of every border, in front.
+const std::vector<MarkerFamily>& allFamilies() {
+  static const std::vector<MarkerFamily> kFamilies = [] {
+    std::vector<MarkerFamily> families;
+    for (const int border : AprilGrid::kBorders)
+      families.push_back({.largest = AprilGrid::kDictionary, .border = border});
+    families.insert(families.end(), kOfSquares.begin(), kOfSquares.end());
+    return families;
+  }();
+  return kFamilies;
+}
+
 std::vector<MarkerPrint> allPrints() {
   std::vector<MarkerPrint> prints;
-  for (const MarkerFamily& family : kFamilies)
-    prints.push_back({.dictionary = std::string(family.largest), .border = family.border});
+  for (const MarkerFamily& family : allFamilies())
+    // Markers with one cell may be those of a ChArUco board, whose squares come near them.
+    prints.push_back({.dictionary = std::string(family.largest),
+                      .border = family.border,
+                      .is_apart = family.largest == AprilGrid::kDictionary && family.border > 1});
   return prints;
 }
 
@@ -281,9 +293,7 @@ void MarkerGuess::look(const GrayImage& image) {
   };
   GrayImage shown = image;
   for (const bool is_inverted : {false, true}) {
-    if (is_inverted) {
-      for (std::uint8_t& pixel : shown.pixels) pixel = static_cast<std::uint8_t>(255 - pixel);
-    }
+    if (is_inverted) shown = negativeOf(std::move(shown));
     Seen best;
     std::size_t most_seen = kEnoughMarkers - 1;
     for (const MarkerLook& look : markerLooks(image.size)) {
@@ -342,10 +352,10 @@ std::string MarkerGuess::text() const {
   std::vector<MarkerLayout> best;
   std::size_t best_family = 0;
   std::size_t most = 0;
-  for (std::size_t f = 0; f < kFamilies.size(); ++f) {
+  for (std::size_t f = 0; f < allFamilies().size(); ++f) {
     std::vector<std::vector<SeenMarker>> markers;
     for (const Seen& seen : seen_) markers.push_back(seen.markers[f]);
-    const bool is_april = kFamilies[f].largest == AprilGrid::kDictionary;
+    const bool is_april = allFamilies()[f].largest == AprilGrid::kDictionary;
     auto layouts = markerLayouts(markers, is_april && AprilGrid::kIsUpsideDown);
     std::size_t count = 0;
     for (const MarkerLayout& layout : layouts) count += layout.ids.size();
@@ -355,7 +365,7 @@ std::string MarkerGuess::text() const {
     best_family = f;
   }
   if (best.empty()) return {};
-  const MarkerFamily& family = kFamilies[best_family];
+  const MarkerFamily& family = allFamilies()[best_family];
   std::vector<ShownMarkers> images;
   for (const std::size_t i : tellingImages(best_family)) {
     const Seen& seen = seen_[i];

@@ -2,6 +2,7 @@
 #include "alidade/detect/board/seen_markers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -27,7 +28,8 @@ struct PrintReader {
   explicit PrintReader(const MarkerPrint& print)
       : known(findMarkerDictionary(print.dictionary).value()),
         dictionary(cv::aruco::getPredefinedDictionary(known.opencv_id)),
-        border(print.border) {
+        border(print.border),
+        is_apart(print.is_apart) {
     // Among fewer bits, correcting as many errors as a dictionary can finds its markers in any clutter.
     constexpr int kManyBits = 6;
     if (known.num_bits >= kManyBits) correction_rate = 1.0;
@@ -36,6 +38,7 @@ struct PrintReader {
   MarkerDictionary known;
   cv::Ptr<cv::aruco::Dictionary> dictionary;
   int border = 1;
+  bool is_apart = false;
   double correction_rate = 0.6;
 };
 
@@ -43,38 +46,109 @@ constexpr int kCellPx = 8;
 constexpr double kCellMargin = 0.2;  // of a cell, on each side
 constexpr double kMostBorderErrors = 0.35;
 
-// 1 for each bright cell of a quadrilateral in the image, the border's cells included; empty without
-// contrast.
-cv::Mat brightCells(const cv::Mat& image, const Quad& corners, int num_cells) {
-  const auto side = static_cast<float>(num_cells * kCellPx - 1);
-  const Quad upright = {{0, 0}, {side, 0}, {side, side}, {0, side}};
-  cv::Mat flat;
-  cv::warpPerspective(image, flat, cv::getPerspectiveTransform(corners, upright),
-                      cv::Size(num_cells * kCellPx, num_cells * kCellPx), cv::INTER_NEAREST);
+// Grey value at a place between pixels; places outside of the image have that of its border.
+double levelAt(const cv::Mat& image, const cv::Point2d& place) {
+  const double x = std::clamp(place.x, 0.0, image.cols - 1.0);
+  const double y = std::clamp(place.y, 0.0, image.rows - 1.0);
+  const int column = std::min(static_cast<int>(x), std::max(0, image.cols - 2));
+  const int row = std::min(static_cast<int>(y), std::max(0, image.rows - 2));
+  const int right = std::min(column + 1, image.cols - 1);
+  const int below = std::min(row + 1, image.rows - 1);
+  const double across = x - column;
+  const double down = y - row;
+  return (1 - down) * ((1 - across) * image.at<std::uint8_t>(row, column) +
+                       across * image.at<std::uint8_t>(row, right)) +
+         down * ((1 - across) * image.at<std::uint8_t>(below, column) +
+                 across * image.at<std::uint8_t>(below, right));
+}
+
+// A quadrilateral of the image whose sides are cut into cells.
+class CellFrame {
+ public:
+  CellFrame(const cv::Mat& image, const Quad& corners, int num_cells) : image_(image) {
+    const auto side = static_cast<float>(num_cells);
+    const Quad upright = {{0, 0}, {side, 0}, {side, side}, {0, side}};
+    image_from_cells_ = cv::Matx33d(cv::getPerspectiveTransform(upright, corners));
+  }
+
+  // Grey value at a place that is given in cells.
+  [[nodiscard]] double levelAt(double across, double down) const {
+    const cv::Vec3d p = image_from_cells_ * cv::Vec3d(across, down, 1);
+    return alidade::levelAt(image_, {p[0] / p[2], p[1] / p[2]});
+  }
+
+ private:
+  const cv::Mat& image_;
+  cv::Matx33d image_from_cells_;
+};
+
+// Whether a quadrilateral's sides are edges. A border that is wider than the window of the threshold has an
+// inner outline too, behind which it goes on.
+bool hasEdges(const cv::Mat& image, const Quad& corners, int num_cells) {
+  const CellFrame frame(image, corners, num_cells);
+  constexpr double kLeastContrast = 10;
+  constexpr double kOff = 0.5;  // cells, on either side
+  double sum = 0;
+  int count = 0;
+  for (double share = 0.25; share <= 0.75; share += 0.125) {
+    const double along = share * num_cells;
+    const auto across = [&](double side, double outwards) {
+      sum += frame.levelAt(along, side + outwards) - frame.levelAt(along, side - outwards);
+      sum += frame.levelAt(side + outwards, along) - frame.levelAt(side - outwards, along);
+      count += 2;
+    };
+    across(0, -kOff);
+    across(num_cells, kOff);
+  }
+  return std::abs(sum) >= kLeastContrast * count;
+}
+
+// Mean grey value of each cell of a quadrilateral in the image, the border's cells included.
+cv::Mat cellLevels(const cv::Mat& image, const Quad& corners, int num_cells) {
+  const CellFrame frame(image, corners, num_cells);
+  constexpr std::array kPlaces = {0.27, 0.42, 0.58, 0.73};  // of a cell
+  cv::Mat levels(num_cells, num_cells, CV_64FC1);
+  for (int row = 0; row < num_cells; ++row) {
+    for (int column = 0; column < num_cells; ++column) {
+      double sum = 0;
+      for (const double down : kPlaces) {
+        for (const double across : kPlaces) sum += frame.levelAt(column + across, row + down);
+      }
+      levels.at<double>(row, column) = sum / (kPlaces.size() * kPlaces.size());
+    }
+  }
+  return levels;
+}
+
+// Midway between dark and bright cells; nothing without contrast.
+std::optional<double> midLevel(const cv::Mat& levels) {
   constexpr double kLeastDeviation = 5;
   cv::Scalar mean;
   cv::Scalar deviation;
-  cv::meanStdDev(flat, mean, deviation);
-  if (deviation[0] < kLeastDeviation) return {};
-  cv::threshold(flat, flat, 125, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
-  cv::Mat cells(num_cells, num_cells, CV_8UC1);
-  const int margin = static_cast<int>(kCellMargin * kCellPx);
-  const int inner = kCellPx - 2 * margin;
-  for (int row = 0; row < num_cells; ++row) {
-    for (int column = 0; column < num_cells; ++column) {
-      const cv::Mat cell = flat(cv::Rect(column * kCellPx + margin, row * kCellPx + margin, inner, inner));
-      cells.at<std::uint8_t>(row, column) = 2 * cv::countNonZero(cell) > inner * inner ? 1 : 0;
-    }
+  cv::meanStdDev(levels, mean, deviation);
+  if (deviation[0] < kLeastDeviation) return std::nullopt;
+  double mid = mean[0];
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    const cv::Mat is_bright = levels > mid;
+    const cv::Mat is_dark = levels <= mid;
+    mid = 0.5 * (cv::mean(levels, is_bright)[0] + cv::mean(levels, is_dark)[0]);
   }
-  return cells;
+  return mid;
 }
 
 // The marker that a quadrilateral shows, its corners turned as the marker's; pixels of the searched image.
-std::optional<std::pair<int, Quad>> readMarker(const cv::Mat& cells, const Quad& corners,
+std::optional<std::pair<int, Quad>> readMarker(const cv::Mat& levels, const Quad& corners,
                                                const PrintReader& reader) {
   const int num_bits = reader.known.num_bits;
   const cv::Rect inner(reader.border, reader.border, num_bits, num_bits);
   const auto most = static_cast<int>(kMostBorderErrors * num_bits * num_bits);
+  // Blur raises dark bits between bright ones as it lowers the bright ones; the rest of a wide border, which
+  // it leaves dark, would pull the level between them down.
+  const cv::Rect around(reader.border - 1, reader.border - 1, num_bits + 2, num_bits + 2);
+  const auto mid = midLevel(levels(around));
+  if (!mid) return std::nullopt;
+  const cv::Mat cells = (levels > *mid) / 255;
   for (const bool is_inverted : {false, true}) {
     const cv::Mat seen = is_inverted ? cv::Mat(1 - cells) : cells;
     const cv::Mat bits = seen(inner).clone();
@@ -148,18 +222,23 @@ std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::spa
     std::vector<Quad> found;
     std::vector<int> ids;
     cv::aruco::detectMarkers(searched, reader.dictionary, found, ids, searchParameters(reader), rest);
-    for (std::size_t i = 0; i < ids.size(); ++i) markers[0].push_back(inImage(ids[i], found[i], look.scale));
+    const int num_cells = reader.known.num_bits + 2 * reader.border;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (reader.is_apart && !hasEdges(searched, found[i], num_cells)) continue;
+      markers[0].push_back(inImage(ids[i], found[i], look.scale));
+    }
   }
-  std::map<int, std::vector<cv::Mat>> cells_of;  // by their number along a side
+  std::map<int, std::vector<cv::Mat>> levels_of;  // by the number of cells along a side
   for (std::size_t p = 1; p < prints.size() && markers[p - 1].size() < enough; ++p) {
     const PrintReader reader(prints[p]);
     const int num_cells = reader.known.num_bits + 2 * reader.border;
-    std::vector<cv::Mat>& cells = cells_of[num_cells];
-    for (std::size_t i = cells.size(); i < rest.size(); ++i)
-      cells.push_back(brightCells(searched, rest[i], num_cells));
+    std::vector<cv::Mat>& levels = levels_of[num_cells];
+    for (std::size_t i = levels.size(); i < rest.size(); ++i)
+      levels.push_back(cellLevels(searched, rest[i], num_cells));
     for (std::size_t i = 0; i < rest.size(); ++i) {
-      const auto read = cells[i].empty() ? std::nullopt : readMarker(cells[i], rest[i], reader);
-      if (read) markers[p].push_back(inImage(read->first, read->second, look.scale));
+      const auto read = readMarker(levels[i], rest[i], reader);
+      if (read && (!reader.is_apart || hasEdges(searched, rest[i], num_cells)))
+        markers[p].push_back(inImage(read->first, read->second, look.scale));
     }
   }
   return markers;

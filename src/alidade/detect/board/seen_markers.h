@@ -31,6 +31,8 @@ using SeenMarker = Marker<Eigen::Vector2d>;  ///< pixels
 struct MarkerPrint {
   std::string dictionary;  ///< one of OpenCV's
   int border = 1;          ///< in cells
+  /// Nothing is printed within half a cell of its sides, except near its corners.
+  bool is_apart = false;
 
   friend bool operator==(const MarkerPrint&, const MarkerPrint&) = default;
 };

@@ -39,6 +39,8 @@ struct CameraFormat {
   /// camera_from_rig. What read() knows of poses may be more than what is written.
   enum class Poses { kNone, kFromFirst, kFromRig };
   Poses poses = Poses::kNone;
+  /// A file tells how its camera is rectified. Two of them tell where the cameras of a pair are.
+  bool holds_rectification = false;
   bool holds_size = true;  ///< the image size
   /// Keys that a file of this format has, and that hardly anything but a camera file has. They tell a camera
   /// file with a slip in a key from a file without a camera.

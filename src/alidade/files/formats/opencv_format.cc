@@ -313,7 +313,8 @@ void addLens(NodeWriter& writer, const AnyCamera& camera, const std::string& mat
 
 // The two cameras of a file have one size and one kind of lens.
 void requirePair(std::span<const NamedCamera> cameras) {
-  const auto& [first, second] = std::tie(cameras.front(), cameras.back());
+  const NamedCamera& first = cameras.front();
+  const NamedCamera& second = cameras.back();
   const auto refuse = [&second](const std::string& found, const std::string& expected) {
     throw inputError(
         {.where = second.where,

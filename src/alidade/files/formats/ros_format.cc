@@ -265,8 +265,12 @@ std::string write(std::span<const NamedCamera> cameras) {
   // A pinhole has plumb_bob with zeros.
   const std::string_view ros_model = model == "pinhole" ? "plumb_bob" : layoutOf(kDistortions, model).name;
   const std::array<double, 9> K = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
-  const std::array<double, 9> R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  const std::array<double, 12> P = {p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0};
+  std::vector<double> R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  std::vector<double> P = {p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0};
+  if (named.rectified) {
+    R = rowMajor(named.rectified->rectified_from_camera.matrix());
+    P = rowMajor(named.rectified->pixel_from_first);
+  }
   return fmt::format(
       "image_width: {}\nimage_height: {}\ncamera_name: {}\n{}distortion_model: {}\n{}{}{}",
       named.image_size.width, named.image_size.height, yamlText(named.name.empty() ? "camera" : named.name),
@@ -283,6 +287,7 @@ const CameraFormat& ros() {
       .id = "ros",
       .title = "ROS camera_info (YAML)",
       .models = {"pinhole", "radtan", "rational", "kannala_brandt"},
+      .holds_rectification = true,
       .marks = {"camera_matrix", "distortion_model", "distortion_coefficients", "projection_matrix"},
       .recognises = recognises,
       .read = read,

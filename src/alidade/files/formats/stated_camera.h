@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
 #include "alidade/geometry/se3.h"
@@ -76,13 +78,21 @@ struct ReadOptions {
   std::string only = {};
 };
 
+/// How the images of a camera are turned to a rectified pair, as by cv::stereoRectify().
+struct RectifiedCamera {
+  SO3 rectified_from_camera;  ///< R1 or R2
+  /// P1 or P2, of points (metres) in the rectified frame at the first camera.
+  Eigen::Matrix<double, 3, 4> pixel_from_first = Eigen::Matrix<double, 3, 4>::Zero();
+};
+
 /// A camera to write.
 struct NamedCamera {
   std::string name;  ///< empty = the format's usual name
   AnyCamera camera;
   ImageSize image_size;
-  std::optional<SE3> camera_from_rig = {};  ///< of all cameras of a file, or of none
-  std::string where = "camera";             ///< for messages: the file of the camera
+  std::optional<SE3> camera_from_rig = {};        ///< of all cameras of a file, or of none
+  std::string where = "camera";                   ///< for messages: the file of the camera
+  std::optional<RectifiedCamera> rectified = {};  ///< for formats that hold it
 };
 
 }  // namespace alidade
