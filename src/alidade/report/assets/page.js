@@ -1,0 +1,104 @@
+'use strict';
+// The page shows everything without this script. The script opens views, and tells values under the pointer.
+(() => {
+  const byId = (id) => document.getElementById(id);
+  const evidence = JSON.parse(byId('evidence').textContent);
+  const views = evidence.views;
+  const size = evidence.image_size;
+
+  const svgElement = (name, attributes) => {
+    const element = document.createElementNS('http://www.w3.org/2000/svg', name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    return element;
+  };
+  const path = (kind, d, width) => svgElement('path', {class: kind, d, 'stroke-width': width});
+
+  // ---- a view, large ----
+
+  const dialog = byId('viewer');
+  let shown = 0;
+
+  const drawView = () => {
+    const view = views[shown];
+    const drawing = byId('viewer-drawing');
+    const unit = Math.max(size.width, size.height) / 400;
+    const times = Number(byId('viewer-times').value);
+    drawing.replaceChildren();
+    const picture = document.querySelector(`.thumb[data-view="${shown}"] img`);
+    if (picture) {
+      drawing.append(svgElement('image', {href: picture.src, x: -0.5, y: -0.5, width: size.width,
+                                          height: size.height, preserveAspectRatio: 'none'}));
+    }
+    let detected = '';
+    let projected = '';
+    const r = 2.4 * unit;
+    for (const c of view.corners) {
+      detected += `M${c.u - r},${c.v}a${r},${r} 0 1 0 ${2 * r},0a${r},${r} 0 1 0 ${-2 * r},0`;
+      const x = c.u + times * c.dx;
+      const y = c.v + times * c.dy;
+      projected += `M${c.u},${c.v}L${x},${y}M${x - unit},${y - unit}l${2 * unit},${2 * unit}m0,${-2 * unit}l${-2 * unit},${2 * unit}`;
+    }
+    drawing.append(path('detected', detected, 0.7 * unit), path('projected', projected, 0.7 * unit));
+    byId('viewer-name').textContent = view.image;
+    byId('viewer-words').textContent =
+        `view ${shown + 1} of ${views.length}, ${view.num_corners} corners, RMS ${view.rms_px.toFixed(3)} px, ` +
+        `largest ${view.max_error_px.toFixed(3)} px`;
+  };
+  const show = (index) => {
+    shown = (index + views.length) % views.length;
+    drawView();
+    if (!dialog.open) dialog.showModal();
+  };
+  document.addEventListener('click', (event) => {
+    const opener = event.target.closest('[data-view]');
+    if (opener) show(Number(opener.dataset.view));
+  });
+  byId('viewer-before').addEventListener('click', () => show(shown - 1));
+  byId('viewer-after').addEventListener('click', () => show(shown + 1));
+  byId('viewer-close').addEventListener('click', () => dialog.close());
+  byId('viewer-times').addEventListener('change', drawView);
+  dialog.addEventListener('click', (event) => { if (event.target === dialog) dialog.close(); });
+  dialog.addEventListener('keydown', (event) => {
+    if (event.target.tagName === 'SELECT') return;
+    if (event.key === 'ArrowLeft') show(shown - 1);
+    if (event.key === 'ArrowRight') show(shown + 1);
+  });
+
+  // ---- the value under the pointer ----
+
+  const tip = document.createElement('div');
+  tip.className = 'tip';
+  tip.hidden = true;
+  document.body.append(tip);
+  const tell = (event, words) => {
+    tip.textContent = words;
+    tip.hidden = false;
+    const box = tip.getBoundingClientRect();
+    tip.style.left = `${Math.min(event.clientX + 14, innerWidth - box.width - 8)}px`;
+    tip.style.top = `${event.clientY + 18}px`;
+  };
+  const pixels = (value) => value === null ? 'no ray' : `${Number(value.toPrecision(2))} px`;
+
+  for (const map of document.querySelectorAll('[data-map]')) {
+    const [left, top, right, bottom] = map.dataset.box.split(' ').map(Number);
+    map.addEventListener('pointermove', (event) => {
+      const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
+      const x = (at.x - left) / (right - left);
+      const y = (at.y - top) / (bottom - top);
+      if (x < 0 || x > 1 || y < 0 || y > 1) { tip.hidden = true; return; }
+      const {columns, rows, error_px: errors} = evidence.accuracy;
+      const error = errors[Math.round(y * (rows - 1)) * columns + Math.round(x * (columns - 1))];
+      tell(event, `pixel (${Math.round(x * size.width - 0.5)}, ${Math.round(y * size.height - 0.5)}): ${pixels(error)}`);
+    });
+    map.addEventListener('pointerleave', () => { tip.hidden = true; });
+  }
+  document.addEventListener('pointerover', (event) => {
+    const bar = event.target.closest('rect[data-view]');
+    if (bar) {
+      const view = views[Number(bar.dataset.view)];
+      tell(event, `${view.image}: RMS ${view.rms_px.toFixed(3)} px, largest ${view.max_error_px.toFixed(3)} px`);
+    } else if (!event.target.closest('[data-map]')) {
+      tip.hidden = true;
+    }
+  });
+})();

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/image_figures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "alidade/core/statistics.h"
+#include "alidade/report/level_map.h"
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+
+// Multiples of the tolerance at which a colour of the map ends; the last one has no end.
+constexpr std::array<double, 6> kMapLevels = {0.25, 0.5, 1, 2, 5, 20};
+constexpr std::size_t kToleranceLevel = 2;
+constexpr std::size_t kMostDots = 6000;  // more would hide each other, and make a large file
+constexpr std::size_t kMostResiduals = 3000;
+
+LevelMap errorMap(const ReportedAccuracy& accuracy, const ImageSize& size, const PlotArea& area) {
+  LevelMap map{
+      .columns = accuracy.columns, .rows = accuracy.rows, .values = accuracy.error_px, .point_at = {}};
+  // Errors grow steeply towards the border: their logarithm is nearer to linear between points.
+  for (double& value : map.values) value = std::log(std::max(value, 1e-9));
+  map.point_at = [&accuracy, size, area](int column, int row) {
+    // The outer points stand for the border itself.
+    const Vector2d pixel = accuracy.pixel(column, row, size);
+    const Vector2d share(column / (accuracy.columns - 1.0), row / (accuracy.rows - 1.0));
+    return area.at(pixel + share - Vector2d(0.5, 0.5));
+  };
+  return map;
+}
+
+// A word for each contour, where it is far from the border and from the other words.
+void addContourWords(FigureCanvas& canvas, const std::vector<std::vector<ContourSegment>>& contours,
+                     const std::vector<std::string>& words, const PlotArea& area) {
+  constexpr double kNear = 26;
+  std::vector<Vector2d> taken;
+  for (std::size_t i = 0; i < contours.size(); ++i) {
+    double best = kNear;
+    Vector2d place(0, 0);
+    for (const auto& [from, to] : contours[i]) {
+      const Vector2d middle = 0.5 * (from + to);
+      double room =
+          std::min({middle.x() - area.box.min().x(), area.box.max().x() - middle.x(),
+                    1.6 * (middle.y() - area.box.min().y()), 1.6 * (area.box.max().y() - middle.y())});
+      for (const Vector2d& other : taken) room = std::min(room, (other - middle).norm());
+      if (room <= best) continue;
+      best = room;
+      place = middle;
+    }
+    if (best == kNear) continue;
+    taken.push_back(place);
+    canvas.addText(place + Vector2d(0, 4), words[i], "middle", "class=\"halo\"");
+  }
+}
+
+std::string accuracyAlt(const ReportData& data) {
+  const ReportedAccuracy& accuracy = *data.accuracy;
+  return fmt::format(
+      "Map of the 95 percent error over the image: at most {} px where boards were seen, {} px or less in "
+      "{:.0f} "
+      "percent of the image, worst {} px at pixel ({:.0f}, {:.0f}).",
+      shortNumber(accuracy.covered_px), shortNumber(data.tolerance_px),
+      100 * accuracy.shareWithin(data.tolerance_px), shortNumber(accuracy.worst_px), accuracy.worst_pixel.x(),
+      accuracy.worst_pixel.y());
+}
+
+// A number of cells on a side, with about square cells.
+struct CellCount {
+  int columns = 1;
+  int rows = 1;
+};
+
+CellCount cellsFor(const ImageSize& size, int along_longer) {
+  const double cell = static_cast<double>(std::max(size.width, size.height)) / along_longer;
+  return {.columns = std::max(1, static_cast<int>(std::lround(size.width / cell))),
+          .rows = std::max(1, static_cast<int>(std::lround(size.height / cell)))};
+}
+
+struct ResidualCell {
+  int count = 0;
+  Vector2d sum{0, 0};
+  double sum_of_squares = 0;
+};
+
+int cellIndex(double pixel, int side, int count) {
+  return std::clamp(static_cast<int>((pixel + 0.5) * count / side), 0, count - 1);
+}
+
+std::vector<ResidualCell> residualCells(const ReportData& data, const CellCount& count) {
+  std::vector<ResidualCell> cells(static_cast<std::size_t>(count.columns * count.rows));
+  for (const ReportedView& view : data.views) {
+    for (const ReportedCorner& corner : view.corners) {
+      const int column = cellIndex(corner.pixel.x(), data.size.width, count.columns);
+      const int row = cellIndex(corner.pixel.y(), data.size.height, count.rows);
+      ResidualCell& cell = cells[static_cast<std::size_t>(row * count.columns + column)];
+      ++cell.count;
+      cell.sum += corner.error_px;
+      cell.sum_of_squares += corner.error_px.squaredNorm();
+    }
+  }
+  return cells;
+}
+
+// Every n-th corner, so that at most `most` remain.
+template <class Visit>
+void visitSample(const ReportData& data, std::size_t most, Visit visit) {
+  std::size_t total = 0;
+  for (const ReportedView& view : data.views) total += view.corners.size();
+  const std::size_t step = (total + most - 1) / std::max<std::size_t>(most, 1);
+  std::size_t i = 0;
+  for (const ReportedView& view : data.views) {
+    for (const ReportedCorner& corner : view.corners) {
+      if (step <= 1 || i % step == 0) visit(corner);
+      ++i;
+    }
+  }
+}
+
+std::string arrowPath(const Vector2d& from, const Vector2d& along) {
+  const double length = along.norm();
+  const Vector2d to = from + along;
+  std::string d = pathThrough({from, to});
+  if (length < 3) return d;
+  const Vector2d back = std::min(4.0, 0.4 * length) / length * along;
+  const Vector2d side(-0.5 * back.y(), 0.5 * back.x());
+  return d + pathThrough({to - back + side, to, to - back - side});
+}
+
+// How many times longer than the errors the arrows are: the longest usual one spans `length` in the drawing.
+double magnification(const ReportData& data, const PlotArea& area, double length) {
+  std::vector<double> lengths;
+  visitSample(data, kMostResiduals,
+              [&](const ReportedCorner& corner) { lengths.push_back(corner.error_px.norm()); });
+  if (lengths.empty()) return 1;
+  const double usual = quantile95(std::move(lengths)) * area.scale();
+  return usual > 0 ? roundBelow(length / usual) : 1;
+}
+
+}  // namespace
+
+Figure accuracyFigure(const ReportData& data) {
+  const ReportedAccuracy& accuracy = *data.accuracy;
+  const ImagePlot plot = imagePlot(data.size);
+  FigureCanvas canvas(plot.legend_top);
+  const Vector2d low = plot.area.box.min();
+  const Vector2d high = plot.area.box.max();
+  canvas.addRect(low, high, "class=\"blind\"");
+  const LevelMap map = errorMap(accuracy, data.size, plot.area);
+  std::vector<std::vector<ContourSegment>> contours;
+  std::vector<std::string> words;
+  std::vector<std::pair<std::string, std::string>> legend;
+  canvas.addPath(areaFrom(map, -1e300), "class=\"level0\"");
+  std::string previous = "0";
+  for (std::size_t i = 0; i < kMapLevels.size(); ++i) {
+    const double level = kMapLevels[i] * data.tolerance_px;
+    words.push_back(fmt::format("{:g} px", level));
+    legend.emplace_back(fmt::format("level{}", i), fmt::format("{} to {:g}", previous, level));
+    previous = fmt::format("{:g}", level);
+    canvas.addPath(areaFrom(map, std::log(level)), fmt::format("class=\"level{}\"", i + 1));
+    contours.push_back(contourAt(map, std::log(level)));
+  }
+  legend.emplace_back("level6", "above " + previous + " px");
+  for (std::size_t i = 0; i < contours.size(); ++i)
+    canvas.addPath(contourPath(contours[i]),
+                   i == kToleranceLevel ? "class=\"contour main\"" : "class=\"contour\"");
+  LevelMap covered = map;
+  for (std::size_t i = 0; i < covered.values.size(); ++i) covered.values[i] = accuracy.is_covered[i] ? 1 : 0;
+  canvas.addPath(contourPath(contourAt(covered, 0.5)), "class=\"outline\"");
+  addContourWords(canvas, contours, words, plot.area);
+  canvas.addCircle(plot.area.at(accuracy.worst_pixel), 5, "class=\"worst\"");
+  canvas.addImageFrame(plot.area);
+  legend.emplace_back("line outline", "boards were seen inside");
+  legend.emplace_back("dot worst", "worst");
+  if (std::ranges::any_of(accuracy.error_px, [](double e) { return std::isnan(e); }))
+    legend.emplace_back("blind", "no ray");
+  canvas.addLegend({plot.area.box.min().x(), plot.legend_top}, legend);
+  Figure figure{.id = "accuracy", .title = "Accuracy over the image"};
+  figure.reading = fmt::format(
+      "Each colour is an error in pixels that a projected point does not exceed in 95 of 100 cases; blue is "
+      "within your tolerance of {:g} px, red is not, and the dashed line surrounds the part where boards "
+      "were "
+      "seen.",
+      data.tolerance_px);
+  figure.alt = accuracyAlt(data);
+  figure.svg = canvas.svg(figure.alt,
+                          fmt::format("data-map=\"accuracy\" data-box=\"{} {} {} {}\"", coordinate(low.x()),
+                                      coordinate(low.y()), coordinate(high.x()), coordinate(high.y())));
+  return figure;
+}
+
+Figure coverageFigure(const ReportData& data) {
+  const ImagePlot plot = imagePlot(data.size);
+  FigureCanvas canvas(plot.legend_top);
+  const PlotArea& area = plot.area;
+  const ReportedCells& cells = data.cells;
+  const int most = std::max(1, *std::ranges::max_element(cells.num_corners));
+  int num_seen = 0;
+  int num_with_ray = 0;
+  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
+  for (int row = 0; row < cells.rows; ++row) {
+    for (int column = 0; column < cells.columns; ++column) {
+      const int count = cells.num_corners[static_cast<std::size_t>(row * cells.columns + column)];
+      const Vector2d cell = area.box.sizes().cwiseQuotient(Vector2d(cells.columns, cells.rows));
+      const Vector2d low = area.box.min() + cell.cwiseProduct(Vector2d(column, row));
+      num_seen += count > 0 ? 1 : 0;
+      num_with_ray += count >= 0 ? 1 : 0;
+      const double strength = count <= 0 ? 1 : 0.10 + 0.35 * std::sqrt(static_cast<double>(count) / most);
+      canvas.addRect(low, low + cell,
+                     fmt::format("class=\"{}\" fill-opacity=\"{:.2f}\" data-count=\"{}\"",
+                                 count < 0    ? "blind"
+                                 : count == 0 ? "empty"
+                                              : "seen",
+                                 strength, std::max(0, count)));
+    }
+  }
+  std::string dots;
+  visitSample(data, kMostDots,
+              [&](const ReportedCorner& corner) { dots += "M" + pointText(area.at(corner.pixel)) + "h0"; });
+  canvas.addPath(dots, "class=\"corners\"");
+  canvas.addImageFrame(area);
+  canvas.addLegend(
+      {area.box.min().x(), plot.legend_top},
+      {{"dot corner", "corner of a board"}, {"seen", "cell with corners"}, {"empty", "without"}});
+  Figure figure{.id = "coverage", .title = "Where corners were seen"};
+  figure.reading =
+      "Each dot is a corner that was used; parts of the image without dots are extrapolated, so put the "
+      "board there "
+      "in further photographs.";
+  figure.alt =
+      fmt::format("{} corners in {} of {} cells of the image.", data.num_corners, num_seen, num_with_ray);
+  figure.svg = canvas.svg(figure.alt);
+  return figure;
+}
+
+Figure imageResidualsFigure(const ReportData& data) {
+  const ImagePlot plot = imagePlot(data.size);
+  FigureCanvas canvas(plot.legend_top);
+  const PlotArea& area = plot.area;
+  const CellCount count = cellsFor(data.size, 12);
+  const std::vector<ResidualCell> cells = residualCells(data, count);
+  const double length = 0.9 * area.box.sizes().x() / count.columns;
+  const double times = magnification(data, area, length);
+  double most = 0;
+  for (const ResidualCell& cell : cells)
+    if (cell.count > 0) most = std::max(most, std::sqrt(cell.sum_of_squares / cell.count));
+  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
+  std::string means;
+  const Vector2d sides = area.box.sizes().cwiseQuotient(Vector2d(count.columns, count.rows));
+  for (int row = 0; row < count.rows; ++row) {
+    for (int column = 0; column < count.columns; ++column) {
+      const ResidualCell& cell = cells[static_cast<std::size_t>(row * count.columns + column)];
+      if (cell.count == 0) continue;
+      const double rms = std::sqrt(cell.sum_of_squares / cell.count);
+      const Vector2d low = area.box.min() + sides.cwiseProduct(Vector2d(column, row));
+      canvas.addRect(
+          low, low + sides,
+          fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" data-rms=\"{:.9g}\"",
+                      most > 0 ? 0.5 * rms / most : 0, cell.count, rms));
+      means += arrowPath(low + 0.5 * sides, times * area.scale() / cell.count * cell.sum);
+    }
+  }
+  std::string single;
+  visitSample(data, kMostResiduals, [&](const ReportedCorner& corner) {
+    const Vector2d from = area.at(corner.pixel);
+    single += pathThrough({from, from + times * area.scale() * corner.error_px});
+  });
+  canvas.open(fmt::format("clip-path=\"url(#residuals-clip)\""));
+  canvas.addPath(single, "class=\"residuals\"");
+  canvas.addPath(means, "class=\"mean halo-line\"");
+  canvas.addPath(means, "class=\"mean\"");
+  canvas.close();
+  canvas.addRaw("<clipPath id=\"residuals-clip\">");
+  canvas.addRect(area.box.min(), area.box.max(), "");
+  canvas.addRaw("</clipPath>\n");
+  canvas.addImageFrame(area);
+  const double scale_px = roundBelow(length / (times * area.scale()));
+  canvas.addLegend({area.box.min().x(), plot.legend_top},
+                   {{"line residuals", fmt::format("single corner ({:g} times longer)", times)},
+                    {"line mean", "mean of a cell"},
+                    {"warmth", fmt::format("RMS, darkest {} px", shortNumber(most))}});
+  Figure figure{.id = "image-residuals", .title = "Reprojection errors over the image"};
+  figure.reading =
+      "Thin lines lead from each detected corner to where the camera projects it; they should point in all "
+      "directions, and where the thick mean arrows are long and agree, the lens model does not describe the "
+      "lens.";
+  figure.alt = fmt::format(
+      "Reprojection errors of {} corners with an RMS of {} px; the largest RMS of a cell is {} px.",
+      data.num_corners, shortNumber(data.rms_px), shortNumber(most));
+  figure.svg = canvas.svg(figure.alt, fmt::format("data-scale-px=\"{:g}\"", scale_px));
+  return figure;
+}
+
+}  // namespace alidade

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "alidade/report/figure_canvas.h"
+#include "alidade/report/page_pictures.h"
+#include "alidade/report/report_data.h"
+
+namespace alidade {
+
+/// Name of a file of figures, and what it holds.
+struct FigureFile {
+  std::string name;
+  std::string svg;
+};
+
+/// The report of a calibration: one HTML file that needs nothing else, with the verdict, what to do, figures,
+/// and the evidence itself in <script type="application/json" id="evidence">, its corners rounded to 0.0001
+/// px. The same evidence and images give the same bytes.
+/// @param evidence  the document of calibrate --evidence
+/// @param file      its name, for messages
+/// @param image_of  for thumbnails; may be empty
+/// @param num_jobs  threads for the images; 0: one per processor
+/// @throws Error (kInput) for a document that is not the evidence of a calibration of one camera
+[[nodiscard]] std::string reportPage(const nlohmann::json& evidence, const std::string& file,
+                                     const ImageOfView& image_of = {}, int num_jobs = 0);
+
+/// The figures of the page as files of their own. @throws Error like reportPage()
+[[nodiscard]] std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std::string& file);
+
+}  // namespace alidade
