@@ -25,6 +25,7 @@
 #include "board_views.h"
 #include "calibration_output.h"
 #include "console.h"
+#include "coverage_picture.h"
 #include "options.h"
 #include "report_output.h"
 
@@ -160,6 +161,7 @@ class CalibrateCommand final : public Command {
       const SummaryStyle style{.tolerance_px = options.tolerance_px,
                                .is_coloured = is_terminal && std::getenv("NO_COLOR") == nullptr};
       return summaryText(result, given, advice, style) +
+             (is_terminal ? coveragePicture(advice.coverage) : "") +
              (is_verbose_ ? "\n" + detailsText(result, given, advice) : "");
     };
     if (common_.json) {

@@ -11,6 +11,7 @@
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
+#include "pending_folder.h"
 #include "report_output.h"
 
 namespace alidade {
@@ -32,20 +33,24 @@ class ReportCommand final : public Command {
                    "Images that the camera was calibrated from, for pictures of the views: folders, files or "
                    "patterns");
     app.add_option("-o,--output", output_, "HTML page to write");
+    app.add_option("--figures", figures_, "Folder to create, with the figures as SVG files");
+    app.add_flag("--overwrite", overwrite_,
+                 "Replace an earlier, unchanged folder of figures; other files are never changed");
     addCommonOptions(app, common_, true);
   }
 
   int run(const CLI::App&) override {
     if (file_.empty())
       throw missingError("report", "no file", "an evidence file, or a camera file with --evidence");
-    if (output_.empty()) throw missingError("report", "no --output", "-o FILE, for example -o page.html");
-    if (output_ == "-" && !common_.quiet) common_.quiet = true;
+    if (output_.empty() && figures_.empty())
+      throw missingError("report", "no --output", "-o FILE, for example -o page.html, or --figures FOLDER");
     const std::string evidence_file = evidence_.empty() ? file_ : evidence_;
     std::vector<std::string> images;
     if (!images_.empty()) images = listImages(images_);
     std::vector<std::string> sources = images;
     sources.insert(sources.end(), {cameraFilePath(file_), evidence_, common_.config});
     checkOutput(output_, sources, common_);
+    if (!figures_.empty()) refuseFolderOfInputs(figures_, sources);
     const std::string evidence = readTextFile(evidence_file, kMaxEvidenceBytes);
     if (!evidence_.empty()) requireSameCamera(evidence);
     if (evidence_.empty() && !looksLikeJson(evidence)) {
@@ -54,12 +59,20 @@ class ReportCommand final : public Command {
                         .expected = "the JSON file that alidade calibrate --evidence writes",
                         .next_step = "give it with --evidence"});
     }
-    writeReport(output_, evidence, evidence_file,
-                images.empty() ? ImageOfView{} : imagesByName(shortNames(images), images), common_.jobs);
+    const ImageOfView image_of = images.empty() ? ImageOfView{} : imagesByName(shortNames(images), images);
+    if (!figures_.empty()) {
+      PendingFolder folder(figures_, "report", overwrite_);
+      if (!common_.quiet) noteLeftovers(folder);
+      writeFigures(folder, evidence, evidence_file, image_of);
+      folder.commit();
+    }
+    if (!output_.empty()) writeReport(output_, evidence, evidence_file, image_of, common_.jobs);
     if (common_.json) {
-      printResult(jsonText({{"output", output_}}));
+      const auto orNone = [](const std::string& path) { return path.empty() ? json(nullptr) : json(path); };
+      printResult(jsonText({{"output", orNone(output_)}, {"figures", orNone(figures_)}}));
     } else if (!common_.quiet) {
-      printMessage("report written to " + output_);
+      if (!figures_.empty()) printMessage("figures written to " + figures_);
+      if (!output_.empty()) printMessage("report written to " + output_);
     }
     return 0;
   }
@@ -97,6 +110,8 @@ class ReportCommand final : public Command {
   std::string evidence_;
   std::vector<std::string> images_;
   std::string output_;
+  std::string figures_;
+  bool overwrite_ = false;
 };
 
 }  // namespace

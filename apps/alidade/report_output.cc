@@ -44,6 +44,15 @@ ImageOfView imagesByName(const std::vector<std::string>& names, const std::vecto
   };
 }
 
+void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
+                  const ImageOfView& image_of) {
+  const std::vector<FigureFile> figures =
+      reportFigures(parsedEvidence(evidence, evidence_file), evidence_file, image_of);
+  folder.write([&] {
+    for (const FigureFile& figure : figures) writeFileAtomically(folder.path(figure.name), figure.svg);
+  });
+}
+
 void writeReport(const std::string& path, const std::string& evidence, const std::string& evidence_file,
                  const ImageOfView& image_of, int jobs) {
   const std::string file = evidence_file.empty() ? "the evidence" : evidence_file;

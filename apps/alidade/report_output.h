@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "alidade/report/page_pictures.h"
+#include "pending_folder.h"
 
 namespace alidade {
 
@@ -14,6 +15,10 @@ namespace alidade {
 /// @param paths  of their files, one per name
 [[nodiscard]] ImageOfView imagesByName(const std::vector<std::string>& names,
                                        const std::vector<std::string>& paths);
+
+/// Writes the figures of an evidence document into a folder, as SVG files. Otherwise like writeReport().
+void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
+                  const ImageOfView& image_of);
 
 /// Writes the report page of an evidence document.
 /// @param evidence       the document's text

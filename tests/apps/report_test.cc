@@ -191,6 +191,26 @@ TEST(Report, KeepsNamesFromBeingMarkup) {
   EXPECT_TRUE(readFile(scratch.path("again.html")) == page);
 }
 
+TEST(Report, WritesItsFiguresAsFiles) {
+  const std::string folder = made().scratch.path("figures");
+  ASSERT_THAT(
+      runAlidade({"report", made().evidence_path, "--figures", folder, "--images", dataPath("images")}),
+      EndsWith(0));
+  int num_drawings = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() != ".svg") continue;
+    const std::string svg = readFile(entry.path());
+    EXPECT_THAT(svg, testing::StartsWith("<svg xmlns=\"http://www.w3.org/2000/svg\"")) << entry.path();
+    EXPECT_THAT(svg, AllOf(HasSubstr("<style>"), testing::EndsWith("</svg>\n"), Not(HasSubstr("\"nan")),
+                           Not(HasSubstr(",nan"))))
+        << entry.path();
+    ++num_drawings;
+  }
+  EXPECT_GE(num_drawings, 14);
+  const std::vector<std::string> again = {"report", made().evidence_path, "--figures", folder};
+  EXPECT_THAT(runAlidade(again), FailsWith(1, HasSubstr("figures")));
+}
+
 TEST(Report, ShowsWhyACameraWasRejected) {
   const ScratchFolder scratch;
   const std::string path = scratch.path("page.html");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,7 +49,6 @@ template <class RayAt>
 std::string curvePath(const AnyCamera& camera, const PlotArea& area, const Eigen::AlignedBox2d& shown,
                       RayAt ray_at) {
   constexpr int kSteps = 180;
-  constexpr double kArc = std::numbers::pi * 156 / 180;  // short of where all lines of a family meet
   std::string d;
   std::vector<Vector2d> piece;
   const auto flush = [&] {
@@ -56,7 +56,8 @@ std::string curvePath(const AnyCamera& camera, const PlotArea& area, const Eigen
     piece.clear();
   };
   for (int i = 0; i <= kSteps; ++i) {
-    const Projection seen = camera.project(ray_at(kArc * (static_cast<double>(i) / kSteps - 0.5)));
+    const Projection seen =
+        camera.project(ray_at(std::numbers::pi * (static_cast<double>(i) / kSteps - 0.5)));
     if (!seen.ok() || !shown.contains(seen.pixel)) {
       flush();
       continue;
@@ -81,6 +82,28 @@ std::string gridPath(const AnyCamera& camera, const PlotArea& area, const Eigen:
     d += curvePath(camera, area, shown, [&](double b) {
       return Vector3d(std::sin(b), std::sin(a) * std::cos(b), std::cos(a) * std::cos(b));
     });
+  }
+  return d;
+}
+
+// Circles of equal angle from the axis, every `step_rad`, as far as the image shows them.
+template <class RadiusOf>
+std::string ringsPath(const PlotArea& area, const Eigen::AlignedBox2d& shown, double step_rad, double end_rad,
+                      RadiusOf pixel_at) {
+  constexpr int kSteps = 120;
+  std::string d;
+  for (int k = 1; k * step_rad <= end_rad + 1e-9; ++k) {
+    std::vector<Vector2d> piece;
+    for (int i = 0; i <= kSteps; ++i) {
+      const std::optional<Vector2d> pixel = pixel_at(k * step_rad, 2 * std::numbers::pi * i / kSteps);
+      if (pixel && shown.contains(*pixel)) {
+        piece.push_back(area.at(*pixel));
+        continue;
+      }
+      if (piece.size() > 1) d += pathThrough(piece);
+      piece.clear();
+    }
+    if (piece.size() > 1) d += pathThrough(piece);
   }
   return d;
 }
@@ -121,37 +144,82 @@ void addLimit(FigureCanvas& canvas, const PlotArea& area, double x, const std::s
                  is_left ? "end" : "start", "class=\"halo\"");
 }
 
-}  // namespace
-
-Figure distortionGridFigure(const ReportData& data) {
-  const ImagePlot plot = imagePlot(data.size);
-  const PlotArea& area = plot.area;
-  FigureCanvas canvas(plot.legend_top);
-  const Eigen::AlignedBox2d shown(area.low, area.high);
-  const double end = largestAngle(data.camera, borderPixels(data.size));
-  const double step = kRadPerDegree * (end > 0.9 ? 10 : end > 0.35 ? 5 : end > 0.15 ? 2 : 1);
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
-  std::vector<std::pair<std::string, std::string>> legend;
-  const double focal = axisFocal(data.camera);
-  // Beyond this a plane image is so stretched that its lines say nothing.
-  const bool has_pinhole = end < 80 * kRadPerDegree && focal > 0;
-  if (has_pinhole) {
-    const AnyCamera pinhole = AnyCamera::make(
-        "pinhole",
-        std::vector<double>{focal, focal * data.camera.parameter("fy") / data.camera.parameter("fx"),
-                            principalPoint(data.camera).x(), principalPoint(data.camera).y()});
-    canvas.addPath(gridPath(pinhole, area, shown, step, end), "class=\"straight\"");
-  }
-  canvas.addPath(gridPath(data.camera, area, shown, step, end), "class=\"bent\"");
+void addPrincipalPoint(const ReportData& data, const PlotArea& area, FigureCanvas& canvas) {
   const Vector2d axis = area.at(principalPoint(data.camera));
   canvas.addPath(pathThrough({axis - Vector2d(6, 0), axis + Vector2d(6, 0)}) +
                      pathThrough({axis - Vector2d(0, 6), axis + Vector2d(0, 6)}),
                  "class=\"cross\"");
+}
+
+// Of a wide lens straight lines of the scene meet in the image: rings of equal angle show more.
+Figure wideDistortionFigure(const ReportData& data, double end) {
+  const ImagePlot plot = imagePlot(data.size);
+  const PlotArea& area = plot.area;
+  FigureCanvas canvas(plot.legend_top);
+  const Eigen::AlignedBox2d shown(area.low, area.high);
+  constexpr double kStep = 10 * kRadPerDegree;
+  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
+  const Vector2d centre = principalPoint(data.camera);
+  const double focal = axisFocal(data.camera);
+  const double aspect = data.camera.parameter("fy") / data.camera.parameter("fx");
+  const auto direction = [](double phi) { return Vector2d(std::cos(phi), std::sin(phi)); };
+  canvas.addPath(ringsPath(area, shown, kStep, end,
+                           [&](double angle, double phi) -> std::optional<Vector2d> {
+                             return centre + focal * angle * direction(phi).cwiseProduct(Vector2d(1, aspect));
+                           }),
+                 "class=\"straight\"");
+  const auto seenAt = [&](double angle, double phi) -> std::optional<Vector2d> {
+    const Vector2d side = std::sin(angle) * direction(phi);
+    const Projection seen = data.camera.project({side.x(), side.y(), std::cos(angle)});
+    return seen.ok() ? std::optional(seen.pixel) : std::nullopt;
+  };
+  canvas.addPath(ringsPath(area, shown, kStep, end, seenAt), "class=\"bent\"");
+  for (int k = 3; k * kStep <= end; k += 3) {
+    const auto pixel = seenAt(k * kStep, -0.25 * std::numbers::pi);
+    if (pixel && shown.contains(*pixel))
+      canvas.addText(area.at(*pixel) + Vector2d(0, 4), fmt::format("{}°", 10 * k), "middle",
+                     "class=\"tick halo\"");
+  }
+  addPrincipalPoint(data, area, canvas);
   canvas.addImageFrame(area);
-  legend.emplace_back("line bent", fmt::format("straight lines every {:.0f}°", step / kRadPerDegree));
-  if (has_pinhole) legend.emplace_back("line straight", "without distortion");
-  legend.emplace_back("line cross", "principal point");
-  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
+  canvas.addLegend({area.box.min().x(), plot.legend_top}, {{"line bent", "every 10° from the axis"},
+                                                           {"line straight", "equidistant fisheye"},
+                                                           {"line cross", "principal point"}});
+  Figure figure{.id = "distortion-grid", .title = "Distortion"};
+  figure.reading =
+      "The rings show directions 10, 20, 30 degrees and so on from the optical axis; they should be smooth, "
+      "evenly "
+      "changing circles up to the corners of the image.";
+  figure.alt = fmt::format("Rings of equal angle of the {} lens, up to {:.0f} degrees from the axis.",
+                           data.camera.modelId(), end / kRadPerDegree);
+  figure.svg = canvas.svg(figure.alt);
+  return figure;
+}
+
+}  // namespace
+
+Figure distortionGridFigure(const ReportData& data) {
+  constexpr double kWide = 62 * kRadPerDegree;
+  const double end = largestAngle(data.camera, borderPixels(data.size));
+  const double focal = axisFocal(data.camera);
+  if (end > kWide || !(focal > 0)) return wideDistortionFigure(data, end);
+  const ImagePlot plot = imagePlot(data.size);
+  const PlotArea& area = plot.area;
+  FigureCanvas canvas(plot.legend_top);
+  const Eigen::AlignedBox2d shown(area.low, area.high);
+  const double step = kRadPerDegree * (end > 0.9 ? 10 : end > 0.35 ? 5 : end > 0.15 ? 2 : 1);
+  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
+  const AnyCamera pinhole = AnyCamera::make(
+      "pinhole", std::vector<double>{focal, focal * data.camera.parameter("fy") / data.camera.parameter("fx"),
+                                     principalPoint(data.camera).x(), principalPoint(data.camera).y()});
+  canvas.addPath(gridPath(pinhole, area, shown, step, end), "class=\"straight\"");
+  canvas.addPath(gridPath(data.camera, area, shown, step, end), "class=\"bent\"");
+  addPrincipalPoint(data, area, canvas);
+  canvas.addImageFrame(area);
+  canvas.addLegend({area.box.min().x(), plot.legend_top},
+                   {{"line bent", fmt::format("straight lines every {:.0f}°", step / kRadPerDegree)},
+                    {"line straight", "without distortion"},
+                    {"line cross", "principal point"}});
   Figure figure{.id = "distortion-grid", .title = "Distortion"};
   figure.reading =
       "These curves are straight lines in the scene; the more they bend, the stronger the distortion, and "

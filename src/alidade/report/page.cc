@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +14,8 @@
 #include "alidade/report/lens_figures.h"
 #include "alidade/report/report_assets.h"
 #include "alidade/report/residual_figures.h"
+#include "alidade/report/scene_figure.h"
+#include "alidade/report/undistorted_figure.h"
 #include "alidade/report/view_figures.h"
 
 namespace alidade {
@@ -177,21 +180,26 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
       "class=\"reading\">Open a view to see its detected corners (circles) and where the camera projects "
       "them "
       "(crosses).</figcaption><div class=\"sheet-of-views\">\n";
-  for (const std::size_t v : order) {
+  constexpr std::size_t kFew = 18;  // are all shown
+  const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i == num_shown)
+      html += fmt::format("</div><details><summary>{} more views</summary><div class=\"sheet-of-views\">\n",
+                          order.size() - i);
+    const std::size_t v = order[i];
     const ReportedView& view = data.views[v];
     const std::string name = escapedMarkup(view.image);
     const std::string words = fmt::format("RMS {:.3f} px", view.rms_px);
     html += fmt::format(
         "<button class=\"thumb\" type=\"button\" data-view=\"{}\" aria-label=\"Open view {}, {}\">", v, name,
         words);
-    html += pictures[v].empty()
-                ? cornersPicture(data, view)
-                : fmt::format("<img alt=\"\" decoding=\"async\" width=\"{}\" height=\"{}\" src=\"{}\">",
-                              data.size.width, data.size.height, pictures[v]);
+    html += pictures[v].empty() ? cornersPicture(data, view)
+                                : fmt::format("<img alt=\"\" width=\"{}\" height=\"{}\" src=\"{}\">",
+                                              data.size.width, data.size.height, pictures[v]);
     html +=
         fmt::format("<span class=\"name\">{}</span><span class=\"error\">{}</span></button>\n", name, words);
   }
-  return html + "</div></figure>\n";
+  return html + (order.size() > num_shown ? "</div></details></figure>\n" : "</div></figure>\n");
 }
 
 constexpr std::string_view kViewer =
@@ -243,7 +251,7 @@ std::string detailsHtml(const ReportData& data, const json& evidence) {
   return html + listHtml("Settings", settings);
 }
 
-std::vector<Section> sectionsOf(const ReportData& data) {
+std::vector<Section> sectionsOf(const ReportData& data, const ImageOfView& image_of) {
   std::vector<Section> sections;
   Section accuracy{.id = "where", .title = "Where the camera is accurate"};
   if (data.accuracy) accuracy.figures.push_back(accuracyFigure(data));
@@ -253,6 +261,7 @@ std::vector<Section> sectionsOf(const ReportData& data) {
   if (data.next_view) next.figures.push_back(nextViewFigure(data));
   next.figures.push_back(tiltFigure(data));
   next.figures.push_back(distanceFigure(data));
+  next.figures.push_back(sceneFigure(data));
   sections.push_back(std::move(next));
   Section errors{.id = "errors", .title = "Reprojection errors"};
   errors.figures.push_back(imageResidualsFigure(data));
@@ -265,10 +274,10 @@ std::vector<Section> sectionsOf(const ReportData& data) {
   errors.figures.push_back(normalPlotFigure(data));
   sections.push_back(std::move(errors));
   sections.push_back({.id = "views", .title = "Views", .figures = {viewErrorsFigure(data)}, .more = {}});
-  sections.push_back({.id = "lens",
-                      .title = "Lens",
-                      .figures = {distortionGridFigure(data), radialFigure(data)},
-                      .more = {}});
+  Section lens{.id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
+  if (std::optional<Figure> figure = undistortedFigure(data, image_of))
+    lens.figures.push_back(*std::move(figure));
+  sections.push_back(std::move(lens));
   Section parameters{.id = "values", .title = "Parameters and models"};
   if (data.covariance) parameters.figures.push_back(correlationFigure(data));
   sections.push_back(std::move(parameters));
@@ -342,7 +351,7 @@ std::string reportPage(const json& evidence, const std::string& file, const Imag
                        int num_jobs) {
   const ReportData data = readReportData(evidence, file);
   const std::vector<std::string> pictures = viewPictures(data, image_of, num_jobs);
-  std::vector<Section> sections = sectionsOf(data);
+  std::vector<Section> sections = sectionsOf(data, image_of);
   for (Section& section : sections) {
     if (section.id == "views") section.more = viewSheet(data, pictures);
     if (section.id == "values") section.more = parametersHtml(data) + modelsHtml(data);
@@ -368,10 +377,11 @@ std::string reportPage(const json& evidence, const std::string& file, const Imag
   return html + "</script>\n</body>\n</html>\n";
 }
 
-std::vector<FigureFile> reportFigures(const json& evidence, const std::string& file) {
+std::vector<FigureFile> reportFigures(const json& evidence, const std::string& file,
+                                      const ImageOfView& image_of) {
   const ReportData data = readReportData(evidence, file);
   std::vector<FigureFile> files;
-  for (const Section& section : sectionsOf(data)) {
+  for (const Section& section : sectionsOf(data, image_of)) {
     for (const Figure& figure : section.figures) {
       // The style goes into the drawing, with a ground of its own.
       const std::size_t end_of_tag = figure.svg.find('>') + 1;

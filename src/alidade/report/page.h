@@ -30,6 +30,7 @@ struct FigureFile {
                                      const ImageOfView& image_of = {}, int num_jobs = 0);
 
 /// The figures of the page as files of their own. @throws Error like reportPage()
-[[nodiscard]] std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std::string& file);
+[[nodiscard]] std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std::string& file,
+                                                    const ImageOfView& image_of = {});
 
 }  // namespace alidade

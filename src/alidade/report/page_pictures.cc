@@ -40,7 +40,9 @@ double bytesPerView(std::size_t num_views) {
   return std::min(kMost, (kBytesOfFew + share * (kBytesOfMany - kBytesOfFew)) / count);
 }
 
-std::string pictureOf(const GrayImage& image, double most_bytes) {
+}  // namespace
+
+std::string pictureUri(const GrayImage& image, double most_bytes) {
   constexpr double kBytesPerPixel = 0.16;  // at the first quality, of photographs
   const double num_pixels = static_cast<double>(image.size.width) * image.size.height;
   const double scale = std::min(1.0, std::sqrt(most_bytes / kBytesPerPixel / num_pixels));
@@ -58,15 +60,13 @@ std::string pictureOf(const GrayImage& image, double most_bytes) {
   return "data:image/jpeg;base64," + base64(bytes);
 }
 
-}  // namespace
-
 std::vector<std::string> viewPictures(const ReportData& data, const ImageOfView& image_of, int num_jobs) {
   std::vector<std::string> pictures(data.views.size());
   if (!image_of) return pictures;
   const double most_bytes = bytesPerView(data.views.size());
   parallelFor(pictures.size(), num_jobs, [&](std::size_t v) {
     const std::optional<GrayImage> image = image_of(data.views[v].image);
-    if (image && image->size == data.size) pictures[v] = pictureOf(*image, most_bytes);
+    if (image && image->size == data.size) pictures[v] = pictureUri(*image, most_bytes);
   });
   return pictures;
 }

@@ -15,6 +15,9 @@ namespace alidade {
 /// several threads.
 using ImageOfView = std::function<std::optional<GrayImage>(const std::string& image)>;
 
+/// An image as a JPEG file of about at most this many bytes, smaller where that needs it, in a data URI.
+[[nodiscard]] std::string pictureUri(const GrayImage& image, double most_bytes);
+
 /// Each view's image as a small JPEG file in a data URI; empty for views without one, and for images of
 /// another size than the camera's. The more views, the smaller the pictures: those of 50 views take 1.5 MB,
 /// those of 1000 views 7 MB.

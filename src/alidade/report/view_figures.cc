@@ -90,8 +90,7 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
       const Vector2d point = (1 - t) * around[k] + t * around[(k + 1) % around.size()];
       const Projection seen = data.camera.project(next.camera_from_board * Vector3d(point.x(), point.y(), 0));
       if (!seen.ok()) continue;
-      const Vector2d at = area.at(seen.pixel);
-      if (area.box.contains(at)) side.push_back(at);
+      side.push_back(area.at(seen.pixel));
     }
     if (side.size() > 1) sides.push_back(std::move(side));
   }
@@ -101,9 +100,13 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
       return 0.5 * (side.front() + side.back()).dot(direction);
     };
     const std::vector<Vector2d>& side = *std::ranges::max_element(sides, {}, reach);
-    canvas.addPath(pathThrough(side), "class=\"nearer\"");
+    canvas.addPath(pathThrough(side), "class=\"nearer\" clip-path=\"url(#next-clip)\"");
+    std::vector<Vector2d> visible = side;
+    std::erase_if(visible, [&](const Vector2d& at) { return !area.box.contains(at); });
+    // Outside the board if there is room, and at the border of the image for a side beyond it.
     const Vector2d half(0.5 * kWordsWidth, 9);
-    Vector2d place = side[side.size() / 2] + direction.cwiseProduct(half + Vector2d(6, 6));
+    Vector2d place = (visible.empty() ? side : visible)[(visible.empty() ? side : visible).size() / 2];
+    if (!visible.empty()) place += direction.cwiseProduct(half + Vector2d(6, 6));
     place = place.cwiseMax(area.box.min() + half + Vector2d(3, 3))
                 .cwiseMin(area.box.max() - half - Vector2d(3, 3));
     canvas.addRect(place - half, place + half, "class=\"plate\" rx=\"4\"");
@@ -217,10 +220,10 @@ Figure distanceFigure(const ReportData& data) {
     if (tilt > most_tilt) most_tilt = tilt;
   }
   if (!(farthest > 0)) farthest = 1;
-  const PlotArea area{.box = {Vector2d(44, 24), Vector2d(430, 262)},
+  const PlotArea area{.box = {Vector2d(44, 24), Vector2d(430, 268)},
                       .low = {0, 0},
                       .high = {1.08 * farthest, std::min(92.0, 1.06 * most_tilt)}};
-  FigureCanvas canvas(316);
+  FigureCanvas canvas(305);
   canvas.addAxes(area, "distance of the board, m", "tilt, degrees");
   const auto at = [&](double distance, double right, double lower) {
     return area.at(distance, std::min(kDegreesPerRad * totalTilt(right, lower), area.high.y()));
@@ -238,7 +241,7 @@ Figure distanceFigure(const ReportData& data) {
                    "class=\"next\"");
     legend.emplace_back("star next", "suggested next view");
   }
-  canvas.addLegend({44, 316}, legend);
+  canvas.addLegend({44, 305}, legend);
   Figure figure{.id = "distances", .title = "How far away the board was"};
   figure.reading = "Each dot is a view; a good set has near and far boards, and most of them tilted.";
   figure.alt = fmt::format("Boards were {} to {} m away.", shortNumber(nearest), shortNumber(farthest));

@@ -51,7 +51,9 @@
   };
   document.addEventListener('click', (event) => {
     const opener = event.target.closest('[data-view]');
-    if (opener) show(Number(opener.dataset.view));
+    const endsDrag = wasDragged && scene.contains(event.target);
+    wasDragged = false;
+    if (opener && !endsDrag) show(Number(opener.dataset.view));
   });
   byId('viewer-before').addEventListener('click', () => show(shown - 1));
   byId('viewer-after').addEventListener('click', () => show(shown + 1));
@@ -63,6 +65,74 @@
     if (event.key === 'ArrowLeft') show(shown - 1);
     if (event.key === 'ArrowRight') show(shown + 1);
   });
+
+  // ---- boards and camera in space ----
+
+  const scene = byId('scene-drawing');
+  const shapes = scene ? [...scene.querySelectorAll('[data-points]')].map((element) => {
+    const numbers = element.dataset.points.split(' ').map(Number);
+    const points = [];
+    for (let i = 0; i < numbers.length; i += 3) points.push(numbers.slice(i, i + 3));
+    return {element, points, isClosed: /Z\s*$/.test(element.getAttribute('d') || '')};
+  }) : [];
+  const radians = (degrees) => degrees * Math.PI / 180;
+  let yaw = scene ? Number(scene.dataset.yaw) : 0;
+  let pitch = scene ? Number(scene.dataset.pitch) : 0;
+  let zoom = 1;
+
+  const drawScene = () => {
+    const [cy, sy, cp, sp] = [Math.cos(radians(yaw)), Math.sin(radians(yaw)), Math.cos(radians(pitch)), Math.sin(radians(pitch))];
+    const middle = scene.dataset.middle.split(' ').map(Number);
+    const [left, top] = scene.dataset.at.split(' ').map(Number);
+    const scale = zoom * Number(scene.dataset.scale);
+    const turned = ([px, py, pz]) => {
+      const [x, y, z] = [px - middle[0], py - middle[1], pz - middle[2]];
+      const far = cy * z - sy * x;
+      return [left + scale * (cy * x + sy * z), top + scale * (cp * y - sp * far), sp * y + cp * far];
+    };
+    for (const shape of shapes) {
+      const points = shape.points.map(turned);
+      shape.depth = points.reduce((sum, p) => sum + p[2], 0) / points.length;
+      if (shape.element.tagName === 'text') {
+        shape.element.setAttribute('x', points[0][0].toFixed(2));
+        shape.element.setAttribute('y', points[0][1].toFixed(2));
+      } else {
+        shape.element.setAttribute('d', points.map((p, i) => `${i ? 'L' : 'M'}${p[0].toFixed(2)},${p[1].toFixed(2)}`).join('') +
+                                        (shape.isClosed ? 'Z' : ''));
+      }
+    }
+    const boards = scene.querySelector('.boards');
+    // Far shapes first, so that near ones cover them.
+    shapes.filter((s) => s.element.parentElement === boards).sort((a, b) => b.depth - a.depth)
+        .forEach((s) => boards.append(s.element));
+  };
+  const turn = (dYaw, dPitch) => {
+    yaw += dYaw;
+    pitch = Math.max(-90, Math.min(90, pitch + dPitch));
+    drawScene();
+  };
+  let wasDragged = false;
+  if (scene) {
+    let last = null;
+    scene.addEventListener('pointerdown', (event) => { last = [event.clientX, event.clientY]; wasDragged = false; });
+    addEventListener('pointermove', (event) => {
+      if (!last) return;
+      const [dx, dy] = [event.clientX - last[0], event.clientY - last[1]];
+      if (!wasDragged && Math.hypot(dx, dy) < 4) return;
+      wasDragged = true;
+      last = [event.clientX, event.clientY];
+      turn(-0.5 * dx, 0.5 * dy);
+    });
+    addEventListener('pointerup', () => { last = null; });
+    addEventListener('pointercancel', () => { last = null; });
+    scene.addEventListener('keydown', (event) => {
+      const steps = {ArrowLeft: [6, 0], ArrowRight: [-6, 0], ArrowUp: [0, -6], ArrowDown: [0, 6]};
+      if (steps[event.key]) turn(...steps[event.key]);
+      else if (event.key === '+' || event.key === '-') { zoom *= event.key === '+' ? 1.2 : 1 / 1.2; drawScene(); }
+      else return;
+      event.preventDefault();
+    });
+  }
 
   // ---- the value under the pointer ----
 
@@ -93,7 +163,7 @@
     map.addEventListener('pointerleave', () => { tip.hidden = true; });
   }
   document.addEventListener('pointerover', (event) => {
-    const bar = event.target.closest('rect[data-view]');
+    const bar = event.target.closest('rect[data-view], path[data-view]');
     if (bar) {
       const view = views[Number(bar.dataset.view)];
       tell(event, `${view.image}: RMS ${view.rms_px.toFixed(3)} px, largest ${view.max_error_px.toFixed(3)} px`);
