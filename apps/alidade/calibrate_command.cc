@@ -218,7 +218,8 @@ class CalibrateCommand final : public Command {
         evidenceJson(result, given, advice, effectiveSettings(app), *parsePixels(tolerance_));
     if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
     if (!report_.empty())
-      writeReport(report_, evidence, evidence_, imagesByName(given.images, given.paths), common_.jobs);
+      writeReport(report_, evidence, evidence_,
+                  {.image_of = imagesByName(given.images, given.paths), .num_jobs = common_.jobs});
   }
 
   // So that the format can hold the camera that is found.

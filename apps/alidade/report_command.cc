@@ -32,6 +32,7 @@ class ReportCommand final : public Command {
     app.add_option("--images", images_,
                    "Images that the camera was calibrated from, for pictures of the views: folders, files or "
                    "patterns");
+    app.add_option("--against", against_, "Camera file (any format) to compare with");
     app.add_option("-o,--output", output_, "HTML page to write");
     app.add_option("--figures", figures_, "Folder to create, with the figures as SVG files");
     app.add_flag("--overwrite", overwrite_,
@@ -48,7 +49,8 @@ class ReportCommand final : public Command {
     std::vector<std::string> images;
     if (!images_.empty()) images = listImages(images_);
     std::vector<std::string> sources = images;
-    sources.insert(sources.end(), {cameraFilePath(file_), evidence_, common_.config});
+    sources.insert(sources.end(),
+                   {cameraFilePath(file_), cameraFilePath(against_), evidence_, common_.config});
     checkOutput(output_, sources, common_);
     if (!figures_.empty()) refuseFolderOfInputs(figures_, sources);
     const std::string evidence = readTextFile(evidence_file, kMaxEvidenceBytes);
@@ -59,14 +61,22 @@ class ReportCommand final : public Command {
                         .expected = "the JSON file that alidade calibrate --evidence writes",
                         .next_step = "give it with --evidence"});
     }
-    const ImageOfView image_of = images.empty() ? ImageOfView{} : imagesByName(shortNames(images), images);
+    PageOptions options{.num_jobs = common_.jobs};
+    if (!images.empty()) options.image_of = imagesByName(shortNames(images), images);
+    if (!against_.empty()) {
+      const CameraRecord other = readCameraTelling(against_, {}, common_.quiet);
+      options.rival = {.name = printable(against_),
+                       .camera = other.camera,
+                       .size = other.image_size,
+                       .covariance = statedCovariance(other)};
+    }
     if (!figures_.empty()) {
       PendingFolder folder(figures_, "report", overwrite_);
       if (!common_.quiet) noteLeftovers(folder);
-      writeFigures(folder, evidence, evidence_file, image_of);
+      writeFigures(folder, evidence, evidence_file, options);
       folder.commit();
     }
-    if (!output_.empty()) writeReport(output_, evidence, evidence_file, image_of, common_.jobs);
+    if (!output_.empty()) writeReport(output_, evidence, evidence_file, options);
     if (common_.json) {
       const auto orNone = [](const std::string& path) { return path.empty() ? json(nullptr) : json(path); };
       printResult(jsonText({{"output", orNone(output_)}, {"figures", orNone(figures_)}}));
@@ -109,6 +119,7 @@ class ReportCommand final : public Command {
   std::string file_;
   std::string evidence_;
   std::vector<std::string> images_;
+  std::string against_;
   std::string output_;
   std::string figures_;
   bool overwrite_ = false;

@@ -7,7 +7,6 @@
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/image_file.h"
-#include "alidade/report/page.h"
 #include "json_output.h"
 
 namespace alidade {
@@ -45,18 +44,18 @@ ImageOfView imagesByName(const std::vector<std::string>& names, const std::vecto
 }
 
 void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
-                  const ImageOfView& image_of) {
+                  const PageOptions& options) {
   const std::vector<FigureFile> figures =
-      reportFigures(parsedEvidence(evidence, evidence_file), evidence_file, image_of);
+      reportFigures(parsedEvidence(evidence, evidence_file), evidence_file, options);
   folder.write([&] {
     for (const FigureFile& figure : figures) writeFileAtomically(folder.path(figure.name), figure.svg);
   });
 }
 
 void writeReport(const std::string& path, const std::string& evidence, const std::string& evidence_file,
-                 const ImageOfView& image_of, int jobs) {
+                 const PageOptions& options) {
   const std::string file = evidence_file.empty() ? "the evidence" : evidence_file;
-  writeFileAtomically(path, reportPage(parsedEvidence(evidence, file), file, image_of, jobs));
+  writeFileAtomically(path, reportPage(parsedEvidence(evidence, file), file, options));
 }
 
 }  // namespace alidade

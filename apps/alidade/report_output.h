@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/report/page_pictures.h"
+#include "alidade/report/page.h"
 #include "pending_folder.h"
 
 namespace alidade {
@@ -18,15 +18,14 @@ namespace alidade {
 
 /// Writes the figures of an evidence document into a folder, as SVG files. Otherwise like writeReport().
 void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
-                  const ImageOfView& image_of);
+                  const PageOptions& options);
 
 /// Writes the report page of an evidence document.
 /// @param evidence       the document's text
 /// @param evidence_file  its name for messages; may be empty
-/// @param jobs           threads; 0: one per processor
 /// @throws Error (kInput) for a document that is not the evidence of a calibration, and when the page cannot
 /// be written
 void writeReport(const std::string& path, const std::string& evidence, const std::string& evidence_file,
-                 const ImageOfView& image_of, int jobs);
+                 const PageOptions& options);
 
 }  // namespace alidade

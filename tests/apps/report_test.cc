@@ -211,6 +211,17 @@ TEST(Report, WritesItsFiguresAsFiles) {
   EXPECT_THAT(runAlidade(again), FailsWith(1, HasSubstr("figures")));
 }
 
+TEST(Report, ComparesWithAnotherCameraAsDiffDoes) {
+  const std::string path = made().scratch.path("against.html");
+  const std::string other = dataPath("camera.yaml");
+  ASSERT_THAT(runAlidade({"report", made().evidence_path, "-o", path, "--against", other}), EndsWith(0));
+  const std::vector<double> drawn = valuesOf(figureOf(readFile(path), "difference"), "data-p95");
+  const RunResult diff = runAlidade({"diff", made().camera_path, other, "--json"});
+  const double expected = json::parse(diff.out).at("p95_px").get<double>();
+  ASSERT_EQ(drawn.size(), 1u);
+  EXPECT_NEAR(drawn[0], expected, 1e-3 * expected);  // the camera file has fewer digits of the covariance
+}
+
 TEST(Report, ShowsWhyACameraWasRejected) {
   const ScratchFolder scratch;
   const std::string path = scratch.path("page.html");

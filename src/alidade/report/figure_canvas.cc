@@ -88,6 +88,16 @@ std::vector<double> roundTicks(double low, double high, int most) {
   return ticks;
 }
 
+std::string arrowPath(const Vector2d& from, const Vector2d& along) {
+  const double length = along.norm();
+  const Vector2d to = from + along;
+  std::string d = pathThrough({from, to});
+  if (length < 3) return d;
+  const Vector2d back = std::min(4.0, 0.4 * length) / length * along;
+  const Vector2d side(-0.5 * back.y(), 0.5 * back.x());
+  return d + pathThrough({to - back + side, to, to - back - side});
+}
+
 std::string starPath(const Vector2d& middle, double radius) {
   std::vector<Vector2d> points;
   for (int i = 0; i < 10; ++i) {

@@ -2,7 +2,6 @@
 #include "alidade/report/image_figures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -12,23 +11,19 @@
 
 #include "alidade/core/statistics.h"
 #include "alidade/report/level_map.h"
+#include "alidade/report/tolerance_map.h"
 
 namespace alidade {
 namespace {
 
 using Eigen::Vector2d;
 
-// Multiples of the tolerance at which a colour of the map ends; the last one has no end.
-constexpr std::array<double, 6> kMapLevels = {0.25, 0.5, 1, 2, 5, 20};
-constexpr std::size_t kToleranceLevel = 2;
 constexpr std::size_t kMostDots = 6000;  // more would hide each other, and make a large file
 constexpr std::size_t kMostResiduals = 3000;
 
 LevelMap errorMap(const ReportedAccuracy& accuracy, const ImageSize& size, const PlotArea& area) {
   LevelMap map{
       .columns = accuracy.columns, .rows = accuracy.rows, .values = accuracy.error_px, .point_at = {}};
-  // Errors grow steeply towards the border: their logarithm is nearer to linear between points.
-  for (double& value : map.values) value = std::log(std::max(value, 1e-9));
   map.point_at = [&accuracy, size, area](int column, int row) {
     // The outer points stand for the border itself.
     const Vector2d pixel = accuracy.pixel(column, row, size);
@@ -36,30 +31,6 @@ LevelMap errorMap(const ReportedAccuracy& accuracy, const ImageSize& size, const
     return area.at(pixel + share - Vector2d(0.5, 0.5));
   };
   return map;
-}
-
-// A word for each contour, where it is far from the border and from the other words.
-void addContourWords(FigureCanvas& canvas, const std::vector<std::vector<ContourSegment>>& contours,
-                     const std::vector<std::string>& words, const PlotArea& area) {
-  constexpr double kNear = 26;
-  std::vector<Vector2d> taken;
-  for (std::size_t i = 0; i < contours.size(); ++i) {
-    double best = kNear;
-    Vector2d place(0, 0);
-    for (const auto& [from, to] : contours[i]) {
-      const Vector2d middle = 0.5 * (from + to);
-      double room =
-          std::min({middle.x() - area.box.min().x(), area.box.max().x() - middle.x(),
-                    1.6 * (middle.y() - area.box.min().y()), 1.6 * (area.box.max().y() - middle.y())});
-      for (const Vector2d& other : taken) room = std::min(room, (other - middle).norm());
-      if (room <= best) continue;
-      best = room;
-      place = middle;
-    }
-    if (best == kNear) continue;
-    taken.push_back(place);
-    canvas.addText(place + Vector2d(0, 4), words[i], "middle", "class=\"halo\"");
-  }
 }
 
 std::string accuracyAlt(const ReportData& data) {
@@ -125,16 +96,6 @@ void visitSample(const ReportData& data, std::size_t most, Visit visit) {
   }
 }
 
-std::string arrowPath(const Vector2d& from, const Vector2d& along) {
-  const double length = along.norm();
-  const Vector2d to = from + along;
-  std::string d = pathThrough({from, to});
-  if (length < 3) return d;
-  const Vector2d back = std::min(4.0, 0.4 * length) / length * along;
-  const Vector2d side(-0.5 * back.y(), 0.5 * back.x());
-  return d + pathThrough({to - back + side, to, to - back - side});
-}
-
 // How many times longer than the errors the arrows are: the longest usual one spans `length` in the drawing.
 double magnification(const ReportData& data, const PlotArea& area, double length) {
   std::vector<double> lengths;
@@ -155,27 +116,11 @@ Figure accuracyFigure(const ReportData& data) {
   const Vector2d high = plot.area.box.max();
   canvas.addRect(low, high, "class=\"blind\"");
   const LevelMap map = errorMap(accuracy, data.size, plot.area);
-  std::vector<std::vector<ContourSegment>> contours;
-  std::vector<std::string> words;
-  std::vector<std::pair<std::string, std::string>> legend;
-  canvas.addPath(areaFrom(map, -1e300), "class=\"level0\"");
-  std::string previous = "0";
-  for (std::size_t i = 0; i < kMapLevels.size(); ++i) {
-    const double level = kMapLevels[i] * data.tolerance_px;
-    words.push_back(fmt::format("{:g} px", level));
-    legend.emplace_back(fmt::format("level{}", i), fmt::format("{} to {:g}", previous, level));
-    previous = fmt::format("{:g}", level);
-    canvas.addPath(areaFrom(map, std::log(level)), fmt::format("class=\"level{}\"", i + 1));
-    contours.push_back(contourAt(map, std::log(level)));
-  }
-  legend.emplace_back("level6", "above " + previous + " px");
-  for (std::size_t i = 0; i < contours.size(); ++i)
-    canvas.addPath(contourPath(contours[i]),
-                   i == kToleranceLevel ? "class=\"contour main\"" : "class=\"contour\"");
+  std::vector<std::pair<std::string, std::string>> legend =
+      addToleranceMap(map, data.tolerance_px, plot.area, canvas);
   LevelMap covered = map;
   for (std::size_t i = 0; i < covered.values.size(); ++i) covered.values[i] = accuracy.is_covered[i] ? 1 : 0;
   canvas.addPath(contourPath(contourAt(covered, 0.5)), "class=\"outline\"");
-  addContourWords(canvas, contours, words, plot.area);
   canvas.addCircle(plot.area.at(accuracy.worst_pixel), 5, "class=\"worst\"");
   canvas.addImageFrame(plot.area);
   legend.emplace_back("line outline", "boards were seen inside");

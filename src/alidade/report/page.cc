@@ -251,7 +251,7 @@ std::string detailsHtml(const ReportData& data, const json& evidence) {
   return html + listHtml("Settings", settings);
 }
 
-std::vector<Section> sectionsOf(const ReportData& data, const ImageOfView& image_of) {
+std::vector<Section> sectionsOf(const ReportData& data, const PageOptions& options) {
   std::vector<Section> sections;
   Section accuracy{.id = "where", .title = "Where the camera is accurate"};
   if (data.accuracy) accuracy.figures.push_back(accuracyFigure(data));
@@ -275,8 +275,9 @@ std::vector<Section> sectionsOf(const ReportData& data, const ImageOfView& image
   sections.push_back(std::move(errors));
   sections.push_back({.id = "views", .title = "Views", .figures = {viewErrorsFigure(data)}, .more = {}});
   Section lens{.id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
-  if (std::optional<Figure> figure = undistortedFigure(data, image_of))
+  if (std::optional<Figure> figure = undistortedFigure(data, options.image_of))
     lens.figures.push_back(*std::move(figure));
+  if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));
   sections.push_back(std::move(lens));
   Section parameters{.id = "values", .title = "Parameters and models"};
   if (data.covariance) parameters.figures.push_back(correlationFigure(data));
@@ -347,11 +348,10 @@ std::string viewerHtml(const ImageSize& size) {
 
 }  // namespace
 
-std::string reportPage(const json& evidence, const std::string& file, const ImageOfView& image_of,
-                       int num_jobs) {
+std::string reportPage(const json& evidence, const std::string& file, const PageOptions& options) {
   const ReportData data = readReportData(evidence, file);
-  const std::vector<std::string> pictures = viewPictures(data, image_of, num_jobs);
-  std::vector<Section> sections = sectionsOf(data, image_of);
+  const std::vector<std::string> pictures = viewPictures(data, options.image_of, options.num_jobs);
+  std::vector<Section> sections = sectionsOf(data, options);
   for (Section& section : sections) {
     if (section.id == "views") section.more = viewSheet(data, pictures);
     if (section.id == "values") section.more = parametersHtml(data) + modelsHtml(data);
@@ -378,10 +378,10 @@ std::string reportPage(const json& evidence, const std::string& file, const Imag
 }
 
 std::vector<FigureFile> reportFigures(const json& evidence, const std::string& file,
-                                      const ImageOfView& image_of) {
+                                      const PageOptions& options) {
   const ReportData data = readReportData(evidence, file);
   std::vector<FigureFile> files;
-  for (const Section& section : sectionsOf(data, image_of)) {
+  for (const Section& section : sectionsOf(data, options)) {
     for (const Figure& figure : section.figures) {
       // The style goes into the drawing, with a ground of its own.
       const std::size_t end_of_tag = figure.svg.find('>') + 1;

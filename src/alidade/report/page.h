@@ -1,16 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "alidade/report/difference_figure.h"
 #include "alidade/report/figure_canvas.h"
 #include "alidade/report/page_pictures.h"
 #include "alidade/report/report_data.h"
 
 namespace alidade {
+
+/// What a report may show besides the evidence.
+struct PageOptions {
+  ImageOfView image_of = {};                        ///< for thumbnails; may be empty
+  std::optional<RivalCamera> rival = std::nullopt;  ///< to compare with
+  int num_jobs = 0;                                 ///< threads for the images; 0: one per processor
+};
 
 /// Name of a file of figures, and what it holds.
 struct FigureFile {
@@ -23,14 +32,12 @@ struct FigureFile {
 /// px. The same evidence and images give the same bytes.
 /// @param evidence  the document of calibrate --evidence
 /// @param file      its name, for messages
-/// @param image_of  for thumbnails; may be empty
-/// @param num_jobs  threads for the images; 0: one per processor
 /// @throws Error (kInput) for a document that is not the evidence of a calibration of one camera
 [[nodiscard]] std::string reportPage(const nlohmann::json& evidence, const std::string& file,
-                                     const ImageOfView& image_of = {}, int num_jobs = 0);
+                                     const PageOptions& options = {});
 
 /// The figures of the page as files of their own. @throws Error like reportPage()
 [[nodiscard]] std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std::string& file,
-                                                    const ImageOfView& image_of = {});
+                                                    const PageOptions& options = {});
 
 }  // namespace alidade

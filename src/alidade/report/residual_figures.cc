@@ -105,15 +105,6 @@ std::string inkPath(const BoardInk& ink, const PlotArea& area) {
   return d;
 }
 
-std::string arrowOn(const Vector2d& from, const Vector2d& along) {
-  const Vector2d to = from + along;
-  std::string d = pathThrough({from, to});
-  if (along.norm() < 3) return d;
-  const Vector2d back = std::min(4.0, 0.4 * along.norm()) * along.normalized();
-  const Vector2d side(-0.5 * back.y(), 0.5 * back.x());
-  return d + pathThrough({to - back + side, to, to - back - side});
-}
-
 double normalQuantile(double share) {
   return boost::math::quantile(boost::math::normal(), share);
 }
@@ -151,7 +142,7 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   for (std::size_t id = 0; id < points.size(); ++id) {
     const Vector2d at = area.at(target.corners()[id].head<2>());
     dots += "M" + pointText(at) + "h0";
-    if (points[id].count >= 2) arrows += arrowOn(at, times * area.scale() * points[id].mean());
+    if (points[id].count >= 2) arrows += arrowPath(at, times * area.scale() * points[id].mean());
   }
   canvas.addPath(dots, "class=\"corners\"");
   canvas.addPath(arrows, "class=\"mean halo-line\"");

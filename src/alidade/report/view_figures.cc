@@ -74,39 +74,40 @@ std::string projectedSheet(const ReportData& data, const SE3& camera_from_board,
   return d;
 }
 
-// The sides that are to come nearer, as thick lines with words beside them.
+// The sides that are to come nearer, as thick lines with words beside them. Directions are those of the
+// image.
 void addNearerSides(const ReportData& data, const ReportedNextView& next, const BoardInk& ink,
                     const PlotArea& area, FigureCanvas& canvas) {
   constexpr int kSteps = 24;
   constexpr double kWordsWidth = 106;
-  std::vector<std::vector<Vector2d>> sides;
-  const std::array<Vector2d, 4> around = {
-      ink.extent.min(), Vector2d(ink.extent.max().x(), ink.extent.min().y()), ink.extent.max(),
-      Vector2d(ink.extent.min().x(), ink.extent.max().y())};
-  for (std::size_t k = 0; k < around.size(); ++k) {
-    std::vector<Vector2d> side;
-    for (int i = 0; i <= kSteps; ++i) {
-      const double t = static_cast<double>(i) / kSteps;
-      const Vector2d point = (1 - t) * around[k] + t * around[(k + 1) % around.size()];
-      const Projection seen = data.camera.project(next.camera_from_board * Vector3d(point.x(), point.y(), 0));
-      if (!seen.ok()) continue;
-      side.push_back(area.at(seen.pixel));
-    }
-    if (side.size() > 1) sides.push_back(std::move(side));
-  }
-  if (sides.empty()) return;
+  const Vector2d centre = ink.extent.center();
+  const Vector2d half_board = 0.5 * ink.extent.sizes();
+  const auto seenAt = [&](const Vector2d& point) {
+    return data.camera.project(next.camera_from_board * Vector3d(point.x(), point.y(), 0));
+  };
+  const Projection middle = seenAt(centre);
+  if (!middle.ok()) return;
+  // Where a step on the board leads to in the image: a side beyond the image may have no pixels.
+  const auto inImage = [&](const Vector2d& on_board) -> Vector2d {
+    const Projection seen = seenAt(centre + 0.02 * half_board.cwiseProduct(on_board));
+    return seen.ok() ? (seen.pixel - middle.pixel).normalized() : Vector2d(0, 0);
+  };
   const auto mark = [&](const Vector2d& direction) {
-    const auto reach = [&](const std::vector<Vector2d>& side) {
-      return 0.5 * (side.front() + side.back()).dot(direction);
-    };
-    const std::vector<Vector2d>& side = *std::ranges::max_element(sides, {}, reach);
-    canvas.addPath(pathThrough(side), "class=\"nearer\" clip-path=\"url(#next-clip)\"");
-    std::vector<Vector2d> visible = side;
-    std::erase_if(visible, [&](const Vector2d& at) { return !area.box.contains(at); });
+    const std::array<Vector2d, 4> outward = {Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1),
+                                             Vector2d(0, -1)};
+    const Vector2d side =
+        *std::ranges::max_element(outward, {}, [&](const Vector2d& o) { return inImage(o).dot(direction); });
+    const Vector2d along(side.y(), side.x());
+    std::vector<Vector2d> visible;
+    for (int i = 0; i <= kSteps; ++i) {
+      const Projection seen = seenAt(centre + half_board.cwiseProduct(side + (2.0 * i / kSteps - 1) * along));
+      if (seen.ok() && area.box.contains(area.at(seen.pixel))) visible.push_back(area.at(seen.pixel));
+    }
+    canvas.addPath(visible.size() > 1 ? pathThrough(visible) : "", "class=\"nearer\"");
     // Outside the board if there is room, and at the border of the image for a side beyond it.
     const Vector2d half(0.5 * kWordsWidth, 9);
-    Vector2d place = (visible.empty() ? side : visible)[(visible.empty() ? side : visible).size() / 2];
-    if (!visible.empty()) place += direction.cwiseProduct(half + Vector2d(6, 6));
+    Vector2d place = area.at(middle.pixel) + area.box.sizes().cwiseProduct(direction);
+    if (!visible.empty()) place = visible[visible.size() / 2] + direction.cwiseProduct(half + Vector2d(6, 6));
     place = place.cwiseMax(area.box.min() + half + Vector2d(3, 3))
                 .cwiseMin(area.box.max() - half - Vector2d(3, 3));
     canvas.addRect(place - half, place + half, "class=\"plate\" rx=\"4\"");
