@@ -130,6 +130,23 @@ class PageTest(unittest.TestCase):
         self.run_js("document.querySelector('.thumb').click()")
         self.assertTrue(self.run_js("document.getElementById('viewer').open"))
 
+    def test_a_rig_shows_and_turns(self) -> None:
+        corners = ROOT / "testdata/checkerboard/corners.csv"
+        page = self.page.parent / "rig.html"
+        for name in ("left", "right"):
+            (page.parent / f"{name}.csv").write_bytes(corners.read_bytes())
+        subprocess.run([ALIDADE, "rig", "calibrate", page.parent / "left.csv", page.parent / "right.csv", "--model", "radtan",
+                        "--report", page, "--quiet"], check=True)
+        for width in (1280, 400):
+            self.browser.open(page, width)
+            self.assertEqual(self.browser.console, [])
+            self.assertEqual(self.run_js("document.documentElement.scrollWidth"), width)
+        shape = "document.querySelector('#scene-drawing .pyramid').getAttribute('d')"
+        before = self.run_js(shape)
+        self.run_js("document.getElementById('scene-drawing').focus()")
+        self.browser.press("ArrowUp", 38)
+        self.assertNotEqual(self.run_js(shape), before)
+
     def test_names_are_text(self) -> None:
         names = self.run_js("[...document.querySelectorAll('.thumb .name')].map(n => n.textContent)")
         for name in NAMES:

@@ -53,9 +53,11 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
   canvas.addRect(area.box.min(), area.box.max(), "class=\"blind\"");
   Figure figure{.id = "difference", .title = "Difference from " + rival.name};
   figure.reading = fmt::format(
-      "Each colour is how far apart the two cameras see a distant point after the best rotation, and each "
-      "arrow leads "
-      "from this camera's pixel to the other's; beyond your tolerance of {:g} px the colours are red.",
+      "Each colour is the difference between the pixels of a distant point in the two cameras, after the "
+      "best rotation, "
+      "and each arrow leads from this camera's pixel to the other's; beyond your tolerance of {:g} px the "
+      "colours are "
+      "red.",
       data.tolerance_px);
   std::vector<std::pair<std::string, std::string>> legend;
   if (difference.is_converged && difference.num_compared > 0 && difference.columns > 1 &&

@@ -10,10 +10,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/error.h"
 #include "alidade/report/image_figures.h"
 #include "alidade/report/lens_figures.h"
-#include "alidade/report/report_assets.h"
+#include "alidade/report/page_shell.h"
 #include "alidade/report/residual_figures.h"
+#include "alidade/report/rig_page.h"
 #include "alidade/report/scene_figure.h"
 #include "alidade/report/undistorted_figure.h"
 #include "alidade/report/view_figures.h"
@@ -22,29 +24,6 @@ namespace alidade {
 namespace {
 
 using nlohmann::json;
-
-struct Section {
-  std::string id;
-  std::string title;
-  std::vector<Figure> figures = {};
-  std::string more = {};  // HTML after the figures
-};
-
-// An error, with two digits as in the summary.
-std::string errorText(double px) {
-  return (px >= 100 ? fmt::format("{:.0f}", px) : twoDigits(px)) + "\u00a0px";
-}
-
-struct VerdictWords {
-  const char* kind;
-  const char* words;
-};
-
-VerdictWords verdictWords(Verdict verdict) {
-  if (verdict == Verdict::kTrustworthy) return {"good", "Trustworthy"};
-  if (verdict == Verdict::kReservations) return {"fair", "Usable with reservations"};
-  return {"bad", "Rejected: do not use this camera"};
-}
 
 std::string accuracySentence(const ReportData& data) {
   if (!data.accuracy) return "The accuracy is unknown, because the views do not determine the camera.";
@@ -59,50 +38,10 @@ std::string accuracySentence(const ReportData& data) {
       100 * accuracy.shareWithin(data.tolerance_px), data.tolerance_px, errorText(accuracy.worst_px));
 }
 
-std::string findingsHtml(const ReportData& data) {
-  std::string list;
-  std::string notes;
-  int num_notes = 0;
-  for (const Diagnosis& finding : data.findings) {
-    const bool is_note = finding.severity <= Severity::kNote;
-    const char* name = finding.severity == Severity::kFailure ? "Failure" : is_note ? "Note" : "Warning";
-    const std::string effect =
-        std::isfinite(finding.effect_px) && finding.effect_px > 0
-            ? fmt::format(" Effect on projected points: up to {}.", errorText(finding.effect_px))
-            : "";
-    std::string sentence = finding.message();
-    if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z')
-      sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
-    std::string& to = is_note ? notes : list;
-    num_notes += is_note ? 1 : 0;
-    to += fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}.{}</span>",
-                      severityName(finding.severity), name, escapedMarkup(sentence), effect);
-    if (!finding.next_step.empty())
-      to += fmt::format("<span class=\"todo\">What to do: {}.</span>", escapedMarkup(finding.next_step));
-    to += "</li>\n";
-  }
-  if (data.next_view) {
-    list += fmt::format(
-        "<li class=\"advice\"><span class=\"severity\">Next</span><span>To improve the camera, take one more "
-        "photograph: "
-        "{} (<a href=\"#next-view\">see the drawing</a>).</span></li>\n",
-        escapedMarkup(data.next_view->text));
-  }
-  std::string html = list.empty() ? "" : "<ul class=\"findings\">\n" + list + "</ul>\n";
-  if (num_notes > 0) {
-    html += fmt::format(
-        "<details><summary>{} note{} without effect on the verdict</summary>\n<ul class=\"findings\">\n{}"
-        "</ul></details>\n",
-        num_notes, num_notes == 1 ? "" : "s", notes);
-  }
-  return html;
-}
-
-std::string numbersHtml(const ReportData& data) {
-  std::string html = "<dl class=\"numbers\">\n";
+std::vector<PageNumber> numbersOf(const ReportData& data) {
+  std::vector<PageNumber> numbers;
   const auto add = [&](const char* name, const std::string& value, const std::string& more) {
-    html += fmt::format("<div><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n", name, escapedMarkup(value),
-                        escapedMarkup(more));
+    numbers.push_back({.name = name, .value = value, .more = more});
   };
   if (data.accuracy) {
     add("Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen");
@@ -117,7 +56,7 @@ std::string numbersHtml(const ReportData& data) {
       "used for the calibration");
   add("Corners", std::to_string(data.num_corners),
       data.num_outliers == 0 ? "no outliers" : fmt::format("{} outliers left out", data.num_outliers));
-  return html + "</dl>\n";
+  return numbers;
 }
 
 std::string parametersHtml(const ReportData& data) {
@@ -218,13 +157,6 @@ constexpr std::string_view kViewer =
     "<footer><span id=\"viewer-words\"></span><span>circle: detected; cross: "
     "projected</span></footer></div></dialog>\n";
 
-std::string listHtml(const std::string& title, const std::vector<std::string>& lines) {
-  if (lines.empty()) return "";
-  std::string html = fmt::format("<details><summary>{}</summary><ul>\n", title);
-  for (const std::string& line : lines) html += "<li>" + escapedMarkup(line) + "</li>\n";
-  return html + "</ul></details>\n";
-}
-
 std::string detailsHtml(const ReportData& data, const json& evidence) {
   std::string html;
   std::vector<std::string> boards;
@@ -251,19 +183,19 @@ std::string detailsHtml(const ReportData& data, const json& evidence) {
   return html + listHtml("Settings", settings);
 }
 
-std::vector<Section> sectionsOf(const ReportData& data, const PageOptions& options) {
-  std::vector<Section> sections;
-  Section accuracy{.id = "where", .title = "Where the camera is accurate"};
+std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& options) {
+  std::vector<PageSection> sections;
+  PageSection accuracy{.id = "where", .title = "Where the camera is accurate"};
   if (data.accuracy) accuracy.figures.push_back(accuracyFigure(data));
   accuracy.figures.push_back(coverageFigure(data));
   sections.push_back(std::move(accuracy));
-  Section next{.id = "how", .title = "How the board was held"};
+  PageSection next{.id = "how", .title = "How the board was held"};
   if (data.next_view) next.figures.push_back(nextViewFigure(data));
   next.figures.push_back(tiltFigure(data));
   next.figures.push_back(distanceFigure(data));
   next.figures.push_back(sceneFigure(data));
   sections.push_back(std::move(next));
-  Section errors{.id = "errors", .title = "Reprojection errors"};
+  PageSection errors{.id = "errors", .title = "Reprojection errors"};
   errors.figures.push_back(imageResidualsFigure(data));
   for (std::size_t b = 0; b < data.boards.size(); ++b) {
     const bool is_used =
@@ -274,69 +206,16 @@ std::vector<Section> sectionsOf(const ReportData& data, const PageOptions& optio
   errors.figures.push_back(normalPlotFigure(data));
   sections.push_back(std::move(errors));
   sections.push_back({.id = "views", .title = "Views", .figures = {viewErrorsFigure(data)}, .more = {}});
-  Section lens{.id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
+  PageSection lens{
+      .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
   if (std::optional<Figure> figure = undistortedFigure(data, options.image_of))
     lens.figures.push_back(*std::move(figure));
   if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));
   sections.push_back(std::move(lens));
-  Section parameters{.id = "values", .title = "Parameters and models"};
+  PageSection parameters{.id = "values", .title = "Parameters and models"};
   if (data.covariance) parameters.figures.push_back(correlationFigure(data));
   sections.push_back(std::move(parameters));
   return sections;
-}
-
-std::string figureHtml(const Figure& figure) {
-  return fmt::format(
-      "<figure id=\"{}\"{}><h3>{}</h3>\n{}<figcaption class=\"reading\">{}</figcaption></figure>\n",
-      figure.id, figure.is_wide ? " class=\"wide\"" : "", escapedMarkup(figure.title), figure.svg,
-      escapedMarkup(figure.reading));
-}
-
-// The evidence as text for a script element. A "<" could end that, and stands in texts alone.
-std::string embeddedEvidence(const json& evidence) {
-  json document = evidence;
-  const auto rounded = [](json& value) {
-    if (value.is_number_float()) value = std::round(1e4 * value.get<double>()) / 1e4;
-  };
-  for (json& view : document["views"]) {
-    for (json& corner : view["corners"]) {
-      for (const char* key : {"u", "v", "dx", "dy"}) rounded(corner[key]);
-    }
-  }
-  std::string text;
-  for (const char c : document.dump(-1, ' ', false, json::error_handler_t::replace)) {
-    if (c == '<') {
-      text += "\\u003c";
-    } else {
-      text += c;
-    }
-  }
-  return text;
-}
-
-std::string headHtml(const std::string& title) {
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" "
-      "content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src "
-      "data:\">\n"
-      "<meta name=\"color-scheme\" content=\"light "
-      "dark\">\n<title>{}</title>\n<style>\n{}{}{}</style>\n</head>\n",
-      escapedMarkup(title), paletteCss(), figureCss(), pageCss());
-}
-
-std::string topHtml(const ReportData& data, const std::string& title, const std::vector<Section>& sections) {
-  const VerdictWords verdict = verdictWords(data.verdict);
-  std::string specs;
-  for (const ReportedBoard& board : data.boards) specs += (specs.empty() ? "" : ", ") + board.target.spec();
-  std::string html = fmt::format(
-      "<header><p class=\"kicker\">Calibration report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p></header>\n"
-      "<section class=\"verdict {}\" aria-label=\"Verdict\"><strong>{}</strong><p>{}</p></section>\n",
-      escapedMarkup(title), escapedMarkup(specs), verdict.kind, verdict.words, accuracySentence(data));
-  html += findingsHtml(data) + numbersHtml(data) + "<nav aria-label=\"Sections\">";
-  for (const Section& section : sections)
-    html += fmt::format("<a href=\"#{}\">{}</a>\n", section.id, section.title);
-  return html + "</nav>\n";
 }
 
 std::string viewerHtml(const ImageSize& size) {
@@ -346,54 +225,53 @@ std::string viewerHtml(const ImageSize& size) {
   return html;
 }
 
+// The page of a rig has neither pictures of views nor another camera.
+void refuseCameraOptions(const std::string& file, const PageOptions& options) {
+  if (!options.image_of && !options.rival) return;
+  throw usageError(
+      {.where = file,
+       .found = std::string("the evidence of a rig, with ") + (options.rival ? "--against" : "--images"),
+       .expected = "the evidence of one camera",
+       .next_step = options.rival ? "compare rigs with alidade diff" : "leave --images out"});
+}
+
 }  // namespace
 
 std::string reportPage(const json& evidence, const std::string& file, const PageOptions& options) {
+  if (isRigEvidence(evidence)) {
+    refuseCameraOptions(file, options);
+    return rigPage(evidence, file);
+  }
   const ReportData data = readReportData(evidence, file);
   const std::vector<std::string> pictures = viewPictures(data, options.image_of, options.num_jobs);
-  std::vector<Section> sections = sectionsOf(data, options);
-  for (Section& section : sections) {
+  PageContent page{
+      .title = fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height),
+      .subject = "camera",
+      .verdict = data.verdict,
+      .sentence = accuracySentence(data),
+      .findings = data.findings,
+      .numbers = numbersOf(data),
+      .sections = sectionsOf(data, options),
+      .details = detailsHtml(data, evidence),
+      .dialog = viewerHtml(data.size),
+      .created_by = data.created_by};
+  for (const ReportedBoard& board : data.boards)
+    page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();
+  if (data.next_view) page.next_text = data.next_view->text;
+  for (PageSection& section : page.sections) {
     if (section.id == "views") section.more = viewSheet(data, pictures);
     if (section.id == "values") section.more = parametersHtml(data) + modelsHtml(data);
   }
-  const std::string title =
-      fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height);
-  std::string html =
-      headHtml("Calibration: " + title) + "<body>\n" + topHtml(data, title, sections) + "<main>\n";
-  for (const Section& section : sections) {
-    html += fmt::format("<h2 id=\"{}\">{}</h2>\n<div class=\"figures\">\n", section.id, section.title);
-    for (const Figure& figure : section.figures) html += figureHtml(figure);
-    html += section.more + "</div>\n";
-  }
-  html +=
-      "<h2 id=\"details\">Details</h2>\n" + detailsHtml(data, evidence) + "</main>\n" + viewerHtml(data.size);
-  html += fmt::format(
-      "<footer>Made by {}. The numbers behind this page are part of it: see the element with the id "
-      "“evidence”.</footer>\n",
-      escapedMarkup(data.created_by));
-  html += "<script type=\"application/json\" id=\"evidence\">" + embeddedEvidence(evidence) +
-          "</script>\n<script>\n";
-  html += pageScript();
-  return html + "</script>\n</body>\n</html>\n";
+  return pageText(page, evidence);
 }
 
 std::vector<FigureFile> reportFigures(const json& evidence, const std::string& file,
                                       const PageOptions& options) {
-  const ReportData data = readReportData(evidence, file);
-  std::vector<FigureFile> files;
-  for (const Section& section : sectionsOf(data, options)) {
-    for (const Figure& figure : section.figures) {
-      // The style goes into the drawing, with a ground of its own.
-      const std::size_t end_of_tag = figure.svg.find('>') + 1;
-      files.push_back({.name = figure.id + ".svg",
-                       .svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"" +
-                              figure.svg.substr(4, end_of_tag - 4) +
-                              fmt::format("\n<style>\n{}{}svg {{ background: var(--ground); }}\n</style>\n",
-                                          paletteCss(), figureCss()) +
-                              figure.svg.substr(end_of_tag)});
-    }
+  if (isRigEvidence(evidence)) {
+    refuseCameraOptions(file, options);
+    return rigFigures(evidence, file);
   }
-  return files;
+  return figureFiles(sectionsOf(readReportData(evidence, file), options));
 }
 
 }  // namespace alidade

@@ -8,8 +8,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/report/difference_figure.h"
-#include "alidade/report/figure_canvas.h"
 #include "alidade/report/page_pictures.h"
+#include "alidade/report/page_shell.h"
 #include "alidade/report/report_data.h"
 
 namespace alidade {
@@ -21,18 +21,12 @@ struct PageOptions {
   int num_jobs = 0;                                 ///< threads for the images; 0: one per processor
 };
 
-/// Name of a file of figures, and what it holds.
-struct FigureFile {
-  std::string name;
-  std::string svg;
-};
-
 /// The report of a calibration: one HTML file that needs nothing else, with the verdict, what to do, figures,
 /// and the evidence itself in <script type="application/json" id="evidence">, its corners rounded to 0.0001
 /// px. The same evidence and images give the same bytes.
-/// @param evidence  the document of calibrate --evidence
+/// @param evidence  the document of calibrate --evidence, or of rig calibrate --evidence
 /// @param file      its name, for messages
-/// @throws Error (kInput) for a document that is not the evidence of a calibration of one camera
+/// @throws Error (kInput) for a document that is not the evidence of a calibration
 [[nodiscard]] std::string reportPage(const nlohmann::json& evidence, const std::string& file,
                                      const PageOptions& options = {});
 

@@ -56,26 +56,31 @@ std::vector<Vector3d> outlineOf(const Board& board, const SE3& camera_from_board
   return points;
 }
 
-// The camera as a pyramid with the image as its base, and its axes.
-void addCamera(const ReportData& data, double length, std::vector<SceneShape>& shapes) {
+// A camera as a pyramid with the image as its base, and its name.
+void addCamera(const SceneCamera& camera, double length, std::vector<SceneShape>& shapes) {
   std::vector<Vector3d> base;
-  const double right = data.size.width - 1;
-  const double low = data.size.height - 1;
+  const double right = camera.size.width - 1;
+  const double low = camera.size.height - 1;
+  const Vector3d eye = camera.scene_from_camera.translation;
   const Vector2d middle(0.5 * right, 0.5 * low);
   for (const Vector2d& corner :
        {Vector2d(0, 0), Vector2d(right, 0), Vector2d(right, low), Vector2d(0, low)}) {
     // Dark corners of a fisheye have no ray: the nearest pixel to them that has one.
     for (double share = 1; share > 0; share -= 0.05) {
-      const auto ray = data.camera.unproject(middle + share * (corner - middle));
+      const auto ray = camera.camera->unproject(middle + share * (corner - middle));
       if (!ray) continue;
-      base.push_back(length * *ray);
+      base.push_back(camera.scene_from_camera * Vector3d(length * *ray));
       break;
     }
   }
   for (const Vector3d& corner : base)
-    shapes.push_back({.attributes = "class=\"pyramid\"", .points = {Vector3d::Zero(), corner}});
+    shapes.push_back({.attributes = "class=\"pyramid\"", .points = {eye, corner}});
   if (base.size() == 4)
     shapes.push_back({.attributes = "class=\"pyramid\"", .points = base, .is_closed = true});
+  if (!camera.name.empty())
+    shapes.push_back({.attributes = "class=\"halo strong\"",
+                      .points = {eye - Vector3d(0, 0.35 * length, 0)},
+                      .words = camera.name});
 }
 
 // The optical axis, with marks at round distances.
@@ -132,24 +137,23 @@ SceneView viewOf(const std::vector<SceneShape>& shapes) {
 
 }  // namespace
 
-Figure sceneFigure(const ReportData& data) {
+Figure sceneFigure(const SceneContent& content) {
   std::vector<SceneShape> shapes;
   double farthest = 0;
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    const ReportedView& view = data.views[v];
-    shapes.push_back({.attributes = fmt::format("class=\"board\" data-view=\"{}\"", v),
-                      .points = outlineOf(data.boards[view.board].target, view.camera_from_board),
-                      .is_closed = true});
-    for (const Vector3d& point : shapes.back().points) farthest = std::max(farthest, point.z());
-  }
-  if (data.next_view)
+  for (const SceneBoard& board : content.boards) {
     shapes.push_back(
-        {.attributes = "class=\"board next\"",
-         .points = outlineOf(data.boards[data.next_view->board].target, data.next_view->camera_from_board),
+        {.attributes = board.is_next ? "class=\"board next\""
+                       : board.view
+                           ? fmt::format("class=\"board\" data-view=\"{}\"", *board.view)
+                           : fmt::format("class=\"board\" data-tell=\"{}\"", escapedMarkup(board.words)),
+         .points = outlineOf(*board.target, board.scene_from_board),
          .is_closed = true});
+    if (board.is_next) continue;
+    for (const Vector3d& point : shapes.back().points) farthest = std::max(farthest, point.norm());
+  }
   if (!(farthest > 0)) farthest = 1;
   std::vector<SceneShape> fixed;
-  addCamera(data, 0.16 * farthest, fixed);
+  for (const SceneCamera& camera : content.cameras) addCamera(camera, content.camera_share * farthest, fixed);
   addAxis(farthest, fixed);
   std::vector<SceneShape> all = shapes;
   all.insert(all.end(), fixed.begin(), fixed.end());
@@ -164,15 +168,13 @@ Figure sceneFigure(const ReportData& data) {
   canvas.close();
   for (const SceneShape& shape : fixed) addShape(shape, view, canvas);
   std::vector<std::pair<std::string, std::string>> legend = {{"board", "board"}, {"line pyramid", "camera"}};
-  if (data.next_view) legend.emplace_back("board next", "suggested next view");
+  if (std::ranges::any_of(content.boards, &SceneBoard::is_next))
+    legend.emplace_back("board next", "suggested next view");
   canvas.addLegend({8, 320}, legend);
-  Figure figure{.id = "scene", .title = "Boards and camera in space"};
-  figure.reading =
-      "Drag the drawing, or select it and use the arrow keys, to turn it; the boards should fill the space "
-      "that the "
-      "camera sees, near and far, and face it from many sides.";
-  figure.alt = fmt::format("{} boards in front of the camera, up to {} m away.", data.views.size(),
-                           shortNumber(farthest));
+  Figure figure{.id = "scene", .title = content.title, .reading = content.reading};
+  figure.alt =
+      fmt::format("{} boards and {} camera{} in space, boards up to {} m away.", content.boards.size(),
+                  content.cameras.size(), content.cameras.size() == 1 ? "" : "s", shortNumber(farthest));
   figure.svg = canvas.svg(
       figure.alt,
       fmt::format(
@@ -181,6 +183,23 @@ Figure sceneFigure(const ReportData& data) {
           kYawDegrees, kPitchDegrees, view.scale, pointsText({view.middle}), kSceneMiddle.x(),
           kSceneMiddle.y()));
   return figure;
+}
+
+Figure sceneFigure(const ReportData& data) {
+  SceneContent content{.title = "Boards and camera in space", .reading = {}};
+  content.reading =
+      "Drag the drawing, or select it and use the arrow keys, to turn it; the boards should fill the space "
+      "that the camera sees, near and far, and face it from many sides.";
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    content.boards.push_back({.target = &data.boards[data.views[v].board].target,
+                              .scene_from_board = data.views[v].camera_from_board,
+                              .view = v});
+  if (data.next_view)
+    content.boards.push_back({.target = &data.boards[data.next_view->board].target,
+                              .scene_from_board = data.next_view->camera_from_board,
+                              .is_next = true});
+  content.cameras.push_back({.camera = &data.camera, .size = data.size});
+  return sceneFigure(content);
 }
 
 }  // namespace alidade

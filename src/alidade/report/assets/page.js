@@ -49,22 +49,24 @@
     drawView();
     if (!dialog.open) dialog.showModal();
   };
-  document.addEventListener('click', (event) => {
-    const opener = event.target.closest('[data-view]');
-    const endsDrag = wasDragged && scene.contains(event.target);
-    wasDragged = false;
-    if (opener && !endsDrag) show(Number(opener.dataset.view));
-  });
-  byId('viewer-before').addEventListener('click', () => show(shown - 1));
-  byId('viewer-after').addEventListener('click', () => show(shown + 1));
-  byId('viewer-close').addEventListener('click', () => dialog.close());
-  byId('viewer-times').addEventListener('change', drawView);
-  dialog.addEventListener('click', (event) => { if (event.target === dialog) dialog.close(); });
-  dialog.addEventListener('keydown', (event) => {
-    if (event.target.tagName === 'SELECT') return;
-    if (event.key === 'ArrowLeft') show(shown - 1);
-    if (event.key === 'ArrowRight') show(shown + 1);
-  });
+  if (dialog) {
+    document.addEventListener('click', (event) => {
+      const opener = event.target.closest('[data-view]');
+      const endsDrag = wasDragged && scene && scene.contains(event.target);
+      wasDragged = false;
+      if (opener && !endsDrag) show(Number(opener.dataset.view));
+    });
+    byId('viewer-before').addEventListener('click', () => show(shown - 1));
+    byId('viewer-after').addEventListener('click', () => show(shown + 1));
+    byId('viewer-close').addEventListener('click', () => dialog.close());
+    byId('viewer-times').addEventListener('change', drawView);
+    dialog.addEventListener('click', (event) => { if (event.target === dialog) dialog.close(); });
+    dialog.addEventListener('keydown', (event) => {
+      if (event.target.tagName === 'SELECT') return;
+      if (event.key === 'ArrowLeft') show(shown - 1);
+      if (event.key === 'ArrowRight') show(shown + 1);
+    });
+  }
 
   // ---- boards and camera in space ----
 
@@ -163,8 +165,11 @@
     map.addEventListener('pointerleave', () => { tip.hidden = true; });
   }
   document.addEventListener('pointerover', (event) => {
+    const teller = event.target.closest('[data-tell]');
     const bar = event.target.closest('rect[data-view], path[data-view]');
-    if (bar) {
+    if (teller) {
+      tell(event, teller.dataset.tell);
+    } else if (bar) {
       const view = views[Number(bar.dataset.view)];
       tell(event, `${view.image}: RMS ${view.rms_px.toFixed(3)} px, largest ${view.max_error_px.toFixed(3)} px`);
     } else if (!event.target.closest('[data-map]')) {
