@@ -35,8 +35,10 @@ class PageTest(unittest.TestCase):
         images.mkdir()
         for i, image in enumerate(sorted((ROOT / "testdata/checkerboard/images").glob("*.png"))):
             name = NAMES[i].replace("/", "|") if i < len(NAMES) else ""
-            (images / f"{name}{image.name}").symlink_to(image)
-        (images.parent / "bytes").mkdir()
+            if i == len(NAMES):  # bytes that are not UTF-8
+                os.symlink(image, os.fsencode(images) + b"/\xff\xfe<i>" + os.fsencode(image.name))
+            else:
+                (images / f"{name}{image.name}").symlink_to(image)
         cls.page = images.parent / "page.html"
         subprocess.run([ALIDADE, "calibrate", images, "--board", "checkerboard:9x6:25mm", "--report", cls.page, "--quiet"],
                        check=True)
@@ -151,6 +153,7 @@ class PageTest(unittest.TestCase):
         names = self.run_js("[...document.querySelectorAll('.thumb .name')].map(n => n.textContent)")
         for name in NAMES:
             self.assertTrue(any(n.startswith(name.replace("/", "|")) for n in names), name)
+        self.assertTrue(any(n.startswith("\ufffd\ufffd<i>") for n in names))
         self.assertEqual(self.run_js("document.querySelectorAll('img[onerror], script').length"), 2)
 
     def test_colours_follow_the_reader(self) -> None:

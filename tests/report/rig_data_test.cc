@@ -93,5 +93,85 @@ TEST(ReadRig, NamesThePlaceOfWhatIsWrong) {
   EXPECT_THAT(complaintOf({{"kind", "rig"}, {"verdict", "good"}}), HasSubstr("rig.json: verdict"));
 }
 
+nlohmann::json documentOf(const ReportedRig& rig) {
+  const auto pose = [](const SE3& p) -> nlohmann::json {
+    const Eigen::Quaterniond& q = p.rotation.quaternion();
+    return {{"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+            {"translation_m", {p.translation.x(), p.translation.y(), p.translation.z()}}};
+  };
+  nlohmann::json document = {{"kind", "rig"},
+                             {"verdict", "trustworthy"},
+                             {"tolerance_px", 1},
+                             {"rms_px", 0.1},
+                             {"holdout_rms_px", nullptr},
+                             {"num_linked", 3},
+                             {"frames", rig.frames},
+                             {"boards", {"checkerboard:9x6:25mm"}},
+                             {"diagnoses", nlohmann::json::array()},
+                             {"created_by", "a test"}};
+  for (const ReportedRigCamera& camera : rig.cameras) {
+    nlohmann::json params;
+    for (const std::string_view name : camera.camera.parameterNames())
+      params[std::string(name)] = camera.camera.parameter(name);
+    document["cameras"].push_back({{"name", camera.name + "</script><b>"},
+                                   {"model", camera.camera.modelId()},
+                                   {"image_size", {{"width", 640}, {"height", 480}}},
+                                   {"parameters", params},
+                                   {"camera_from_rig", pose(camera.camera_from_rig)},
+                                   {"translation_std_m", {1e-3, 1e-3, 1e-3}},
+                                   {"rotation_std_rad", {1e-3, 1e-3, 1e-3}},
+                                   {"rms_px", 0.1},
+                                   {"alone_rms_px", 0.1},
+                                   {"transfer_px", 0.2}});
+  }
+  for (const ReportedPlacement& placement : rig.placements)
+    document["placements"].push_back(
+        {{"frame", placement.frame}, {"board", 0}, {"rig_from_board", pose(placement.rig_from_board)}});
+  for (const ReportedRigView& view : rig.views) {
+    nlohmann::json corners;
+    for (std::size_t i = 0; i < 4; ++i)
+      corners.push_back({{"id", view.corners[i].id},
+                         {"u", view.corners[i].pixel.x()},
+                         {"v", view.corners[i].pixel.y()},
+                         {"dx", 0.1},
+                         {"dy", 0}});
+    document["views"].push_back({{"camera", view.camera},
+                                 {"placement", view.placement},
+                                 {"image", view.image},
+                                 {"rms_px", 0.1},
+                                 {"corners", corners}});
+  }
+  return document;
+}
+
+TEST(RigPage, KeepsNamesFromBeingMarkup) {
+  const std::string page = rigPage(documentOf(sideBySide()), "rig.json");
+  EXPECT_THAT(page, testing::AllOf(HasSubstr("left&lt;/script&gt;&lt;b&gt;"),
+                                   testing::Not(HasSubstr("left</script>"))));
+  EXPECT_EQ(countOf(page, "</script>"), 2u);
+}
+
+// Every value, replaced by one of another kind, is refused with its place or of no matter; nothing crashes.
+TEST(RigPage, SurvivesSpoiledEvidence) {
+  const nlohmann::json good = documentOf(sideBySide());
+  int num_refused = 0;
+  const nlohmann::json flat = good.flatten();
+  for (const auto& [pointer, value] : flat.items()) {
+    for (const nlohmann::json& other : {nlohmann::json(-1e300), nlohmann::json("x"), nlohmann::json(nullptr),
+                                        nlohmann::json(1e9), nlohmann::json::array()}) {
+      nlohmann::json spoiled = good;
+      spoiled[nlohmann::json::json_pointer(pointer)] = other;
+      if (!isRigEvidence(spoiled)) continue;
+      try {
+        EXPECT_THAT(rigPage(spoiled, "rig.json"), HasSubstr("</html>"));
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("rig.json")) << pointer;
+        ++num_refused;
+      }
+    }
+  }
+  EXPECT_GT(num_refused, 300);
+}
+
 }  // namespace
 }  // namespace alidade

@@ -172,9 +172,10 @@ Figure coverageFigure(const ReportData& data) {
               [&](const ReportedCorner& corner) { dots += "M" + pointText(area.at(corner.pixel)) + "h0"; });
   canvas.addPath(dots, "class=\"corners\"");
   canvas.addImageFrame(area);
-  canvas.addLegend(
-      {area.box.min().x(), plot.legend_top},
-      {{"dot corner", "corner of a board"}, {"seen", "cell with corners"}, {"empty", "without"}});
+  std::vector<std::pair<std::string, std::string>> legend = {
+      {"dot corner", "corner of a board"}, {"seen", "cell with corners"}, {"empty", "without"}};
+  if (num_with_ray < cells.columns * cells.rows) legend.emplace_back("blind", "no ray");
+  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "coverage", .title = "Where corners were seen"};
   figure.reading =
       "Each dot is a corner that was used; parts of the image without dots are extrapolated, so put the "

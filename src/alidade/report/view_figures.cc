@@ -99,11 +99,18 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
         *std::ranges::max_element(outward, {}, [&](const Vector2d& o) { return inImage(o).dot(direction); });
     const Vector2d along(side.y(), side.x());
     std::vector<Vector2d> visible;
+    std::string line;
+    bool goes_on = false;  // from the last point, which was visible too
     for (int i = 0; i <= kSteps; ++i) {
       const Projection seen = seenAt(centre + half_board.cwiseProduct(side + (2.0 * i / kSteps - 1) * along));
-      if (seen.ok() && area.box.contains(area.at(seen.pixel))) visible.push_back(area.at(seen.pixel));
+      const bool is_visible = seen.ok() && area.box.contains(area.at(seen.pixel));
+      if (is_visible) {
+        visible.push_back(area.at(seen.pixel));
+        line += (goes_on ? "L" : "M") + pointText(visible.back());
+      }
+      goes_on = is_visible;
     }
-    canvas.addPath(visible.size() > 1 ? pathThrough(visible) : "", "class=\"nearer\"");
+    canvas.addPath(line, "class=\"nearer\"");
     // Outside the board if there is room, and at the border of the image for a side beyond it.
     const Vector2d half(0.5 * kWordsWidth, 9);
     Vector2d place = area.at(middle.pixel) + area.box.sizes().cwiseProduct(direction);
@@ -186,14 +193,14 @@ Figure tiltFigure(const ReportData& data) {
     num_tilted += totalTilt(view.right_nearer_rad, view.lower_nearer_rad) > kMostRad / 5 ? 1 : 0;
     canvas.addCircle(at(view.right_nearer_rad, view.lower_nearer_rad), 4, "class=\"view\"");
   }
+  for (const double degrees : {15, 30, 45, 60, 75}) {
+    const double radius = kRadius * degrees / kDegreesPerRad / kMostRad;
+    canvas.addText(middle + radius * Vector2d(0.4, -0.9165) + Vector2d(2, -2),
+                   fmt::format("{:.0f}°", degrees), "start", "class=\"tick halo\"");
+  }
   if (data.next_view)
     canvas.addPath(starPath(at(data.next_view->right_nearer_rad, data.next_view->lower_nearer_rad), 9),
                    "class=\"next\"");
-  for (const double degrees : {15, 30, 45, 60, 75}) {
-    const double radius = kRadius * degrees / kDegreesPerRad / kMostRad;
-    canvas.addText(middle + radius * Vector2d(0.7071, -0.7071) + Vector2d(2, -2),
-                   fmt::format("{:.0f}°", degrees), "start", "class=\"tick halo\"");
-  }
   canvas.addText(middle + Vector2d(kRadius + 6, 4), "right nearer", "start", "class=\"axis\"");
   canvas.addText(middle + Vector2d(-kRadius - 6, 4), "left nearer", "end", "class=\"axis\"");
   canvas.addText(middle + Vector2d(0, -kRadius - 8), "upper side nearer", "middle", "class=\"axis\"");
