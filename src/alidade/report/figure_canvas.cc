@@ -89,7 +89,9 @@ std::vector<double> roundTicks(double low, double high, int most) {
 }
 
 std::string arrowPath(const Vector2d& from, const Vector2d& along) {
+  constexpr double kLeastSeen = 0.2;
   const double length = along.norm();
+  if (!(length > kLeastSeen)) return "";
   const Vector2d to = from + along;
   std::string d = pathThrough({from, to});
   if (length < 3) return d;

@@ -33,7 +33,7 @@ struct Figure {
 /// A path through the points: "M0,0 L1,2 ".
 [[nodiscard]] std::string pathThrough(const std::vector<Eigen::Vector2d>& points, bool is_closed = false);
 
-/// An arrow; a short one has no head.
+/// An arrow; a short one has no head, and one that could not be seen is left out.
 [[nodiscard]] std::string arrowPath(const Eigen::Vector2d& from, const Eigen::Vector2d& along);
 /// A star with five points.
 [[nodiscard]] std::string starPath(const Eigen::Vector2d& middle, double radius);
