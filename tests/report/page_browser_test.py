@@ -94,6 +94,7 @@ class PageTest(unittest.TestCase):
         self.assertEqual(self.run_js("document.querySelectorAll('#viewer-drawing image').length"), 1)
         self.assertGreater(self.run_js("document.querySelector('#viewer-drawing .detected').getBBox().width"), 50)
         self.assertGreater(self.run_js("document.querySelector('#viewer-drawing .projected').getBBox().width"), 50)
+        self.assertEqual(self.run_js("document.getElementById('viewer-times').value"), "200")
         self.run_js("document.getElementById('viewer-close').click()")
         self.assertFalse(self.run_js("document.getElementById('viewer').open"))
         self.run_js("document.querySelector('rect[data-view]').dispatchEvent(new MouseEvent('click', {bubbles: true}))")

@@ -143,19 +143,15 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
 
 constexpr std::string_view kViewer =
     "<dialog id=\"viewer\" aria-labelledby=\"viewer-name\"><div class=\"viewer\"><header><h3 "
-    "id=\"viewer-name\"></h3>"
-    "<label>Errors drawn <select id=\"viewer-times\"><option value=\"1\">true to scale</option><option "
-    "value=\"10\" "
-    "selected>10 times longer</option><option value=\"50\">50 times longer</option><option value=\"200\">200 "
-    "times "
-    "longer</option></select></label>"
-    "<button class=\"plain\" id=\"viewer-before\" type=\"button\" aria-label=\"Previous view\">←</button>"
-    "<button class=\"plain\" id=\"viewer-after\" type=\"button\" aria-label=\"Next view\">→</button>"
-    "<button class=\"plain\" id=\"viewer-close\" autofocus type=\"button\">Close</button></header>"
-    "<svg id=\"viewer-drawing\" role=\"img\" aria-labelledby=\"viewer-words\" viewBox=\"-0.5 -0.5 WIDTH "
-    "HEIGHT\"></svg>"
-    "<footer><span id=\"viewer-words\"></span><span>circle: detected; cross: "
-    "projected</span></footer></div></dialog>\n";
+    "id=\"viewer-name\"></h3><label>Errors drawn <select id=\"viewer-times\"><option value=\"1\">true to "
+    "scale</option><option value=\"10\">10 times longer</option><option value=\"50\">50 times "
+    "longer</option><option value=\"200\">200 times longer</option></select></label><span "
+    "class=\"controls\"><button class=\"plain\" id=\"viewer-before\" type=\"button\" aria-label=\"Previous "
+    "view\">←</button><button class=\"plain\" id=\"viewer-after\" type=\"button\" aria-label=\"Next "
+    "view\">→</button><button class=\"plain\" id=\"viewer-close\" autofocus "
+    "type=\"button\">Close</button></span></header><svg id=\"viewer-drawing\" role=\"img\" "
+    "aria-labelledby=\"viewer-words\" viewBox=\"-0.5 -0.5 WIDTH HEIGHT\"></svg><footer><span "
+    "id=\"viewer-words\"></span><span>circle: detected; cross: projected</span></footer></div></dialog>\n";
 
 std::string detailsHtml(const ReportData& data, const json& evidence) {
   std::string html;

@@ -21,7 +21,9 @@
   const drawView = () => {
     const view = views[shown];
     const drawing = byId('viewer-drawing');
-    const unit = Math.max(size.width, size.height) / 400;
+    // A unit of about 2 px on the screen, however large the image is drawn.
+    const box = drawing.getBoundingClientRect();
+    const unit = 2 * Math.max(size.width / (box.width || 800), size.height / (box.height || 600));
     const times = Number(byId('viewer-times').value);
     drawing.replaceChildren();
     const picture = document.querySelector(`.thumb[data-view="${shown}"] img`);
@@ -46,8 +48,8 @@
   };
   const show = (index) => {
     shown = (index + views.length) % views.length;
-    drawView();
     if (!dialog.open) dialog.showModal();
+    drawView();
   };
   if (dialog) {
     document.addEventListener('click', (event) => {
@@ -59,6 +61,11 @@
     byId('viewer-before').addEventListener('click', () => show(shown - 1));
     byId('viewer-after').addEventListener('click', () => show(shown + 1));
     byId('viewer-close').addEventListener('click', () => dialog.close());
+    // Errors are drawn as long as they can be without hiding the board.
+    const longest = 0.03 * Math.max(size.width, size.height);
+    const times = byId('viewer-times');
+    times.value = [...times.options].map((o) => o.value).reverse().find((t) => t * evidence.rms_px <= longest) || '1';
+    addEventListener('resize', () => { if (dialog.open) drawView(); });
     byId('viewer-times').addEventListener('change', drawView);
     dialog.addEventListener('click', (event) => { if (event.target === dialog) dialog.close(); });
     dialog.addEventListener('keydown', (event) => {
