@@ -108,6 +108,25 @@ std::string modelsHtml(const ReportData& data) {
          "used for the fit: a larger model that does not lower it only fits noise.</figcaption></figure>\n";
 }
 
+// How many bytes all names begin with alike, if they are so many that the rest could hardly be seen; 0 if
+// not.
+std::size_t sharedPrefix(const std::vector<ReportedView>& views) {
+  constexpr std::size_t kLong = 12;
+  if (views.size() < 2) return 0;
+  const std::string& name = views.front().image;
+  std::size_t length = name.size();
+  for (const ReportedView& view : views) {
+    const auto differs = std::ranges::mismatch(view.image, name);
+    length = std::min(length, static_cast<std::size_t>(differs.in1 - view.image.begin()));
+  }
+  // UTF-8 characters stay whole, and numbers too.
+  const auto isWithin = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
+  const auto isDigit = [](char c) { return c >= '0' && c <= '9'; };
+  while (length > 0 && length < name.size() && (isWithin(name[length]) || isDigit(name[length - 1])))
+    --length;
+  return length >= kLong ? length : 0;
+}
+
 // Buttons with pictures, the largest error first.
 std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures) {
   std::vector<std::size_t> order(data.views.size());
@@ -121,6 +140,7 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
       "(crosses).</figcaption><div class=\"sheet-of-views\">\n";
   constexpr std::size_t kFew = 18;  // are all shown
   const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
+  const std::size_t num_alike = sharedPrefix(data.views);
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i == num_shown)
       html += fmt::format("</div><details><summary>{} more views</summary><div class=\"sheet-of-views\">\n",
@@ -135,8 +155,10 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
     html += pictures[v].empty() ? cornersPicture(data, view)
                                 : fmt::format("<img alt=\"\" width=\"{}\" height=\"{}\" src=\"{}\">",
                                               data.size.width, data.size.height, pictures[v]);
+    const std::string shown =
+        num_alike > 0 ? "…" + escapedMarkup(std::string_view(view.image).substr(num_alike)) : name;
     html +=
-        fmt::format("<span class=\"name\">{}</span><span class=\"error\">{}</span></button>\n", name, words);
+        fmt::format("<span class=\"name\">{}</span><span class=\"error\">{}</span></button>\n", shown, words);
   }
   return html + (order.size() > num_shown ? "</div></details></figure>\n" : "</div></figure>\n");
 }

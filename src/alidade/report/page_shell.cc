@@ -71,9 +71,11 @@ std::string numbersHtml(const std::vector<PageNumber>& numbers) {
 }
 
 std::string figureHtml(const Figure& figure) {
+  // Wide drawings scroll where the page is narrow.
   return fmt::format(
-      "<figure id=\"{}\"{}><h3>{}</h3>\n{}<figcaption class=\"reading\">{}</figcaption></figure>\n",
-      figure.id, figure.is_wide ? " class=\"wide\"" : "", escapedMarkup(figure.title), figure.svg,
+      "<figure id=\"{}\"{}><h3>{}</h3>\n{}{}{}<figcaption class=\"reading\">{}</figcaption></figure>\n",
+      figure.id, figure.is_wide ? " class=\"wide\"" : "", escapedMarkup(figure.title),
+      figure.is_wide ? "<div class=\"scroll\">" : "", figure.svg, figure.is_wide ? "</div>" : "",
       escapedMarkup(figure.reading));
 }
 
