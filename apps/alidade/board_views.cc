@@ -181,7 +181,8 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
                    .reasons = reasonLines(stage.surveys),
                    .notes = std::move(stage.notes),
                    .views = stage.views(),
-                   .images = mapped(stage.surveys.front().outcomes, &ImageOutcome::image)};
+                   .images = mapped(stage.surveys.front().outcomes, &ImageOutcome::image),
+                   .paths = stage.surveys.front().paths};
   for (const BoardSurvey& survey : stage.surveys) {
     const std::string measures = measuresText(survey);
     if (!measures.empty())

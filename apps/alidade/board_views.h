@@ -73,6 +73,7 @@ struct GivenViews {
   std::vector<std::string> notes;
   std::vector<View> views;          ///< of one image size
   std::vector<std::string> images;  ///< all that were searched for boards; none for corners files
+  std::vector<std::string> paths;   ///< of these images
 };
 
 /// True for the name of a corners file.

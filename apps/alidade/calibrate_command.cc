@@ -2,8 +2,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -23,7 +25,9 @@
 #include "board_views.h"
 #include "calibration_output.h"
 #include "console.h"
+#include "coverage_picture.h"
 #include "options.h"
+#include "report_output.h"
 
 namespace alidade {
 namespace {
@@ -80,6 +84,9 @@ class CalibrateCommand final : public Command {
     app.add_option("--evidence", evidence_,
                    "JSON file to write: everything that --json prints, the errors of all corners and the "
                    "effective settings");
+    app.add_option("--report", report_,
+                   "HTML page to write: the verdict and its reasons in figures, in one file that needs no "
+                   "network");
     app.add_option("--tolerance", tolerance_,
                    "Error of a projected point that you accept (95 %). The verdict and the severity of "
                    "warnings depend on it")
@@ -115,6 +122,7 @@ class CalibrateCommand final : public Command {
     checkOutput(output_, sources, common_);
     checkFurtherOutput("--next-view", next_view_, "next.svg", sources);
     checkFurtherOutput("--evidence", evidence_, "evidence.json", sources);
+    checkFurtherOutput("--report", report_, "page.html", sources);
     CalibratorOptions options = calibratorOptions();
     options.cancel = catchInterrupts();
     const GivenViews given = readViews({.command = "calibrate",
@@ -147,14 +155,14 @@ class CalibrateCommand final : public Command {
     const bool is_kept = is_good || keep_untrustworthy_;
     const CameraRecord file = recordOf(result, {.created_by = programName(), .name = name_});
     const bool to_stdout = output_ == "-";
-    if (!evidence_.empty())
-      writeFileAtomically(evidence_, evidenceJson(result, given, advice, effectiveSettings(app)));
+    writeEvidence(result, given, advice, app);
     if (!output_.empty() && !to_stdout && is_kept) saveCamera(output_, file, format_);
 
     const auto summary = [&](bool is_terminal) {
       const SummaryStyle style{.tolerance_px = options.tolerance_px,
                                .is_coloured = is_terminal && std::getenv("NO_COLOR") == nullptr};
       return summaryText(result, given, advice, style) +
+             (is_terminal ? coveragePicture(advice.coverage) : "") +
              (is_verbose_ ? "\n" + detailsText(result, given, advice) : "");
     };
     if (common_.json) {
@@ -165,6 +173,7 @@ class CalibrateCommand final : public Command {
     } else if (!common_.quiet) {
       printResult(summary(isatty(STDOUT_FILENO) != 0));
     }
+    if (!report_.empty() && !common_.quiet) printMessage("report written to " + report_);
     if (!is_good) {
       printRefusal("the camera must not be used: " + result.diagnoses.front().cause, output_, is_kept);
       return kUntrustworthyExit;
@@ -200,6 +209,18 @@ class CalibrateCommand final : public Command {
     return options;
   }
 
+  // The evidence file and the report, as far as they are asked for.
+  void writeEvidence(const Calibration& result, const GivenViews& given, const Advice& advice,
+                     const CLI::App& app) const {
+    if (evidence_.empty() && report_.empty()) return;
+    const std::string evidence =
+        evidenceJson(result, given, advice, effectiveSettings(app), *parsePixels(tolerance_));
+    if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
+    if (!report_.empty())
+      writeReport(report_, evidence, evidence_,
+                  {.image_of = imagesByName(given.images, given.paths), .num_jobs = common_.jobs});
+  }
+
   // So that the format can hold the camera that is found.
   void restrictTo(const CameraFormat& format, CalibratorOptions& options) const {
     if (format.id == cameraFormats().front()->id) return;
@@ -230,14 +251,18 @@ class CalibrateCommand final : public Command {
   void checkFurtherOutput(const std::string& flag, const std::string& path, const char* example,
                           const std::vector<std::string>& sources) const {
     if (path.empty()) return;
-    const auto isSame = [&path](const std::string& other) {
-      return !other.empty() && writtenPath(path) == writtenPath(other);
-    };
-    if (path == "-" || isSame(output_) || (&path != &next_view_ && isSame(next_view_))) {
+    // Those that were checked before this one.
+    const std::array<std::pair<const char*, const std::string*>, 3> others = {
+        {{"--output", &output_}, {"--next-view", &next_view_}, {"--evidence", &evidence_}}};
+    std::string found = path == "-" ? "standard output, which is used for the results" : "";
+    for (const auto& [name, other] : others) {
+      if (other == &path) break;
+      if (found.empty() && !other->empty() && writtenPath(path) == writtenPath(*other))
+        found = "the same file as " + std::string(name);
+    }
+    if (!found.empty()) {
       throw usageError({.where = flag + " " + path,
-                        .found = path == "-"       ? "standard output, which is used for the results"
-                                 : isSame(output_) ? "the same file as --output"
-                                                   : "the same file as --next-view",
+                        .found = found,
                         .expected = "a different file, for example " + std::string(example)});
     }
     checkOutput(path, sources, common_, flag);
@@ -261,6 +286,7 @@ class CalibrateCommand final : public Command {
   std::string target_sigma_;
   std::string next_view_;
   std::string evidence_;
+  std::string report_;
   CameraName name_;
   bool keep_untrustworthy_ = false;
 };

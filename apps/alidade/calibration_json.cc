@@ -3,6 +3,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/record/camera_record.h"
 #include "calibration_output.h"
+#include "console.h"
 #include "json_output.h"
 
 namespace alidade {
@@ -227,7 +228,7 @@ json otherOptimaJson(const Calibration& result) {
   return other_optima;
 }
 
-json nextViewJson(const Guidance& guidance) {
+json nextViewJson(const Guidance& guidance, ImageSize size) {
   if (!guidance.next) return nullptr;
   const NextView& next = *guidance.next;
   const Eigen::Vector2d& middle = next.sighting.middle_px;
@@ -239,7 +240,8 @@ json nextViewJson(const Guidance& guidance) {
                {"fill", next.fill},
                {"whole_board", next.is_whole},
                {"tilt", next.sighting.tilt},
-               {"camera_from_board", next.camera_from_board}};
+               {"camera_from_board", next.camera_from_board},
+               {"text", shortNextViewText(guidance, size)}};
   if (guidance.is_chosen) view["board"] = guidance.board.spec();
   return view;
 }
@@ -358,7 +360,7 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
       {"views", viewsJson(result)},
       {"notes", given.notes},
       {"coverage", advice.coverage},
-      {"next_view", nextViewJson(advice.guidance)},
+      {"next_view", nextViewJson(advice.guidance, result.imageSize())},
       {"target", targetJson(advice.guidance)},
   });
   document["coverage"]["views"] = withBoards(result, advice.coverage.views);
@@ -372,7 +374,7 @@ std::string summaryJson(const Calibration& result, const GivenViews& given, cons
 }
 
 std::string evidenceJson(const Calibration& result, const GivenViews& given, const Advice& advice,
-                         const std::vector<Setting>& settings) {
+                         const std::vector<Setting>& settings, double tolerance_px) {
   json document = documentOf(result, given, advice);
   for (std::size_t v = 0; v < result.fit.views.size(); ++v) {
     const FitView& view = result.fit.views[v];
@@ -388,6 +390,8 @@ std::string evidenceJson(const Calibration& result, const GivenViews& given, con
   }
   document["settings"] = json::object();
   for (const auto& [name, values] : settings) document["settings"][name] = values;
+  document["tolerance_px"] = tolerance_px;
+  document["created_by"] = programName();
   return jsonText(document);
 }
 

@@ -41,6 +41,7 @@ struct SummaryStyle {
 
 /// The same with the effective settings and the errors of all corners.
 [[nodiscard]] std::string evidenceJson(const Calibration& result, const GivenViews& given,
-                                       const Advice& advice, const std::vector<Setting>& settings);
+                                       const Advice& advice, const std::vector<Setting>& settings,
+                                       double tolerance_px);
 
 }  // namespace alidade

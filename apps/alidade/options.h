@@ -54,6 +54,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeDiffCommand();
 [[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
+[[nodiscard]] std::unique_ptr<Command> makeReportCommand();
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigValidateCommand();

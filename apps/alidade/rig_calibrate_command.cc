@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -16,6 +17,7 @@
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
+#include "report_output.h"
 #include "rig_inputs.h"
 
 namespace alidade {
@@ -79,7 +81,7 @@ json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) 
   return list;
 }
 
-std::string jsonOf(const RigCalibration& rig) {
+json documentOfRig(const RigCalibration& rig) {
   json cameras = json::array();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
@@ -106,18 +108,56 @@ std::string jsonOf(const RigCalibration& rig) {
                        {"effect_px", motion.effect_px},
                        {"num_views_after", motion.num_after}});
   }
-  return jsonText({{"verdict", verdictName(rig.verdict())},
-                   {"rms_px", rms(rig.fit)},
-                   {"num_frames", rig.frames.size()},
-                   {"num_linked", rig.num_linked},
-                   {"num_renumbered", rig.num_renumbered},
-                   {"holdout_rms_px", rig.holdout.rms_px},
-                   {"time_spread", rig.time_spread},
-                   {"unlinked", imagesJson(rig, rig.unlinked)},
-                   {"unmatched", imagesJson(rig, rig.unmatched)},
-                   {"motions", std::move(motions)},
-                   {"cameras", std::move(cameras)},
-                   {"diagnoses", rig.diagnoses}});
+  return {{"verdict", verdictName(rig.verdict())},
+          {"rms_px", rms(rig.fit)},
+          {"num_frames", rig.frames.size()},
+          {"num_linked", rig.num_linked},
+          {"num_renumbered", rig.num_renumbered},
+          {"holdout_rms_px", rig.holdout.rms_px},
+          {"time_spread", rig.time_spread},
+          {"unlinked", imagesJson(rig, rig.unlinked)},
+          {"unmatched", imagesJson(rig, rig.unmatched)},
+          {"motions", std::move(motions)},
+          {"cameras", std::move(cameras)},
+          {"diagnoses", rig.diagnoses}};
+}
+
+// The same with boards, frames and the errors of all corners.
+json evidenceOfRig(const RigCalibration& rig, double tolerance_px) {
+  json document = documentOfRig(rig);
+  document["kind"] = "rig";
+  document["tolerance_px"] = tolerance_px;
+  document["created_by"] = programName();
+  document["frames"] = rig.frames;
+  json& boards = document["boards"] = json::array();
+  for (const FitBoard& board : rig.fit.boards) boards.push_back(board.target.spec());
+  json& placements = document["placements"] = json::array();
+  for (const FitPlacement& placement : rig.fit.placements) {
+    placements.push_back({{"frame", placement.frame},
+                          {"board", placement.board},
+                          {"rig_from_board", placement.rig_from_board}});
+  }
+  json& views = document["views"] = json::array();
+  for (const FitView& view : rig.fit.views) {
+    json corners = json::array();
+    double sum = 0;
+    for (std::size_t i = 0; i < view.corners.size(); ++i) {
+      const Observation& corner = view.corners[i];
+      sum += view.errors[i].squaredNorm();
+      corners.push_back({{"id", corner.id},
+                         {"u", corner.pixel.x()},
+                         {"v", corner.pixel.y()},
+                         {"dx", view.errors[i].x()},
+                         {"dy", view.errors[i].y()}});
+    }
+    const auto count = static_cast<double>(std::max<std::size_t>(1, view.corners.size()));
+    views.push_back({{"camera", view.camera},
+                     {"placement", view.placement},
+                     {"image", view.image},
+                     {"rms_px", std::sqrt(sum / count)},
+                     {"corners", std::move(corners)}});
+  }
+  return document;
 }
 
 class RigCalibrateCommand final : public Command {
@@ -148,6 +188,8 @@ class RigCalibrateCommand final : public Command {
         ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
         ->capture_default_str();
     app.add_option("-o,--output", output_, "Rig file to write (YAML)");
+    app.add_option("--evidence", evidence_, "JSON file to write: all results with the errors of all corners");
+    app.add_option("--report", report_, "HTML page to write: the rig and its errors in figures, in one file");
     app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
         ->check(pixelComplaint, "")
         ->capture_default_str();
@@ -164,6 +206,7 @@ class RigCalibrateCommand final : public Command {
     sources.push_back(common_.config);
     for (const std::string& file : fixed_) sources.push_back(cameraFilePath(file));
     checkOutput(output_, sources, common_);
+    checkFurtherOutputs(sources);
     RigOptions options{.camera = {.tolerance_px = *parsePixels(tolerance_), .jobs = common_.jobs},
                        .models = {}};
     options.camera.cancel = catchInterrupts();
@@ -183,8 +226,9 @@ class RigCalibrateCommand final : public Command {
     const RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
     const bool is_kept = rig.isUsable() || keep_;
     if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(recordOf(rig, programName())));
+    writeEvidence(rig, options.camera.tolerance_px);
     if (common_.json) {
-      printResult(jsonOf(rig));
+      printResult(jsonText(documentOfRig(rig)));
     } else if (!common_.quiet) {
       printResult(summaryOf(rig));
     }
@@ -198,6 +242,34 @@ class RigCalibrateCommand final : public Command {
   }
 
  private:
+  void checkFurtherOutputs(const std::vector<std::string>& sources) const {
+    std::vector<std::string> taken = {output_};
+    for (const auto& [flag, path] : {std::pair("--evidence", evidence_), std::pair("--report", report_)}) {
+      if (path.empty()) continue;
+      const bool is_taken = std::ranges::any_of(taken, [&](const std::string& other) {
+        return !other.empty() && writtenPath(other) == writtenPath(path);
+      });
+      if (path == "-" || is_taken) {
+        throw usageError({.where = fmt::format("{} {}", flag, path),
+                          .found = path == "-" ? "standard output, which is used for the results"
+                                               : "the same file as another output",
+                          .expected = "a different file"});
+      }
+      checkOutput(path, sources, common_, flag);
+      taken.push_back(path);
+    }
+  }
+
+  // The evidence file and the report, as far as they are asked for.
+  void writeEvidence(const RigCalibration& rig, double tolerance_px) const {
+    if (evidence_.empty() && report_.empty()) return;
+    const std::string evidence = jsonText(evidenceOfRig(rig, tolerance_px));
+    if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
+    if (report_.empty()) return;
+    writeReport(report_, evidence, evidence_, {});
+    if (!common_.quiet) printMessage("report written to " + report_);
+  }
+
   std::vector<std::optional<CameraRecord>> givenCameras() const {
     if (!fixed_.empty() && fixed_.size() != views_.inputs.size()) {
       throw usageError({.where = "--fixed",
@@ -214,6 +286,8 @@ class RigCalibrateCommand final : public Command {
   std::string shape_ = "auto";
   std::vector<std::string> fixed_;
   std::string output_;
+  std::string evidence_;
+  std::string report_;
   std::string tolerance_ = "1px";
   bool keep_ = false;
 };

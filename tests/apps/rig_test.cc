@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <regex>
 
 #include <nlohmann/json.hpp>
@@ -59,6 +60,33 @@ TEST_F(RigCalibrate, WritesOneJsonDocument) {
   EXPECT_EQ(json.at("cameras").at(1).at("name"), "b");
   EXPECT_EQ(json.at("num_linked"), 12);
   EXPECT_LT(json.at("rms_px").get<double>(), 0.1);
+}
+
+TEST_F(RigCalibrate, WritesAReport) {
+  const std::string page = scratch_.path("page.html");
+  const std::string evidence = scratch_.path("evidence.json");
+  ASSERT_THAT(calibrate({"--model", "radtan", "--report", page, "--evidence", evidence}), EndsWith(0));
+  const auto document = nlohmann::json::parse(readFile(evidence));
+  EXPECT_EQ(document.at("views").size(), 24u);
+  const std::string html = readFile(page);
+  EXPECT_THAT(html, AllOf(HasSubstr("Rig of 2 cameras"), HasSubstr("id=\"scene\""),
+                          HasSubstr("id=\"frame-errors\"")));
+  // The cells of the figure have the RMS of the fit.
+  const std::string figure = html.substr(html.find("<figure id=\"frame-errors\""));
+  const std::regex cell("data-count=\"(\\d+)\" data-rms=\"([-0-9.e]+)\"");
+  double sum = 0;
+  double count = 0;
+  for (std::sregex_iterator it(figure.begin(), figure.end(), cell), end; it != end; ++it) {
+    sum += std::stod((*it)[1]) * std::pow(std::stod((*it)[2]), 2);
+    count += std::stod((*it)[1]);
+  }
+  EXPECT_EQ(count, 2 * 12 * 54);
+  EXPECT_NEAR(std::sqrt(sum / count), document.at("rms_px").get<double>(), 1e-8);
+  ASSERT_THAT(runAlidade({"report", evidence, "-o", scratch_.path("again.html")}), EndsWith(0));
+  EXPECT_TRUE(scratch_.read("again.html") == html);
+  EXPECT_THAT(runAlidade({"report", evidence, "-o", page, "--images", dataPath("images")}),
+              FailsWith(2, HasSubstr("--images")));
+  EXPECT_THAT(calibrate({"--report", page, "--evidence", page}), FailsWith(2, HasSubstr("the same file")));
 }
 
 TEST_F(RigCalibrate, MatchesImagesByATable) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <filesystem>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -65,6 +66,17 @@ TEST(Summary, JudgesByTheTolerance) {
   EXPECT_THAT(verdictFor("0.0005px"), HasSubstr("rejected"));
   EXPECT_THAT(runAlidade({"calibrate", dataPath("images"), "--board", kBoard, "--tolerance", "-1"}),
               FailsWith(2, HasSubstr("--tolerance")));
+}
+
+// Only for people: what goes to a file or another program is text alone.
+TEST(Summary, DrawsTheCoverageOnATerminal) {
+  const std::string terminal = "/usr/bin/script";
+  if (!std::filesystem::exists(terminal)) GTEST_SKIP() << "no program that provides a terminal";
+  const std::string command = fmt::format("{} calibrate {}", ALIDADE_BINARY, dataPath("corners.csv"));
+  const RunResult shown = runProgram(terminal, {"-qec", command, "/dev/null"});
+  EXPECT_THAT(shown, EndsWith(0));
+  EXPECT_THAT(shown.out, testing::AllOf(HasSubstr("Seen      "), HasSubstr("██"), HasSubstr("··")));
+  EXPECT_THAT(runAlidade({"calibrate", dataPath("corners.csv")}).out, testing::Not(HasSubstr("Seen")));
 }
 
 }  // namespace

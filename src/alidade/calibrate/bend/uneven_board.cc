@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/bend/uneven_board.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 #include <vector>
+
+#include <Eigen/Cholesky>
 
 #include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/errors.h"
@@ -30,6 +33,33 @@ std::vector<std::size_t> allBoards(const Fit& fit) {
   return boards;
 }
 
+// The share of the offsets' squares that a polynomial of second degree over the board explains.
+double smoothShare(const FitBoard& board) {
+  constexpr Eigen::Index kTerms = 6;
+  const auto count = static_cast<Eigen::Index>(board.shape.offsets_m.size());
+  Eigen::MatrixXd terms(count, kTerms);
+  Eigen::MatrixXd offsets(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Vector3d p = board.target.corner(static_cast<int>(i)) - board.target.middle();
+    const double x = p.x() / board.target.middle().x();
+    const double y = p.y() / board.target.middle().y();
+    terms.row(i) << 1, x, y, x * x, x * y, y * y;
+    offsets.row(i) = board.shape.offsets_m[static_cast<std::size_t>(i)];
+  }
+  const Eigen::MatrixXd normal = terms.transpose() * terms;
+  const Eigen::MatrixXd rest = offsets - terms * normal.ldlt().solve(terms.transpose() * offsets);
+  return 1 - rest.squaredNorm() / offsets.squaredNorm();
+}
+
+// Squares that are stretched, graded or twisted as a whole are no unevenness: points that scatter independently
+// would explain them with too small an uncertainty. Tests of their own name them.
+bool areSmooth(const Fit& fit) {
+  constexpr double kSmooth = 0.6;
+  return std::ranges::all_of(fit.boards, [](const FitBoard& board) {
+    return !board.isUneven() || smoothShare(board) > kSmooth;
+  });
+}
+
 // The fit with offsets if the views bear them out.
 std::optional<Fit> ifBorneOut(const Fit& even, UnevenReport& report, const CancelFlag* cancel) {
   const Fit started = startedUneven(even, testableBoards(even));
@@ -37,7 +67,7 @@ std::optional<Fit> ifBorneOut(const Fit& even, UnevenReport& report, const Cance
   if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
     return std::nullopt;
   auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
-  if (!fit || !isAnyUneven(*fit)) return std::nullopt;
+  if (!fit || areSmooth(*fit)) return std::nullopt;
   const auto larger = betterModel(even, cancel);
   if (larger && larger->rms_px < weightedRms(*fit)) return std::nullopt;
   const auto of_even = heldOutErrors(even, cancel);

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/report/page.h"
+#include "pending_folder.h"
+
+namespace alidade {
+
+/// Reads the images of a report by the names that the evidence has for them, in which bytes that are not
+/// UTF-8 are replaced. An image that cannot be read has no picture.
+/// @param names  of the images in messages and results
+/// @param paths  of their files, one per name
+[[nodiscard]] ImageOfView imagesByName(const std::vector<std::string>& names,
+                                       const std::vector<std::string>& paths);
+
+/// Writes the figures of an evidence document into a folder, as SVG files. Otherwise like writeReport().
+void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
+                  const PageOptions& options);
+
+/// Writes the report page of an evidence document.
+/// @param evidence       the document's text
+/// @param evidence_file  its name for messages; may be empty
+/// @throws Error (kInput) for a document that is not the evidence of a calibration, and when the page cannot
+/// be written
+void writeReport(const std::string& path, const std::string& evidence, const std::string& evidence_file,
+                 const PageOptions& options);
+
+}  // namespace alidade

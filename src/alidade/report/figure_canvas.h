@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "alidade/core/image.h"
+
+namespace alidade {
+
+/// A figure of the report page: a drawing and the words around it.
+struct Figure {
+  std::string id = {};       ///< of the element, and the name of its file: "accuracy"
+  std::string title = {};    ///< a few words
+  std::string reading = {};  ///< a sentence on how to read it
+  std::string alt = {};      ///< what it shows, with its numbers, for readers who cannot see it
+  std::string svg = {};      ///< an <svg> element whose colours come from the page's style sheet
+  bool is_wide = false;      ///< takes the whole width of the page
+};
+
+/// `text` for HTML and XML, in an element or in an attribute in double quotes.
+[[nodiscard]] std::string escapedMarkup(std::string_view text);
+
+/// A coordinate: at most two decimals, without trailing zeros.
+[[nodiscard]] std::string coordinate(double value);
+/// "12.3,4 " as paths have it.
+[[nodiscard]] std::string pointText(const Eigen::Vector2d& point);
+/// A path through the points: "M0,0 L1,2 ".
+[[nodiscard]] std::string pathThrough(const std::vector<Eigen::Vector2d>& points, bool is_closed = false);
+
+/// An arrow; a short one has no head, and one that could not be seen is left out.
+[[nodiscard]] std::string arrowPath(const Eigen::Vector2d& from, const Eigen::Vector2d& along);
+/// A star with five points.
+[[nodiscard]] std::string starPath(const Eigen::Vector2d& middle, double radius);
+
+/// Round values for marks between low and high, at most `most` of them.
+[[nodiscard]] std::vector<double> roundTicks(double low, double high, int most);
+/// A value of 1, 2 or 5 times a power of ten, not above `value`. @pre positive
+[[nodiscard]] double roundBelow(double value);
+/// As few digits as show the value to three of them, without an exponent; "unknown" for NaN.
+[[nodiscard]] std::string shortNumber(double value);
+/// Two digits, as for what is uncertain; "unknown" for what is not finite.
+[[nodiscard]] std::string twoDigits(double value);
+
+/// A part of a drawing with coordinates of its own.
+struct PlotArea {
+  Eigen::AlignedBox2d box;     ///< in the drawing; y downwards
+  Eigen::Vector2d low{0, 0};   ///< values at its left and upper edge for images, lower edge for charts
+  Eigen::Vector2d high{1, 1};  ///< at the opposite edges
+  bool is_upward = true;       ///< values of y grow upwards
+
+  [[nodiscard]] Eigen::Vector2d at(double x, double y) const;
+  [[nodiscard]] Eigen::Vector2d at(const Eigen::Vector2d& value) const { return at(value.x(), value.y()); }
+  /// Length in the drawing of one unit of x.
+  [[nodiscard]] double scale() const { return box.sizes().x() / (high.x() - low.x()); }
+};
+
+/// A drawing of the report in units in which text is kTextSize high. Colours and fonts are classes of
+/// assets/figure.css, so that one drawing suits bright and dark pages, and print.
+class FigureCanvas {
+ public:
+  static constexpr double kWidth = 440;
+  static constexpr double kTextSize = 11;
+
+  explicit FigureCanvas(double height, double width = kWidth) : width_(width), height_(height) {}
+
+  [[nodiscard]] double width() const { return width_; }
+  [[nodiscard]] double height() const { return height_; }
+
+  /// @param attributes  as they stand in the element: class="dots"
+  void open(std::string_view attributes);
+  void close();
+  void addPath(const std::string& d, std::string_view attributes);
+  void addLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, std::string_view attributes);
+  void addRect(const Eigen::Vector2d& low, const Eigen::Vector2d& high, std::string_view attributes);
+  void addCircle(const Eigen::Vector2d& at, double radius, std::string_view attributes);
+  /// @param anchor  start, middle or end
+  void addText(const Eigen::Vector2d& at, std::string_view text, std::string_view anchor = "middle",
+               std::string_view attributes = "");
+  /// SVG as it stands.
+  void addRaw(std::string_view svg) { svg_ += svg; }
+
+  /// Frame, marks with their values, and names of both axes.
+  void addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name);
+  /// Frame and marks in pixels of an image.
+  void addImageFrame(const PlotArea& area);
+  /// Rows of swatches with words; the drawing becomes high enough for them.
+  void addLegend(const Eigen::Vector2d& at,
+                 const std::vector<std::pair<std::string, std::string>>& class_and_words);
+
+  /// The element. @param alt  what it shows, for readers who cannot see it
+  [[nodiscard]] std::string svg(std::string_view alt, std::string_view attributes = "") const;
+
+ private:
+  double width_;
+  double height_;
+  std::string svg_;
+};
+
+/// The largest area with an image's shape in a drawing, with room for marks, and where a legend begins.
+struct ImagePlot {
+  PlotArea area;
+  double legend_top = 0;
+};
+[[nodiscard]] ImagePlot imagePlot(const ImageSize& size);
+
+}  // namespace alidade

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "alidade/core/diagnosis.h"
+#include "alidade/report/figure_canvas.h"
+
+namespace alidade {
+
+// What all report pages have in common: a verdict on top, figures in sections, the evidence inside.
+
+struct PageSection {
+  std::string id;
+  std::string title;
+  std::vector<Figure> figures = {};
+  std::string more = {};  ///< HTML after the figures
+};
+
+/// A number that matters, for the top of the page.
+struct PageNumber {
+  std::string name;
+  std::string value;
+  std::string more;  ///< in small letters
+};
+
+/// Texts are plain unless they say that they are HTML.
+struct PageContent {
+  std::string title;
+  std::string subtitle = {};
+  std::string subject;  ///< of the verdict: "camera"
+  Verdict verdict = Verdict::kNo;
+  std::string sentence;  ///< what can be expected
+  std::vector<Diagnosis> findings;
+  std::vector<std::string> names = {};  ///< with which findings may begin, and which keep their letters
+  std::string next_text = {};           ///< the photograph to take next; empty: none
+  std::vector<PageNumber> numbers;
+  std::vector<PageSection> sections;
+  std::string details = {};  ///< HTML
+  std::string dialog = {};   ///< HTML
+  std::string created_by;
+};
+
+/// A file with a figure.
+struct FigureFile {
+  std::string name;  ///< "accuracy.svg"
+  std::string svg;   ///< with its style
+};
+
+/// An error, with two digits and its unit, as in the summary of a calibration.
+[[nodiscard]] std::string errorText(double px);
+/// A list that opens, as HTML; nothing for an empty one.
+[[nodiscard]] std::string listHtml(const std::string& title, const std::vector<std::string>& lines);
+
+/// The whole page, with the evidence in it: positions and errors of corners with four decimals.
+[[nodiscard]] std::string pageText(const PageContent& page, const nlohmann::json& evidence);
+[[nodiscard]] std::vector<FigureFile> figureFiles(const std::vector<PageSection>& sections);
+
+}  // namespace alidade

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+
+#include "alidade/report/figure_canvas.h"
+#include "alidade/report/page_pictures.h"
+#include "alidade/report/report_data.h"
+
+namespace alidade {
+
+/// An image without distortion, that of the view whose board takes most of it, with straight lines through
+/// the rows and columns of the board. Nothing without an image.
+[[nodiscard]] std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfView& image_of);
+
+}  // namespace alidade

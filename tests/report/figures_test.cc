@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "alidade/report/level_map.h"
+#include "alidade/report/residual_figures.h"
+#include "alidade/report/view_figures.h"
+#include "alidade/target/board_spec.h"
+#include "report/svg_checks.h"
+
+namespace alidade {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// A camera that saw a board from four sides; one of the board's points is printed beside its place.
+ReportData withMisplacedPoint(int id, const Eigen::Vector3d& by_m) {
+  ReportData data{.camera = AnyCamera::make(
+                      "radtan", std::vector<double>{535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01}),
+                  .size = {640, 480}};
+  data.boards = {{.target = parseBoardSpec("checkerboard:9x6:25mm"), .shape = {}}};
+  data.coordinate_sigma_px = 0.1;
+  for (int k = 0; k < 4; ++k) {
+    ReportedView view{.image = std::to_string(k)};
+    // Turned about the line of sight too: what stands still on the board moves in the image.
+    const SO3 rotation = SO3::exp(Eigen::Vector3d(0.3 * std::cos(1.6 * k), 0.3 * std::sin(1.6 * k), 1.5 * k));
+    view.camera_from_board = {rotation,
+                              Eigen::Vector3d(0, 0, 0.4) - rotation * data.boards[0].target.middle()};
+    for (int i = 0; i < data.boards[0].target.numCorners(); ++i) {
+      const Eigen::Vector3d& point = data.boards[0].target.corner(i);
+      const Projection expected = data.camera.project(view.camera_from_board * point);
+      const Projection seen =
+          data.camera.project(view.camera_from_board *
+                              Eigen::Vector3d(point + (i == id ? by_m : Eigen::Vector3d::Zero().eval())));
+      view.corners.push_back({.id = i, .pixel = seen.pixel, .error_px = expected.pixel - seen.pixel});
+    }
+    data.views.push_back(view);
+  }
+  return data;
+}
+
+TEST(BoardResiduals, PointToWhereAPointIsPrinted) {
+  const Figure figure = boardResidualsFigure(withMisplacedPoint(22, {0.5e-3, 0, 0}), 0);
+  expectGoodSvg("<svg " + figure.svg.substr(5));
+  EXPECT_THAT(figure.alt, HasSubstr("at most 0.50"));
+  // The only arrow: its shaft runs to the right from the third row's fifth point.
+  const std::regex shaft("class=\"mean\" d=\".*?M([-0-9.]+),([-0-9.]+) L([-0-9.]+),([-0-9.]+) M");
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(figure.svg, found, shaft));
+  EXPECT_GT(std::stod(found[3]), std::stod(found[1]) + 10);
+  EXPECT_NEAR(std::stod(found[4]), std::stod(found[2]), 0.5);
+}
+
+TEST(BoardResiduals, AreNothingForExactViews) {
+  const Figure figure = boardResidualsFigure(withMisplacedPoint(0, {0, 0, 0}), 0);
+  EXPECT_THAT(figure.alt, HasSubstr("at most 0"));
+}
+
+TEST(ViewErrors, DrawABarForEachView) {
+  const ReportData data = withMisplacedPoint(3, {1e-3, 0, 0});
+  EXPECT_EQ(countOf(viewErrorsFigure(data).svg, "class=\"bar\" data-view"), 4u);
+}
+
+// Areas by the shoelace formula.
+double areaOf(const std::string& path) {
+  const std::regex point("([ML])([-0-9.]+),([-0-9.]+)");
+  std::vector<Eigen::Vector2d> ring;
+  double area = 0;
+  const auto closeRing = [&] {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d& a = ring[i];
+      const Eigen::Vector2d& b = ring[(i + 1) % ring.size()];
+      area += 0.5 * (a.x() * b.y() - a.y() * b.x());
+    }
+    ring.clear();
+  };
+  for (std::sregex_iterator i(path.begin(), path.end(), point), end; i != end; ++i) {
+    if ((*i)[1] == "M") closeRing();
+    ring.emplace_back(std::stod((*i)[2]), std::stod((*i)[3]));
+  }
+  closeRing();
+  return area;
+}
+
+LevelMap slope() {
+  LevelMap map{.columns = 11, .rows = 6, .values = {}, .point_at = {}};
+  map.point_at = [](int column, int row) { return Eigen::Vector2d(10.0 * column, 10.0 * row); };
+  for (int row = 0; row < map.rows; ++row)
+    for (int column = 0; column < map.columns; ++column) map.values.push_back(column);
+  return map;
+}
+
+TEST(LevelMap, DrawsTheAreaFromALevelOn) {
+  EXPECT_NEAR(areaOf(areaFrom(slope(), -1)), 100 * 50, 1e-6);
+  EXPECT_NEAR(areaOf(areaFrom(slope(), 2.5)), 75 * 50, 1e-6);
+  EXPECT_EQ(areaFrom(slope(), 11), "");
+  for (const ContourSegment& segment : contourAt(slope(), 2.5)) {
+    EXPECT_NEAR(segment.first.x(), 25, 1e-9);
+    EXPECT_NEAR(segment.second.x(), 25, 1e-9);
+  }
+  EXPECT_EQ(contourAt(slope(), 2.5).size(), 5u);
+}
+
+TEST(LevelMap, LeavesOutWhereThereIsNoValue) {
+  LevelMap map = slope();
+  map.values[0] = std::nan("");
+  EXPECT_NEAR(areaOf(areaFrom(map, -1)), 100 * 50 - 100, 1e-6);
+}
+
+TEST(FigureCanvas, MarksRoundValues) {
+  EXPECT_THAT(roundTicks(0, 10, 5), ElementsAre(0, 2, 4, 6, 8, 10));
+  EXPECT_THAT(roundTicks(-0.5, 639.5, 7), ElementsAre(0, 100, 200, 300, 400, 500, 600));
+  EXPECT_THAT(roundTicks(1, 1, 5), ElementsAre());
+  EXPECT_EQ(shortNumber(0.12345), "0.123");
+  EXPECT_EQ(twoDigits(0.0997), "0.100");  // as in the summary
+  EXPECT_EQ(twoDigits(12.3), "12");
+  EXPECT_EQ(coordinate(-0.001), "0");
+  EXPECT_EQ(escapedMarkup("<a b=\"c\">&'\x01"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;\\x01");
+}
+
+}  // namespace
+}  // namespace alidade
