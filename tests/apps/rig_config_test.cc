@@ -96,6 +96,8 @@ std::vector<TwinCase> twinCases() {
         {"tolerance", {"0.5px"}},
         {"keep-untrustworthy"},
         {"output", {"made/rig.yaml"}},
+        {"evidence", {"made/rig.json"}},
+        {"report", {"made/rig.html"}},
         {"json"}},
        3},
       {"calibrate", corners, {{"fixed", {"camera.yaml", "-"}}, {"model", {"radtan"}}, {"quiet"}}},
@@ -175,7 +177,7 @@ TEST_F(RigConfig, IsTestedForEveryFlag) {
     EXPECT_EQ(tested, known) << command;
     num_flags += known.size();
   }
-  EXPECT_EQ(num_flags, 16U + 11U + 8U + 19U);
+  EXPECT_EQ(num_flags, 18U + 11U + 8U + 19U);
 }
 
 }  // namespace

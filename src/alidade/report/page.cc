@@ -184,6 +184,11 @@ std::string detailsHtml(const ReportData& data, const json& evidence) {
                      (is_flat ? ", flat"
                               : fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y",
                                             1e3 * board.shape.bend_x_m, 1e3 * board.shape.bend_y_m)));
+    const Eigen::Vector2d rms_m = offsetRms(board.shape);
+    if (!board.shape.offsets_m.empty()) {
+      boards.back() += fmt::format("; {} {:.2g} mm off in the plane and {:.2g} mm across it (RMS)",
+                                   board.target.words().points, 1e3 * rms_m.x(), 1e3 * rms_m.y());
+    }
   }
   html += listHtml(boards.size() == 1 ? "Board" : "Boards", boards);
   html += listHtml(fmt::format("{} image{} without a usable board", data.reasons.size(),

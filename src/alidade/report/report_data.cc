@@ -31,13 +31,26 @@ std::size_t readBoardIndex(const JsonNode& node, const std::vector<ReportedBoard
   return static_cast<std::size_t>(at - boards.begin());
 }
 
+BoardShape readShape(const JsonNode& node, const Board& target) {
+  BoardShape shape{.bend_x_m = node["bend_x_m"].finite(), .bend_y_m = node["bend_y_m"].finite()};
+  if (!node.has("offsets_m")) return shape;
+  const JsonNode offsets = node["offsets_m"];
+  offsets.requireSize(static_cast<std::size_t>(target.numCorners()));
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    const JsonNode offset = offsets.at(i);
+    offset.requireSize(3);
+    shape.offsets_m.emplace_back(offset.at(0).finite(), offset.at(1).finite(), offset.at(2).finite());
+  }
+  return shape;
+}
+
 std::vector<ReportedBoard> readBoards(const JsonNode& root) {
   const JsonNode spec = root["board"];
   const JsonNode shape = root["board_shape"];
   const auto readOne = [](const JsonNode& of, const JsonNode& shape_of) {
-    return ReportedBoard{
-        .target = of.made([&] { return parseBoardSpec(of.text()); }),
-        .shape = {.bend_x_m = shape_of["bend_x_m"].finite(), .bend_y_m = shape_of["bend_y_m"].finite()}};
+    ReportedBoard board{.target = of.made([&] { return parseBoardSpec(of.text()); })};
+    board.shape = readShape(shape_of, board.target);
+    return board;
   };
   if (!spec.isArray()) return {readOne(spec, shape)};
   std::vector<ReportedBoard> boards;
@@ -78,8 +91,8 @@ void addOutliers(const JsonNode& root, const ReportData& data, std::vector<Repor
     const ReportedBoard& on = data.boards[board];
     const int id = node["corner_id"].whole(0, on.target.numCorners() - 1);
     const Eigen::Vector2d error(node["dx"].finite(), node["dy"].finite());
-    const Projection projected = data.camera.project(view->second->camera_from_board *
-                                                     onBentBoard(on.target, on.shape, on.target.corner(id)));
+    const Projection projected =
+        data.camera.project(view->second->camera_from_board * pointOn(on.target, on.shape, id));
     if (!projected.ok()) continue;
     view->second->outliers.push_back({.id = id, .pixel = projected.pixel - error, .error_px = error});
   }

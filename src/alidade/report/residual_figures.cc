@@ -46,7 +46,9 @@ struct PointDisplacement {
   Vector2d sum{0, 0};
   int count = 0;
 
-  [[nodiscard]] Vector2d mean() const { return information.ldlt().solve(sum); }
+  Vector2d offset{0, 0};  // that the calibration found
+
+  [[nodiscard]] Vector2d mean() const { return offset + information.ldlt().solve(sum); }
   /// Standard deviation of the mean in the worse direction, for corners with this noise.
   [[nodiscard]] double std(double sigma_px) const {
     const double half_trace = 0.5 * information.trace();
@@ -59,12 +61,13 @@ struct PointDisplacement {
 std::vector<PointDisplacement> displacements(const ReportData& data, std::size_t board) {
   const ReportedBoard& on = data.boards[board];
   std::vector<PointDisplacement> points(static_cast<std::size_t>(on.target.numCorners()));
+  for (std::size_t i = 0; i < on.shape.offsets_m.size(); ++i)
+    points[i].offset = on.shape.offsets_m[i].head<2>();
   for (const ReportedView& view : data.views) {
     if (view.board != board) continue;
     const Eigen::Matrix<double, 3, 2> along = view.camera_from_board.rotation.matrix().leftCols<2>();
     for (const ReportedCorner& corner : view.corners) {
-      const Eigen::Vector3d point =
-          view.camera_from_board * onBentBoard(on.target, on.shape, on.target.corner(corner.id));
+      const Eigen::Vector3d point = view.camera_from_board * pointOn(on.target, on.shape, corner.id);
       Eigen::Matrix<double, 2, 3, Eigen::RowMajor> of_point;
       if (!data.camera.project(point, of_point.data()).ok()) continue;
       const Matrix2d pixel_per_metre = of_point * along;
@@ -133,6 +136,10 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
       "Each arrow shows where the views together see a point of the board, compared with where it should be; "
       "arrows "
       "beyond the noise mean that the print is distorted or the board is bent.";
+  const BoardShape& shape = data.boards[board].shape;
+  if (!shape.offsets_m.empty())
+    figure.reading += fmt::format(" The calibration allows for them, and for {} mm (RMS) across the board.",
+                                  twoDigits(1e3 * offsetRms(shape).y()));
   const double longest = lengths.empty() ? 0 : *std::ranges::max_element(lengths);
   if (!lengths.empty()) noise_m /= static_cast<double>(lengths.size());
   const double spacing = target.spacing() * area.scale();

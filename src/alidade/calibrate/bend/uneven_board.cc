@@ -51,13 +51,12 @@ double smoothShare(const FitBoard& board) {
   return 1 - rest.squaredNorm() / offsets.squaredNorm();
 }
 
-// Squares that are stretched, graded or twisted as a whole are no unevenness: points that scatter independently
-// would explain them with too small an uncertainty. Tests of their own name them.
+// Squares that are stretched, graded or twisted as a whole are no unevenness: points that scatter
+// independently would explain them with too small an uncertainty. Tests of their own name them.
 bool areSmooth(const Fit& fit) {
   constexpr double kSmooth = 0.6;
-  return std::ranges::all_of(fit.boards, [](const FitBoard& board) {
-    return !board.isUneven() || smoothShare(board) > kSmooth;
-  });
+  return std::ranges::all_of(
+      fit.boards, [](const FitBoard& board) { return !board.isUneven() || smoothShare(board) > kSmooth; });
 }
 
 // The fit with offsets if the views bear them out.

@@ -25,8 +25,8 @@ struct UnevenFit {
 /// left open and they lower the held-out RMS significantly, by more than 5 %: an offset that corners of other
 /// views predict is the board's, whatever noise or a lens beyond its model make of it. A larger lens model
 /// that leaves smaller errors goes first, and offsets that are mostly a stretch, a grading or a twist of the
-/// board as a whole are left to the tests of these (CommonError). Boards of more than 400 points are not tested: the equations grow
-/// with the cube.
+/// board as a whole are left to the tests of these (CommonError). Boards of more than 400 points are not
+/// tested: the equations grow with the cube.
 /// @param settled  with the bends estimated
 [[nodiscard]] UnevenFit uneven(SettledFit settled, BoardShapeMode mode, const CancelFlag* cancel);
 
