@@ -194,13 +194,17 @@ class OffsetEquations {
 void evenOut(Fit& fit) {
   for (FitBoard& board : fit.boards) {
     if (!board.isUneven() || board.num_free_offsets >= kFewestOffsets) continue;
-    board.offset_precision.reset();
-    board.num_free_offsets = 0;
-    board.shape.offsets_m.clear();
+    makeEven(board);
   }
 }
 
 }  // namespace
+
+void makeEven(FitBoard& board) {
+  board.offset_precision.reset();
+  board.num_free_offsets = 0;
+  board.shape.offsets_m.clear();
+}
 
 Fit startedUneven(Fit fit, std::span<const std::size_t> boards) {
   const double sigma_px = noiseSigma(fit);
@@ -225,6 +229,7 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
   constexpr double kScatterAtRest = 1e-4;  // of the points' distance: what is left moves no camera
   constexpr double kAtRest = 1e-7;
   constexpr double kLoose = 1e-9;  // of the cost
+  if (!isAnyUneven(fit)) return fit;
   for (int i = 0; isAnyUneven(fit); ++i) {
     if (i == kMaxSteps) return std::nullopt;
     auto equations = OffsetEquations::make(fit);
@@ -237,10 +242,11 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
     const bool is_at_rest = step < kAtRest;
     const double tolerance = is_at_rest ? SolveOptions().function_tolerance : kLoose;
     fit = solve(std::move(fit), {.function_tolerance = tolerance, .cancel = cancel});
-    if (fit.summary.termination == Termination::kFailed) return std::nullopt;
+    const Termination end = fit.summary.termination;
+    if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
     if (is_at_rest) return fit;
   }
-  return solve(std::move(fit), {.cancel = cancel});
+  return solve(std::move(fit), {.cancel = cancel});  // all boards are even again
 }
 
 std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {

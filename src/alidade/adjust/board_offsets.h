@@ -19,6 +19,9 @@ enum class OffsetScatter { kEstimate, kKeep };
 /// that no view shows stay even.
 [[nodiscard]] Fit startedUneven(Fit fit, std::span<const std::size_t> boards);
 
+/// Takes the points of a board for where its bend puts them.
+void makeEven(FitBoard& board);
+
 /// The share of the errors' variance that would be left with the offsets of the boards that are uneven, to
 /// first order; 1 where the views say nothing of them.
 /// @param fit  solved

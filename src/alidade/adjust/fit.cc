@@ -75,6 +75,12 @@ bool isAnyUneven(const Fit& fit) {
   return std::ranges::any_of(fit.boards, &FitBoard::isUneven);
 }
 
+double numFreeOffsets(const Fit& fit) {
+  double sum = 0;
+  for (const FitBoard& board : fit.boards) sum += board.num_free_offsets;
+  return sum;
+}
+
 void fixShapes(Fit& fit) {
   for (FitBoard& board : fit.boards) board.is_shape_fixed = true;
 }

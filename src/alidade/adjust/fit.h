@@ -148,6 +148,9 @@ requires std::is_same_v<const AnyFit, const Fit>
 /// Whether any board is uneven.
 [[nodiscard]] bool isAnyUneven(const Fit& fit);
 
+/// Coordinates of offsets of all boards that the corners determine.
+[[nodiscard]] double numFreeOffsets(const Fit& fit);
+
 /// The number of views that show a board.
 [[nodiscard]] std::size_t numViews(const Fit& fit, std::size_t board);
 

@@ -59,7 +59,7 @@ bool isGain(const Fit& lean, const Fit& larger) {
   const std::size_t num_corners = numCorners(lean);
   const auto extra = static_cast<double>(num_larger_params - num_params);
   const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -
-                         6.0 * static_cast<double>(lean.views.size());
+                         6.0 * static_cast<double>(lean.views.size()) - numFreeOffsets(lean);
   const double drop = 2 * (cornersCost(lean) - larger.summary.cost);
   return drop / extra > kNeededF * std::max(2 * larger.summary.cost, noiseFloor(num_corners)) / freedom &&
          drop > needed_share * 2 * cornersCost(lean);

@@ -37,7 +37,7 @@ Calibration jointCamera(const RigCalibration& rig, std::size_t camera, double to
   setFit(rig, camera, sigma_px * sigma_px, joint.fit);
   joint.domain = certifyDomain(joint.camera(), joint.imageSize());
   Uncertainty& known = joint.uncertainty;
-  if (rig.covariance.rows() > 0 && known.accuracy) {
+  if (rig.covariance.rows() > 0) {
     const Eigen::Index at = jointColumns(rig.fit).params[camera];
     const auto size = static_cast<Eigen::Index>(onlyCamera(joint.fit).params.size());
     known.covariance = rig.covariance.view().block(at, at, size, size);
@@ -46,7 +46,8 @@ Calibration jointCamera(const RigCalibration& rig, std::size_t camera, double to
     const std::vector<AnyCamera> others = mapped(known.other_optima, [&](const OtherOptimum& other) {
       return AnyCamera::make(onlyCamera(joint.fit).model, other.params);
     });
-    known.accuracy = accuracyOf(joint.fit, known, others, distance_m);
+    // A lens that its own views leave open has no grid of pixels yet.
+    if (known.accuracy) known.accuracy = accuracyOf(joint.fit, known, others, distance_m);
   }
   joint.diagnoses = judge(joint, tolerance_px);
   return joint;

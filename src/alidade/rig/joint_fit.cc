@@ -43,21 +43,15 @@ FitCamera jointCamera(const RigCamera& camera, double sigma_px, const SE3& camer
 // All cameras together, at the start.
 Fit startOf(std::span<const RigCamera> cameras, const JointViews& views) {
   Fit fit{.boards = cameras.front().alone.fit.boards, .loss = {.threshold_px = kLossSigmas}};
-  std::set<std::size_t> uneven;  // boards
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     fit.cameras.push_back(jointCamera(cameras[c], views.sigma_px[c], views.start.camera_from_rig[c], c == 0));
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
       const FitBoard& board = cameras[c].alone.fit.boards[b];
       if (fit.boards[b].is_shape_fixed && !board.is_shape_fixed) fit.boards[b] = board;
-      if (board.isUneven()) uneven.insert(b);
     }
   }
   // What one camera makes of the points is not what another one does, and it may number them otherwise.
-  for (FitBoard& board : fit.boards) {
-    board.shape.offsets_m.clear();
-    board.offset_precision.reset();
-    board.num_free_offsets = 0;
-  }
+  for (FitBoard& board : fit.boards) makeEven(board);
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // of frame and board
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const PosedView& pose = views.poses[v];
@@ -76,7 +70,34 @@ Fit startOf(std::span<const RigCamera> cameras, const JointViews& views) {
                                                views.sigma_px[pose.camera]),
                          .image = views.views[v]->image});
   }
-  return startedUneven(std::move(fit), std::vector<std::size_t>(uneven.begin(), uneven.end()));
+  return fit;
+}
+
+// The boards that some camera alone found uneven.
+std::vector<std::size_t> unevenAlone(std::span<const RigCamera> cameras) {
+  std::set<std::size_t> uneven;
+  for (const RigCamera& camera : cameras) {
+    for (std::size_t b = 0; b < camera.alone.fit.boards.size(); ++b) {
+      if (camera.alone.fit.boards[b].isUneven()) uneven.insert(b);
+    }
+  }
+  return {uneven.begin(), uneven.end()};
+}
+
+// Estimates the places of these boards' points with all else. Views that contradict each other may leave none
+// to find; without them there may be some, so each solve begins anew.
+void solveUneven(std::span<const std::size_t> boards, Fit& fit, const CancelFlag* cancel) {
+  std::vector<std::size_t> even;
+  for (const std::size_t b : boards) {
+    if (!fit.boards[b].isUneven()) even.push_back(b);
+  }
+  auto uneven = withOffsets(startedUneven(fit, even), OffsetScatter::kEstimate, cancel);
+  if (uneven) {
+    fit = *std::move(uneven);
+    return;
+  }
+  for (FitBoard& board : fit.boards) makeEven(board);
+  fit = solve(std::move(fit), {.cancel = cancel});
 }
 
 // Mean square of a view's errors in units of its camera's noise.
@@ -298,11 +319,11 @@ JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views, c
     alone.push_back(meanSquare(*views.views[v]) / (sigma_px * sigma_px));
   }
   unlinkGrossContradictions(views, joint);
+  const std::vector<std::size_t> uneven = unevenAlone(cameras);
   const auto solveOnce = [&] {
     joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
     if (joint.fit.summary.termination == Termination::kFailed) return;
-    if (auto uneven = withOffsets(joint.fit, OffsetScatter::kEstimate, cancel))
-      joint.fit = *std::move(uneven);
+    solveUneven(uneven, joint.fit, cancel);
   };
   // Each camera may have moved.
   std::vector<std::size_t> moved;

@@ -162,7 +162,8 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
     CameraName name;
     name.name = camera.name;
     CameraRecord of_camera = recordOf(camera.joint, {.created_by = "", .name = std::move(name)});
-    if (of_camera.calibration) of_camera.calibration->is_covariance_by_views = rig.is_by_frames;
+    if (of_camera.calibration && rig.covariance.rows() > 0)
+      of_camera.calibration->is_covariance_by_views = rig.is_by_frames;
     record.cameras.push_back({.camera = std::move(of_camera),
                               .camera_from_rig = rig.fit.cameras[c].camera_from_rig,
                               .translation_std_m = camera.position_std_m,

@@ -104,7 +104,9 @@ HoldoutReport rigHoldout(const Fit& fit, const CancelFlag* cancel) {
     Fit others = solve(withoutViews(whole, is_out),
                        {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
     if (!isSolved(others)) return {};
-    if (auto uneven = withOffsets(others, OffsetScatter::kKeep, cancel)) others = *std::move(uneven);
+    auto uneven = withOffsets(std::move(others), OffsetScatter::kKeep, cancel);
+    if (!uneven) return {};
+    others = *std::move(uneven);
     is_out.flip();
     Fit held_out = withoutViews(whole, is_out);
     holdCameras(held_out, others);

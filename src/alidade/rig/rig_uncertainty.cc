@@ -130,11 +130,9 @@ void setCovariance(RigCalibration& rig, const JointColumns& columns) {
     }
   }
   const Eigen::MatrixXd directions = jointDirections(rig.fit, columns, information);
-  double num_offsets = 0;
-  for (const FitBoard& board : rig.fit.boards) num_offsets += board.num_free_offsets;
   const auto num_free =
       static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(rig.fit.placements.size())) +
-      static_cast<int>(std::lround(num_offsets));
+      static_cast<int>(std::lround(numFreeOffsets(rig.fit)));
   const double variance = coordinateVariance(errors, rig.fit.loss, num_free);
   const ScaledInverse inverse = scaledInverse(directions.transpose() * information * directions);
   const auto by_frames =

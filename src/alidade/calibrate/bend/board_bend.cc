@@ -33,7 +33,7 @@ double varianceLeft(const Fit& fit, double drop, std::size_t num_bent) {
   const auto num_corners = static_cast<double>(numCorners(fit));
   const double freedom = 2.0 * num_corners - static_cast<double>(onlyCamera(fit).params.size()) -
                          6.0 * static_cast<double>(fit.views.size()) -
-                         kNumBends * static_cast<double>(num_bent);
+                         kNumBends * static_cast<double>(num_bent) - numFreeOffsets(fit);
   const double floor = 2 * kMinSigmaPx * kMinSigmaPx * num_corners;
   return std::max(2 * fit.summary.cost - drop, floor) / freedom;
 }

@@ -11,18 +11,23 @@
 #include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/errors.h"
 #include "alidade/adjust/larger_model.h"
+#include "alidade/adjust/solve.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kWorthwhile = 0.05;  // of the held-out RMS
 
-// Those with points few enough.
+// As many as have points few enough together.
 std::vector<std::size_t> testableBoards(const Fit& fit) {
   constexpr int kMostPoints = 400;
+  int num_points = 0;
   std::vector<std::size_t> boards;
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
-    if (fit.boards[b].target.numCorners() <= kMostPoints) boards.push_back(b);
+    const int own = fit.boards[b].target.numCorners();
+    if (numViews(fit, b) == 0 || num_points + own > kMostPoints) continue;
+    num_points += own;
+    boards.push_back(b);
   }
   return boards;
 }
@@ -53,10 +58,22 @@ double smoothShare(const FitBoard& board) {
 
 // Squares that are stretched, graded or twisted as a whole are no unevenness: points that scatter
 // independently would explain them with too small an uncertainty. Tests of their own name them.
-bool areSmooth(const Fit& fit) {
+bool isSmooth(const FitBoard& board) {
   constexpr double kSmooth = 0.6;
-  return std::ranges::all_of(
-      fit.boards, [](const FitBoard& board) { return !board.isUneven() || smoothShare(board) > kSmooth; });
+  return board.isUneven() && smoothShare(board) > kSmooth;
+}
+
+// Without those.
+std::optional<Fit> withRoughOffsets(Fit fit, const CancelFlag* cancel) {
+  auto uneven = withOffsets(std::move(fit), OffsetScatter::kEstimate, cancel);
+  while (uneven && std::ranges::any_of(uneven->boards, isSmooth)) {
+    for (FitBoard& board : uneven->boards) {
+      if (isSmooth(board)) makeEven(board);
+    }
+    uneven = solve(*std::move(uneven), {.cancel = cancel});
+    uneven = withOffsets(*std::move(uneven), OffsetScatter::kEstimate, cancel);
+  }
+  return uneven;
 }
 
 // The fit with offsets if the views bear them out.
@@ -65,8 +82,8 @@ std::optional<Fit> ifBorneOut(const Fit& even, UnevenReport& report, const Cance
   // What held-out errors gain the errors in use gain as well.
   if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
     return std::nullopt;
-  auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
-  if (!fit || areSmooth(*fit)) return std::nullopt;
+  auto fit = withRoughOffsets(started, cancel);
+  if (!fit || !isAnyUneven(*fit)) return std::nullopt;
   const auto larger = betterModel(even, cancel);
   if (larger && larger->rms_px < weightedRms(*fit)) return std::nullopt;
   const auto of_even = heldOutErrors(even, cancel);
@@ -87,6 +104,7 @@ UnevenFit uneven(SettledFit settled, BoardShapeMode mode, const CancelFlag* canc
   if (mode == BoardShapeMode::kUneven) {
     fit = withOffsets(startedUneven(result.settled.fit, allBoards(result.settled.fit)),
                       OffsetScatter::kEstimate, cancel);
+    result.report.is_undetermined = !fit || !isAnyUneven(*fit);
   }
   if (!fit) return result;
   // What looked like noise was the board.
@@ -96,8 +114,13 @@ UnevenFit uneven(SettledFit settled, BoardShapeMode mode, const CancelFlag* canc
 
 SettledFit unevenAgain(SettledFit settled, const CancelFlag* cancel) {
   auto fit = withOffsets(settled.fit, OffsetScatter::kEstimate, cancel);
-  if (!fit) return settled;
-  settled.fit = *std::move(fit);
+  if (fit) {
+    settled.fit = *std::move(fit);
+    return settled;
+  }
+  // Offsets that do not come to rest are none.
+  for (FitBoard& board : settled.fit.boards) makeEven(board);
+  settled.fit = solve(std::move(settled.fit), {.cancel = cancel});
   return settled;
 }
 

@@ -14,6 +14,8 @@ struct UnevenReport {
   /// What the held-out errors are larger by with the points in their places; nothing where a glance at the
   /// errors was enough or nobody asked.
   std::optional<HeldOutExcess> even_excess = {};
+  /// Somebody asked, and the views show no offsets that stand out from noise.
+  bool is_undetermined = false;
 };
 
 struct UnevenFit {

@@ -341,6 +341,12 @@ void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 }
 
 void unevenBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  if (of.choice.points.is_undetermined && !isAnyUneven(of.fit)) {
+    diagnoses.push_back({.severity = Severity::kNote,
+                         .id = "board_even",
+                         .cause = "the views show no unevenness of the board beyond noise; its points are "
+                                  "assumed to be in their places"});
+  }
   for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
     const FitBoard& board = of.fit.boards[b];
     if (!board.isUneven()) continue;

@@ -67,11 +67,9 @@ struct Residuals {
         weighted(weightedErrors(fit)),
         slope(meanSlope(weighted, fit.loss)) {
     const int num_bends = kNumBends * static_cast<int>(estimatedShapes(fit).size());
-    double num_offsets = 0;
-    for (const FitBoard& board : fit.boards) num_offsets += board.num_free_offsets;
     const int num_free =
         static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.views.size())) + num_bends +
-        static_cast<int>(std::lround(num_offsets));
+        static_cast<int>(std::lround(numFreeOffsets(fit)));
     variance = coordinateVariance(weighted, fit.loss, num_free);
   }
   Eigen::MatrixXd directions;
@@ -81,10 +79,12 @@ struct Residuals {
 };
 
 // Adds what the uncertainty of the boards' offsets takes from what is known: see offsetShare().
-void addOffsets(const Eigen::MatrixXd& share, const Eigen::MatrixXd& directions, Known& known) {
+// @param prior  information that is in the covariance beside that of the corners
+void addOffsets(const Eigen::MatrixXd& share, const Eigen::MatrixXd& directions, const Eigen::MatrixXd& prior,
+                Known& known) {
   if (share.isZero(0) || !known.covariance) return;
   *known.covariance += known.variance * share;
-  known.information = informationOf(*known.covariance / known.variance, directions);
+  known.information = informationOf(*known.covariance / known.variance, directions) - prior;
   if (!known.by_views) return;
   // Views that disagree know the offsets no better than each other.
   const Eigen::MatrixXd by_views = known.variance * std::max(1.0, known.by_views->excess) * share;
@@ -102,7 +102,7 @@ Known withShapeGiven(const Fit& fit, const Residuals& residuals, const Intrinsic
     known.by_views = viewCovariance(reducedByPlace(fit, LossWeights::kLeaveOut), directions,
                                     static_cast<int>(directions.rows()), known.variance, residuals.slope);
   }
-  addOffsets(share, directions, known);
+  addOffsets(share, directions, Eigen::MatrixXd::Zero(share.rows(), share.cols()), known);
   applyPrior(onlyCamera(fit), known);
   return known;
 }
@@ -118,7 +118,7 @@ Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
               .covariance = variance * bent.params_inverse};
   known.by_views = viewCovariance(bent.pulls, withBends(directions, bent.step_m.size()),
                                   static_cast<int>(directions.rows()), variance, residuals.slope);
-  addOffsets(share, directions, known);
+  addOffsets(share, directions, precisionOn(directions, camera.weak_prior.prior), known);
   applyPrior(camera, known);
   return known;
 }
