@@ -23,7 +23,7 @@
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
-#include "rectified_pair.h"
+#include "rig/rectified_pair.h"
 
 namespace alidade {
 namespace {

@@ -19,7 +19,7 @@
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
-#include "rig_diff.h"
+#include "rig/rig_diff.h"
 
 namespace alidade {
 namespace {

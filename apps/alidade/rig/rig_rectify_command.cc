@@ -25,8 +25,8 @@
 #include "json_output.h"
 #include "options.h"
 #include "pending_folder.h"
-#include "rectified_pair.h"
 #include "remapped_images.h"
+#include "rig/rectified_pair.h"
 #include "view_options.h"
 
 namespace alidade {

@@ -18,7 +18,7 @@
 #include "json_output.h"
 #include "options.h"
 #include "report_output.h"
-#include "rig_inputs.h"
+#include "rig/rig_inputs.h"
 
 namespace alidade {
 namespace {

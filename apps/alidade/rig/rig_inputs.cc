@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "rig_inputs.h"
+#include "rig/rig_inputs.h"
 
 #include <filesystem>
 #include <set>

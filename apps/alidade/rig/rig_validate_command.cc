@@ -13,7 +13,7 @@
 #include "console.h"
 #include "json_output.h"
 #include "options.h"
-#include "rig_inputs.h"
+#include "rig/rig_inputs.h"
 
 namespace alidade {
 namespace {

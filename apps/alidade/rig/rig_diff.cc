@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "rig_diff.h"
+#include "rig/rig_diff.h"
 
 #include <algorithm>
 #include <set>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "rectified_pair.h"
+#include "rig/rectified_pair.h"
 
 #include <algorithm>
 
