@@ -330,6 +330,12 @@ std::string diagnosesText(const Calibration& result) {
   return text;
 }
 
+// Without the evidence, where there is no room for it.
+Lines toldShortly(const Diagnosis& diagnosis) {
+  return wrapped(severityLabel(diagnosis.severity),
+                 diagnosis.cause + (diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step));
+}
+
 }  // namespace
 
 std::size_t numImagesUsed(const Calibration& result) {
@@ -353,7 +359,11 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
   append(rest, wrapped("Fit", fitText(result, given)));
   Lines last = wrapped("Views", viewsText(advice.coverage));
   append(last, wrapped("Next", shortNextViewText(advice.guidance, result.imageSize())));
-  const std::size_t num_others = lines.size() + rest.size() + last.size() + (advice.guidance.target ? 3 : 1);
+  // Why a camera is rejected is told in any case.
+  const bool is_rejected =
+      !result.diagnoses.empty() && result.diagnoses.front().severity == Severity::kFailure;
+  const std::size_t num_others = lines.size() + rest.size() + last.size() + (advice.guidance.target ? 3 : 1) +
+                                 (is_rejected ? toldShortly(result.diagnoses.front()).size() : 0);
   append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
                                                               kMaxBoardLines)));
   append(rest, last);
@@ -367,9 +377,10 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
       ++num_notes;
       continue;
     }
-    const Lines told =
+    Lines told =
         wrapped(severityLabel(diagnosis.severity),
                 diagnosis.message() + (diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step));
+    if (told.size() > room && diagnosis.severity == Severity::kFailure) told = toldShortly(diagnosis);
     if (told.size() > room) {
       ++num_untold;
       continue;

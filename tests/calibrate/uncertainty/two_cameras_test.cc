@@ -77,6 +77,31 @@ TEST(TwoCameras, AreNotSeenInViewsOfOne) {
   EXPECT_EQ(num_sets, 18U);
 }
 
+// Each view is by a lens of its own, as if it shook: among 12 parameters some line divides 15 views.
+TEST(TwoCameras, AreNotSeenInViewsThatAllDiffer) {
+  std::size_t num_sets = 0;
+  for (std::uint64_t number = 0; number < 8; ++number, ++num_sets) {
+    constexpr int kNumViews = 15;
+    constexpr double kCentrePx = 0.5;
+    Random random(100 + number);
+    const ChoiceSet set = drawChoiceSet("radtan", 14, number, kNumViews);
+    const auto params = set.drawn.camera.parameters();
+    std::vector<View> views;
+    for (int v = 0; v < kNumViews; ++v) {
+      std::vector<double> moved(params.begin(), params.end());
+      moved[2] += kCentrePx * random.normal();
+      moved[3] += kCentrePx * random.normal();
+      DrawnCamera shaken = set.drawn;
+      shaken.camera = AnyCamera::make("radtan", moved);
+      views.push_back(drawUserViews(shaken, 1, 0.02, random).views.at(0));
+      views.back().image = "view_" + std::to_string(v);
+    }
+    const Calibration result = calibrate(set.set.board, views, {.model = "rational"});
+    EXPECT_FALSE(result.uncertainty.two_cameras) << number;
+  }
+  EXPECT_EQ(num_sets, 8U);
+}
+
 TEST(TwoCameras, AreToldApartByTheNamesOfTheirImages) {
   const ChoiceSet set = drawChoiceSet("radtan", 13, 0, 12);
   Random random(5);

@@ -124,11 +124,6 @@ bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
   });
 }
 
-bool foldsInsideImage(const Candidate& candidate) {
-  const Fit& fit = candidate.solution->fit;
-  return foldsInsideImage(certifyDomain(cameraOf(fit), onlyCamera(fit).size));
-}
-
 // The models that contain radtan, each after a glance at what it gains over the one before it. One that folds
 // leaves something to gain that the errors do not show.
 void addLargerThanRadtan(Candidates& candidates, const PreparedViews& given,
@@ -139,7 +134,7 @@ void addLargerThanRadtan(Candidates& candidates, const PreparedViews& given,
     const auto at =
         std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == lean; });
     Candidate larger(id);
-    if (!isAllowed(lean, options) || !fitsRoughly(*at, candidates) || foldsInsideImage(*at) ||
+    if (!isAllowed(lean, options) || !fitsRoughly(*at, candidates) || foldsInsideImage(at->solution->fit) ||
         dropAtAGlance(at->solution->fit, larger.id, options.cancel) > kNeededDrop) {
       fit(larger, given, options);
       if (larger.solution) lean = larger.id;
@@ -154,7 +149,12 @@ void addLargerThanRadtan(Candidates& candidates, const PreparedViews& given,
 
 Candidate::Candidate(std::string_view model_id) : id(model_id), num_params(parameterNames(model_id).size()) {}
 
-Candidates fitCandidates(const PreparedViews& given, const CalibratorOptions& options, ModelChoice& choice) {
+bool foldsInsideImage(const Fit& fit) {
+  return foldsInsideImage(cameraOf(fit), onlyCamera(fit).size);
+}
+
+Candidates fitCandidates(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options,
+                         ModelChoice& choice) {
   // Two lenses that stand for all: one of them explains the views of any, at least roughly, and tells how
   // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
   Candidates candidates;
@@ -172,7 +172,7 @@ Candidates fitCandidates(const PreparedViews& given, const CalibratorOptions& op
   radtan.model = Radtan::kId;
   // Where radtan is not allowed as a whole, one of these may stand in for it.
   const bool is_whole = isAllowed(Radtan::kId, options) && numHeldOfLens(constraintOf(radtan)) == 0;
-  if (choice.is_wide || !is_whole) {
+  if (choice.is_wide || !is_whole || lenses == Lenses::kAll) {
     Candidates fisheyes;
     for (const std::string_view id : {Fov::kId, Ucm::kId, Eucm::kId, DoubleSphere::kId, Omni::kId}) {
       if (isAllowed(id, options)) fisheyes.emplace_back(id);

@@ -40,10 +40,19 @@ struct Candidate {
 
 using Candidates = std::vector<Candidate>;
 
+/// Which models come into question.
+enum class Lenses {
+  kByField,  ///< fisheye models only for wide lenses: radtan and rational are what all programs read
+  kAll,
+};
+
+/// Does the camera of a fit fold inside the image?
+[[nodiscard]] bool foldsInsideImage(const Fit& fit);
+
 /// Fits the models that come into question, by number of parameters.
 /// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
-[[nodiscard]] Candidates fitCandidates(const PreparedViews& given, const CalibratorOptions& options,
-                                       ModelChoice& choice);
+[[nodiscard]] Candidates fitCandidates(Lenses lenses, const PreparedViews& given,
+                                       const CalibratorOptions& options, ModelChoice& choice);
 
 /// The smallest of the fitted models that fits all corners about as well as any; there is one.
 [[nodiscard]] Candidate& fittest(Candidates& candidates, const PreparedViews& given);

@@ -2,6 +2,7 @@
 #include "alidade/calibrate/choose/model_choice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "alidade/calibrate/clean/view_fit.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/parallel.h"
 
 namespace alidade {
@@ -112,6 +114,25 @@ const Candidate& smallestAsGoodAs(const Candidate& best, const Candidates& candi
   return *smallest;
 }
 
+bool foldsInside(const Candidate& c) {
+  return c.unsoundness && c.unsoundness->id == "folds_in_image";
+}
+
+// A camera that folds inside the image is rejected. A sound one is used in its place if what it predicts
+// worse would not even be a warning.
+const Candidate& soundInstead(const Candidate& chosen, const Candidates& candidates, double tolerance_px) {
+  if (!foldsInside(chosen)) return chosen;
+  const Candidate* sound = nullptr;
+  for (const Candidate& c : candidates) {
+    if (!c.score || c.unsoundness) continue;
+    const double further_px = std::sqrt(
+        std::max(0.0, c.holdout_rms_px * c.holdout_rms_px - chosen.holdout_rms_px * chosen.holdout_rms_px));
+    if (severityOf(further_px, tolerance_px) != Severity::kNote) continue;
+    if (sound == nullptr || c.score->sum < sound->score->sum) sound = &c;
+  }
+  return sound != nullptr ? *sound : chosen;
+}
+
 bool isPerspective(std::string_view id) {
   return id == Pinhole::kId || id == Radtan::kId || id == Rational::kId || id == ThinPrism::kId;
 }
@@ -165,11 +186,9 @@ ModelCandidate report(const Candidate& c, const Candidates& candidates, const Ca
   return entry;
 }
 
-}  // namespace
-
-ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
+ChosenModel chosenAmong(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options) {
   ModelChoice choice;
-  Candidates candidates = fitCandidates(given, options, choice);
+  Candidates candidates = fitCandidates(lenses, given, options, choice);
   Candidate& reference = fittest(candidates, given);
   reference.solution = withDataSettled(*std::move(reference.solution), given, options);
   choice.reference = reference.id;
@@ -179,7 +198,9 @@ ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& opt
       [&](std::size_t i) { evaluate(candidates[i], reference_fit, given, options.cancel); }, options.cancel);
   const Candidate* best = bestOf(candidates);
   // Where no model is sound, the findings on the one that fits say why.
-  const Candidate& chosen = best != nullptr ? smallestAsGoodAs(*best, candidates) : reference;
+  const Candidate* smallest = best != nullptr ? &smallestAsGoodAs(*best, candidates) : &reference;
+  if (lenses == Lenses::kAll) smallest = &soundInstead(*smallest, candidates, options.tolerance_px);
+  const Candidate& chosen = *smallest;
   std::vector<AnyCamera> rivals;
   if (best != nullptr) {
     choice.best = best->id;
@@ -194,6 +215,14 @@ ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& opt
     winner.solution = withDataSettled(*std::move(winner.solution), given, own);
   }
   return {.solution = *std::move(winner.solution), .choice = std::move(choice), .rivals = std::move(rivals)};
+}
+
+}  // namespace
+
+ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
+  ChosenModel chosen = chosenAmong(Lenses::kByField, given, options);
+  if (!foldsInsideImage(chosen.solution.fit)) return chosen;
+  return chosenAmong(Lenses::kAll, given, options);
 }
 
 }  // namespace alidade

@@ -16,8 +16,9 @@ struct ChosenModel {
 };
 
 /// Chooses the smallest model beside which none with further parameters has significantly smaller held-out
-/// errors, by a share that is worth them, among those that the views determine. One that folds inside the
-/// image is chosen only where no other fits as well, and the findings then say no. See docs/model_choice.md.
+/// errors, by a share that is worth them, among those that the views determine. Where it folds inside the
+/// image, fisheye models come into question too, and a model that does not fold is taken in its place if the
+/// errors that this adds are below a warning (CalibratorOptions::tolerance_px). See docs/model_choice.md.
 ///
 /// Models that other models contain are given up where a few steps of the larger one take less off the cost
 /// than would count.
