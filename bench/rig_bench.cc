@@ -265,7 +265,7 @@ int printCoverage(int num_sets) {
       named += rig.unlinked.empty() && rig.motions.empty() ? 0 : 1;
       for (std::size_t c = 1; c < truth.cameras.size(); ++c) {
         Eigen::Matrix<double, 6, 1> std;
-        std << rig.cameras[c].position_std_m, rig.cameras[c].rotation_std_rad;
+        std << rig.cameras[c].translation_std_m, rig.cameras[c].rotation_std_rad;
         const Eigen::Matrix<double, 6, 1> z =
             (truth.camera_from_rig[c].inverse() * rig.fit.cameras[c].camera_from_rig)
                 .log()

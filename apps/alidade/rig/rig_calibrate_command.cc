@@ -93,7 +93,7 @@ json documentOfRig(const RigCalibration& rig) {
          {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
          {"camera_from_rig", fitted.camera_from_rig},
          {"translation_std_m",
-          {camera.position_std_m.x(), camera.position_std_m.y(), camera.position_std_m.z()}},
+          {camera.translation_std_m.x(), camera.translation_std_m.y(), camera.translation_std_m.z()}},
          {"rotation_std_rad",
           {camera.rotation_std_rad.x(), camera.rotation_std_rad.y(), camera.rotation_std_rad.z()}},
          {"rms_px", camera.rms_px},

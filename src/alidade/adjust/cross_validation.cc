@@ -24,38 +24,8 @@ namespace {
 constexpr std::size_t kMaxFolds = 5;
 constexpr std::size_t kStretches = 4;  // a fold
 
-// A view's corners by the colour of their squares, as indices into the view.
-using Halves = std::array<std::vector<std::size_t>, 2>;
-
-Halves halvesOf(const Board& board, std::span<const Observation> view) {
-  Halves halves;
-  for (std::size_t i = 0; i < view.size(); ++i) {
-    const int column = view[i].id % board.columns();
-    const int row = view[i].id / board.columns();
-    halves[static_cast<std::size_t>((column + row) & 1)].push_back(i);
-  }
-  return halves;
-}
-
 std::vector<Observation> cornersOf(std::span<const Observation> view, const std::vector<std::size_t>& half) {
   return mapped(half, [&](std::size_t i) { return view[i]; });
-}
-
-// Four corners that are not nearly on one line give a pose.
-bool givesPose(std::span<const Observation> corners) {
-  constexpr std::size_t kFewest = 4;
-  constexpr double kLine = 0.02;  // ratio of the variances across and along
-  if (corners.size() < kFewest) return false;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const Observation& o : corners) mean += o.p_board.head<2>();
-  mean /= static_cast<double>(corners.size());
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  for (const Observation& o : corners) {
-    const Eigen::Vector2d d = o.p_board.head<2>() - mean;
-    scatter += d * d.transpose();
-  }
-  const SymmetricEigen solver(scatter);
-  return solver.eigenvalues()(0) > kLine * solver.eigenvalues()(1);
 }
 
 // The fit without the views of one fold; nothing if the others are not enough.
@@ -82,7 +52,7 @@ std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, c
   const ViewKernel& kernel = viewKernel(camera.model);
   const std::vector<Observation> all = onShape(board.target, board.shape, view.corners);
   const SE3 pose = cameraFromBoard(fit, view);
-  const Halves halves = halvesOf(board.target, all);
+  const CornerHalves halves = halvesOf(board.target, all);
   const std::array<std::vector<Observation>, 2> corners = {cornersOf(all, halves[0]),
                                                            cornersOf(all, halves[1])};
   if (!givesPose(corners[0]) || !givesPose(corners[1])) return {};
@@ -119,6 +89,32 @@ ViewMean meanOver(std::span<const double> of_view) {
 }
 
 }  // namespace
+
+CornerHalves halvesOf(const Board& board, std::span<const Observation> view) {
+  CornerHalves halves;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const int column = view[i].id % board.columns();
+    const int row = view[i].id / board.columns();
+    halves[static_cast<std::size_t>((column + row) & 1)].push_back(i);
+  }
+  return halves;
+}
+
+bool givesPose(std::span<const Observation> corners) {
+  constexpr std::size_t kFewest = 4;
+  constexpr double kLine = 0.02;  // ratio of the variances across and along
+  if (corners.size() < kFewest) return false;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Observation& o : corners) mean += o.p_board.head<2>();
+  mean /= static_cast<double>(corners.size());
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const Observation& o : corners) {
+    const Eigen::Vector2d d = o.p_board.head<2>() - mean;
+    scatter += d * d.transpose();
+  }
+  const SymmetricEigen solver(scatter);
+  return solver.eigenvalues()(0) > kLine * solver.eigenvalues()(1);
+}
 
 int numFolds(std::size_t num_views) {
   return static_cast<int>(std::min(kMaxFolds, num_views));

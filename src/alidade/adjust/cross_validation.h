@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -20,6 +22,13 @@ struct HeldOutErrors {
   /// the camera of the other views does not see. A view has no errors if its corners do not give two poses.
   std::vector<std::vector<Eigen::Vector2d>> px;
 };
+
+/// A view's corners by the colour of their squares, as indices into the view: both halves span the board.
+using CornerHalves = std::array<std::vector<std::size_t>, 2>;
+[[nodiscard]] CornerHalves halvesOf(const Board& board, std::span<const Observation> view);
+
+/// Whether corners give a pose: at least four that are not nearly on one line.
+[[nodiscard]] bool givesPose(std::span<const Observation> corners);
 
 /// Cross-validation over views. Each fold of views is left out in turn, and intrinsics and poses are
 /// estimated again from the other views, starting at the full solution with its weights and loss. Each

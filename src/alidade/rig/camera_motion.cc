@@ -118,18 +118,21 @@ std::optional<CameraMotion> largeMotion(const RigCalibration& rig, const JointFi
       num_moved < kShare * static_cast<double>(num_unlinked))
     return std::nullopt;
   const SE3 mean = meanOf(moved);
-  std::vector<double> spreads;
-  for (const CommonView* view : moved) spreads.push_back((mean.inverse() * view->rig_from_rig).log().norm());
-  if (kSure * medianOf(std::move(spreads)) > std::sqrt(num_moved) * mean.log().norm()) return std::nullopt;
   std::vector<std::size_t> of_camera;
-  for (const CommonView* view : moved) of_camera.push_back(view->view);
+  std::vector<double> spreads_px;
+  for (const CommonView* view : moved) {
+    of_camera.push_back(view->view);
+    spreads_px.push_back(effectOf(mean.inverse() * view->rig_from_rig, joint, camera, {view->view}));
+  }
+  const double effect_px = effectOf(mean, joint, camera, of_camera);
+  if (kSure * medianOf(std::move(spreads_px)) > std::sqrt(num_moved) * effect_px) return std::nullopt;
   const SE3 camera_from_rig = joint.fit.cameras[camera].camera_from_rig;
   // Before a late motion the camera is where the fit has it; after an early one, it is.
   const SE3 change = is_late ? mean : mean.inverse();
   return CameraMotion{.camera = camera,
                       .from_frame = rig.frames[common[at].frame],
                       .after_from_before = camera_from_rig * change * camera_from_rig.inverse(),
-                      .effect_px = effectOf(mean, joint, camera, of_camera),
+                      .effect_px = effect_px,
                       .num_after = common.size() - at};
 }
 

@@ -2,45 +2,43 @@
 #include "alidade/rig/given_lens.h"
 
 #include <algorithm>
-#include <cmath>
-#include <vector>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
-#include "alidade/calibrate/uncertainty/aligned_difference.h"
-#include "alidade/camera/any_camera.h"
-#include "alidade/core/statistics.h"
+#include "alidade/compare/projection_difference.h"
 
 namespace alidade {
+namespace {
 
-std::optional<LensMisfit> givenLensMisfit(const Fit& fit, const CancelFlag* cancel) {
-  constexpr double kSure = 4.5;  // standard deviations of a normal variable
-  Fit freed = fit;
-  onlyCamera(freed).constraint = {};
-  freed = solve(std::move(freed), {.cancel = cancel});
-  if (freed.summary.termination == Termination::kFailed) return std::nullopt;
-  const auto num_params = static_cast<double>(onlyCamera(fit).params.size());
-  const double freedom =
-      2 * static_cast<double>(numCorners(fit)) - num_params - 6 * static_cast<double>(fit.placements.size());
-  const double gain = fit.summary.cost - freed.summary.cost;
-  if (freedom < 1 || !(gain > 0)) return std::nullopt;
-  const double f = (gain / num_params) / (freed.summary.cost / freedom);
-  if (normalOfF(f, num_params, freedom) < kSure) return std::nullopt;
-  std::vector<Eigen::Vector2d> pixels;
+// Spread evenly over all.
+std::vector<Eigen::Vector2d> someCorners(const Fit& fit, std::size_t camera) {
+  constexpr std::size_t kMost = 2000;
+  std::vector<Eigen::Vector2d> all;
   for (const FitView& view : fit.views) {
-    for (const Observation& corner : view.corners) pixels.push_back(corner.pixel);
+    if (view.camera != camera) continue;
+    for (const Observation& corner : view.corners) all.push_back(corner.pixel);
   }
-  const auto cameraOf = [](const Fit& of) {
-    return AnyCamera::make(onlyCamera(of).model, onlyCamera(of).params);
-  };
-  std::vector<double> differences = alignedDifferences(cameraOf(fit), cameraOf(freed), pixels, pixels);
-  std::erase_if(differences, [](double difference) { return std::isnan(difference); });
-  if (differences.empty()) return std::nullopt;
-  constexpr double kShare = 0.95;
-  const auto at =
-      differences.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(differences.size() - 1));
-  std::ranges::nth_element(differences, at);
-  return LensMisfit{.effect_px = *at, .freed_rms_px = rms(freed)};
+  const std::size_t step = (all.size() + kMost - 1) / kMost;
+  std::vector<Eigen::Vector2d> some;
+  for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
+  return some;
+}
+
+}  // namespace
+
+std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCalibration& rig,
+                                          std::size_t camera) {
+  const Calibration& freed = rig.cameras[camera].joint;
+  if (!freed.uncertainty.covariance) return std::nullopt;
+  const AnyCamera freed_camera = freed.camera();
+  const ComparedCamera a{
+      .camera = &given.camera, .size = given.image_size, .covariance = statedCovariance(given)};
+  const ComparedCamera b{
+      .camera = &freed_camera, .size = freed.imageSize(), .covariance = freed.uncertainty.statedCovariance()};
+  const ProjectionDifference difference =
+      projectionDifference(a, b, {.quarter_turns = 0, .pixels = someCorners(rig.fit, camera)});
+  if (!difference.is_converged || difference.num_compared == 0) return std::nullopt;
+  const auto significance = significanceOf(difference, a, b, Freed::kRotation);
+  if (!significance || !significance->isSignificant()) return std::nullopt;
+  return LensMisfit{.effect_px = difference.p95_px, .freed_rms_px = rig.cameras[camera].rms_px};
 }
 
 }  // namespace alidade

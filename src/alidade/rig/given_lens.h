@@ -3,15 +3,15 @@
 
 #include <optional>
 
-#include "alidade/adjust/fit.h"
-#include "alidade/core/cancel.h"
+#include "alidade/record/camera_record.h"
 #include "alidade/rig/rig_calibration.h"
 
 namespace alidade {
 
-/// Compares a fit whose lens was kept with the same one freed.
-/// @param fit  of one camera, all of its parameters held
-/// @returns nothing if the freed fit is no better beyond chance, or has no solution
-[[nodiscard]] std::optional<LensMisfit> givenLensMisfit(const Fit& fit, const CancelFlag* cancel);
+/// Compares a lens that was given with the one that a rig's images give, at their corners.
+/// @param rig  with all lenses freed
+/// @returns nothing if the two differ by no more than their covariances explain
+[[nodiscard]] std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCalibration& rig,
+                                                        std::size_t camera);
 
 }  // namespace alidade

@@ -73,25 +73,16 @@ Fit startOf(std::span<const RigCamera> cameras, const JointViews& views) {
   return fit;
 }
 
-// The boards that some camera alone found uneven.
-std::vector<std::size_t> unevenAlone(std::span<const RigCamera> cameras) {
-  std::set<std::size_t> uneven;
-  for (const RigCamera& camera : cameras) {
-    for (std::size_t b = 0; b < camera.alone.fit.boards.size(); ++b) {
-      if (camera.alone.fit.boards[b].isUneven()) uneven.insert(b);
-    }
-  }
-  return {uneven.begin(), uneven.end()};
-}
-
 // Estimates the places of these boards' points with all else. Views that contradict each other may leave none
 // to find; without them there may be some, so each solve begins anew.
-void solveUneven(std::span<const std::size_t> boards, Fit& fit, const CancelFlag* cancel) {
+void solveUneven(std::span<const std::size_t> boards, JointFit& joint, const CancelFlag* cancel) {
+  Fit& fit = joint.fit;
   std::vector<std::size_t> even;
   for (const std::size_t b : boards) {
     if (!fit.boards[b].isUneven()) even.push_back(b);
   }
   auto uneven = withOffsets(startedUneven(fit, even), OffsetScatter::kEstimate, cancel);
+  joint.are_points_lost = !uneven;
   if (uneven) {
     fit = *std::move(uneven);
     return;
@@ -147,14 +138,20 @@ Fit withoutEmptyPlacements(const Fit& fit) {
   return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
 }
 
-// Gives a view a placement of its own, where it alone has the board.
+// Gives a view a placement of its own, where it alone has the board. So does a view that is left by itself:
+// where both had the board may be far from where it has it.
 void unlink(std::size_t v, JointFit& joint) {
   Fit& fit = joint.fit;
-  FitPlacement own = fit.placements[fit.views[v].placement];
+  const std::size_t left = fit.views[v].placement;
+  FitPlacement own = fit.placements[left];
   own.rig_from_board = joint.rig_from_board[v];
   fit.views[v].placement = fit.placements.size();
   fit.placements.push_back(own);
   joint.unlinked.push_back(v);
+  const auto isLeft = [&](const FitView& view) { return view.placement == left; };
+  if (std::ranges::count_if(fit.views, isLeft) != 1) return;
+  const auto last = static_cast<std::size_t>(std::ranges::find_if(fit.views, isLeft) - fit.views.begin());
+  fit.placements[left].rig_from_board = joint.rig_from_board[last];
 }
 
 // What each camera's views may be off where poses are those of single views: far more than most of them.
@@ -198,13 +195,15 @@ void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
 }
 
 // The view whose own pose is farthest from those of the others; of two, the second.
-std::size_t oddOne(const std::vector<std::size_t>& of_placement, const std::vector<SE3>& rig_from_board) {
+std::size_t oddOne(const std::vector<std::size_t>& of_placement, const JointViews& views,
+                   const std::vector<SE3>& rig_from_board) {
+  const auto distanceOf = [&](std::size_t v) { return views.poses[v].camera_from_board.translation.norm(); };
   std::size_t odd = of_placement.front();
   double most = -1;
   for (const std::size_t v : of_placement) {
     double sum = 0;
     for (const std::size_t other : of_placement)
-      sum += (rig_from_board[v].inverse() * rig_from_board[other]).log().norm();
+      sum += poseCost(rig_from_board[v], rig_from_board[other], std::max(distanceOf(v), distanceOf(other)));
     if (sum < most) continue;
     most = sum;
     odd = v;
@@ -229,7 +228,7 @@ bool unlinkContradictions(const JointViews& views, const std::vector<double>& al
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     if (!isContradictory(fit, of_placement, alone)) continue;
     if (!is_any) joint.rig_from_board = placedByEach(fit, views);
-    unlink(oddOne(of_placement, joint.rig_from_board), joint);
+    unlink(oddOne(of_placement, views, joint.rig_from_board), joint);
     is_any = true;
   }
   return is_any;
@@ -288,15 +287,25 @@ bool relink(const JointViews& views, const std::vector<std::size_t>& moved, Join
 
 }  // namespace
 
+std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
+  std::set<std::size_t> uneven;
+  for (const Fit* fit : fits) {
+    for (std::size_t b = 0; b < fit->boards.size(); ++b) {
+      if (fit->boards[b].isUneven()) uneven.insert(b);
+    }
+  }
+  return {uneven.begin(), uneven.end()};
+}
+
 JointViews jointViews(std::span<const Board> boards, std::span<const RigCamera> cameras,
-                      const std::vector<std::vector<std::size_t>>& frame_of) {
+                      const FramesOfBoards& frames) {
   JointViews all;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Calibration& alone = cameras[c].alone;
     all.sigma_px.push_back(std::max(alone.uncertainty.coordinate_sigma_px, kMinSigmaPx));
     for (const FitView& view : alone.fit.views) {
       all.poses.push_back({.camera = c,
-                           .frame = frame_of[c][view.source],
+                           .frame = frames.of(c, view.source, boardIndex(alone.fit, view)),
                            .board = boardIndex(alone.fit, view),
                            .camera_from_board = cameraFromBoard(alone.fit, view)});
       all.views.push_back(&view);
@@ -307,7 +316,8 @@ JointViews jointViews(std::span<const Board> boards, std::span<const RigCamera> 
   return all;
 }
 
-JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views, const CancelFlag* cancel) {
+JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views,
+                  std::span<const std::size_t> uneven, const CancelFlag* cancel) {
   const SolveOptions options{.cancel = cancel};
   JointFit joint{.fit = startOf(cameras, views)};
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
@@ -319,11 +329,10 @@ JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views, c
     alone.push_back(meanSquare(*views.views[v]) / (sigma_px * sigma_px));
   }
   unlinkGrossContradictions(views, joint);
-  const std::vector<std::size_t> uneven = unevenAlone(cameras);
   const auto solveOnce = [&] {
     joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
     if (joint.fit.summary.termination == Termination::kFailed) return;
-    solveUneven(uneven, joint.fit, cancel);
+    solveUneven(uneven, joint, cancel);
   };
   // Each camera may have moved.
   std::vector<std::size_t> moved;
@@ -344,6 +353,17 @@ JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views, c
   std::ranges::sort(joint.unlinked);
   joint.rig_from_board = placedByEach(joint.fit, views);
   return joint;
+}
+
+double rmsOfCamera(const Fit& fit, std::size_t camera) {
+  double sum = 0;
+  double count = 0;
+  for (const FitView& view : fit.views) {
+    if (view.camera != camera) continue;
+    for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
+    count += static_cast<double>(view.errors.size());
+  }
+  return std::sqrt(sum / count);
 }
 
 std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit) {

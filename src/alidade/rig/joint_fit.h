@@ -9,6 +9,7 @@
 #include "alidade/core/cancel.h"
 #include "alidade/rig/rig_calibration.h"
 #include "alidade/rig/rig_start.h"
+#include "alidade/rig/still_boards.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
@@ -27,9 +28,11 @@ struct JointViews {
 };
 
 /// @param cameras  their `alone` lives as long as the result
-/// @param frame_of  of each view that each camera was given
 [[nodiscard]] JointViews jointViews(std::span<const Board> boards, std::span<const RigCamera> cameras,
-                                    const std::vector<std::vector<std::size_t>>& frame_of);
+                                    const FramesOfBoards& frames);
+
+/// The boards that are uneven in any of these fits, which have the same boards.
+[[nodiscard]] std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits);
 
 /// The fit of all cameras, solved. View v of it is view v of the JointViews.
 struct JointFit {
@@ -37,12 +40,17 @@ struct JointFit {
   std::vector<std::size_t> unlinked = {};  ///< views that contradict their frame, ascending
   /// Where the board is by each view alone, its camera being where the fit has it.
   std::vector<SE3> rig_from_board = {};
+  bool are_points_lost = false;  ///< no places of the points of uneven boards fit all cameras
 };
 
 /// Solves all intrinsics, poses and board shapes together. Views whose errors exceed three times the noise
 /// contradict the others of their frame: they get a placement of their own.
+/// @param uneven  boards, the places of whose points are estimated
 [[nodiscard]] JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views,
-                                const CancelFlag* cancel);
+                                std::span<const std::size_t> uneven, const CancelFlag* cancel);
+
+/// sqrt(mean of dx^2 + dy^2) over the corners of a camera, px; NaN without one.
+[[nodiscard]] double rmsOfCamera(const Fit& fit, std::size_t camera);
 
 /// The views of each placement.
 [[nodiscard]] std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit);

@@ -38,8 +38,14 @@ struct RigCamera {
   double transfer_px = std::numeric_limits<double>::quiet_NaN();
   std::size_t num_linked = 0;   ///< views of boards that another camera saw at the same time
   std::size_t num_grazing = 0;  ///< of these: with the board turned by more than kGrazingRad
-  Eigen::Vector3d position_std_m = Eigen::Vector3d::Zero();  ///< of the rig's origin in the camera frame
-  Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Zero();
+  /// Standard deviations of the tangent [v, w] of camera_from_rig Exp([v, w]), in the rig's frame. Those of
+  /// the first camera are 0, as it is at the origin; NaN if they are unknown.
+  Eigen::Vector3d translation_std_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Eigen::Vector3d position_std_m =  ///< of the camera's centre in the rig's frame
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  double distance_std_m =
+      std::numeric_limits<double>::quiet_NaN();  ///< of its distance from the first camera
 };
 
 /// The angle between the line of sight and a board's normal from which a view is grazing.
@@ -68,8 +74,13 @@ struct RigCalibration {
   /// Of all cameras; the first one is at the rig's origin. Corners of ambiguous boards are numbered alike in
   /// all views of a frame. Weights are inverse variances, px^-2.
   Fit fit;
-  std::vector<std::string> frames;    ///< names, by FitPlacement::frame
-  std::size_t num_linked = 0;         ///< placements of boards that two or more cameras saw
+  std::vector<std::string> frames;   ///< names, by FitPlacement::frame
+  std::size_t num_linked = 0;        ///< placements of boards that two or more cameras saw
+  std::size_t num_common_views = 0;  ///< views of boards that another camera saw in the same frame
+  std::size_t num_lone_views = 0;    ///< of these, those that no other one is linked with
+  bool are_points_lost =
+      false;  ///< a board is uneven for a camera alone, but no places of its points fit all
+  bool are_lenses_tested = true;      ///< given lenses were compared with freed ones, see RigCamera::misfit
   std::size_t num_renumbered = 0;     ///< views of ambiguous boards that were numbered otherwise
   std::vector<RigImage> unlinked;     ///< views that contradict the others of their frame
   std::vector<RigImage> unmatched;    ///< images without one of the same instant by another camera

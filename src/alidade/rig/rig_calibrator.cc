@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -54,7 +55,6 @@ std::vector<RigCamera> calibratedAlone(std::span<const Board> boards, const std:
           throw Error(error.code(), {.where = camera.name, .found = error.what()});
         }
         camera.alone_rms_px = rms(camera.alone.fit);
-        if (camera.given) camera.misfit = givenLensMisfit(camera.alone.fit, options.camera.cancel);
       },
       options.camera.cancel);
   return result;
@@ -74,23 +74,38 @@ void requireOnePart(const std::vector<RigCamera>& cameras, const RigStart& start
                                  "both parts see the board"});
 }
 
-double rmsOf(const Fit& fit, std::size_t camera) {
-  double sum = 0;
-  double count = 0;
-  for (const FitView& view : fit.views) {
-    if (view.camera != camera) continue;
-    for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
-    count += static_cast<double>(view.errors.size());
-  }
-  return std::sqrt(sum / count);
-}
-
 void requireCounts(std::size_t num_cameras, const RigOptions& options) {
   if (num_cameras < 2) {
     throw usageError({.where = "rig", .found = "one camera", .expected = "the views of two or more cameras"});
   }
   const auto isOneEach = [&](std::size_t count) { return count == 0 || count == num_cameras; };
   expect(isOneEach(options.models.size()) && isOneEach(options.given.size()), "one option for each camera");
+}
+
+// With the given lenses freed, to compare them with; nothing where their images alone give no rig.
+std::optional<RigCalibration> freedRig(std::span<const Board> boards, const std::vector<RigViews>& cameras,
+                                       const RigOptions& options) {
+  RigOptions freed = options;
+  freed.given.clear();
+  freed.models.clear();
+  for (std::size_t c = 0; c < cameras.size(); ++c) freed.models.push_back(optionsOf(c, options).model);
+  try {
+    return calibrateRig(boards, cameras, freed);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+void countCommonViews(const JointViews& views, RigCalibration& rig) {
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> num_of_board;  // by frame and board
+  for (const PosedView& pose : views.poses) ++num_of_board[{pose.frame, pose.board}];
+  const std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(rig.fit);
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    if (num_of_board[{views.poses[v].frame, views.poses[v].board}] < 2) continue;
+    ++rig.num_common_views;
+    if (placements[rig.fit.views[v].placement].size() == 1) ++rig.num_lone_views;
+  }
+  for (const auto& of_placement : placements) rig.num_linked += of_placement.size() > 1 ? 1 : 0;
 }
 
 }  // namespace
@@ -104,23 +119,33 @@ RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews>
   rig.unmatched = frames.unmatched;
   rig.time_spread = frames.time_spread;
   rig.cameras = calibratedAlone(boards, cameras, options);
-  const JointViews views = jointViews(boards, rig.cameras, frames.frame_of);
+  const JointViews views = jointViews(boards, rig.cameras, FramesOfBoards(frames, cameras, rig.cameras));
   requireOnePart(rig.cameras, views.start);
+  const bool is_any_given = std::ranges::any_of(rig.cameras, [](const RigCamera& c) { return !!c.given; });
+  const auto freed = is_any_given ? freedRig(boards, cameras, options) : std::nullopt;
+  rig.are_lenses_tested = !is_any_given || freed;
   rig.num_renumbered = static_cast<std::size_t>(
       std::ranges::count_if(views.start.turn_of, [](std::size_t turn) { return turn != 0; }));
-  const JointFit joint = jointFit(rig.cameras, views, options.camera.cancel);
+  std::vector<const Fit*> fits;
+  for (const RigCamera& camera : rig.cameras) fits.push_back(&camera.alone.fit);
+  if (freed) fits.push_back(&freed->fit);
+  const JointFit joint = jointFit(rig.cameras, views, unevenBoards(fits), options.camera.cancel);
   rig.fit = joint.fit;
+  rig.are_points_lost = joint.are_points_lost;
   for (const std::size_t v : joint.unlinked) {
     rig.unlinked.push_back({.camera = rig.fit.views[v].camera,
                             .image = rig.fit.views[v].image,
                             .frame = rig.frames[views.poses[v].frame]});
   }
-  for (const auto& of_placement : viewsOfPlacements(rig.fit))
-    rig.num_linked += of_placement.size() > 1 ? 1 : 0;
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) rig.cameras[c].rms_px = rmsOf(rig.fit, c);
+  countCommonViews(views, rig);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) rig.cameras[c].rms_px = rmsOfCamera(rig.fit, c);
   setUncertainty(rig);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
     rig.cameras[c].joint = jointCamera(rig, c, options.camera.tolerance_px, options.camera.distance_m);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    RigCamera& camera = rig.cameras[c];
+    if (camera.given && freed) camera.misfit = givenLensMisfit(*camera.given, *freed, c);
+  }
   rig.motions = cameraMotions(rig, views, joint);
   rig.holdout = rigHoldout(rig.fit, options.camera.cancel);
   rig.diagnoses = judgeRig(rig, options.camera.tolerance_px);
@@ -154,7 +179,7 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
     if (camera.given) {
       record.cameras.push_back({.camera = *camera.given,
                                 .camera_from_rig = rig.fit.cameras[c].camera_from_rig,
-                                .translation_std_m = camera.position_std_m,
+                                .translation_std_m = camera.translation_std_m,
                                 .rotation_std_rad = camera.rotation_std_rad});
       record.cameras.back().camera.name.name = camera.name;
       continue;
@@ -166,7 +191,7 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
       of_camera.calibration->is_covariance_by_views = rig.is_by_frames;
     record.cameras.push_back({.camera = std::move(of_camera),
                               .camera_from_rig = rig.fit.cameras[c].camera_from_rig,
-                              .translation_std_m = camera.position_std_m,
+                              .translation_std_m = camera.translation_std_m,
                               .rotation_std_rad = camera.rotation_std_rad});
   }
   return record;

@@ -26,15 +26,16 @@ struct RigOptions {
 /// Calibrates each camera alone, links them by boards that two of them see at the same time, and solves all
 /// intrinsics, poses and board shapes together. Cameras need not see the same board; two that never do are
 /// linked through others. Views of boards that look the same after a turn are numbered alike. A view that
-/// contradicts the others of its frame keeps a pose of its own.
+/// contradicts the others of its frame keeps a pose of its own. Frames between which a board stood still
+/// count as one for it. Given lenses are compared with those of a second calibration in which they are free.
 /// @param cameras  two or more, in the order of the result
 /// @throws Error as calibrate(), with the camera's name; Error (kInput) for cameras that nothing links, and
 /// for images that cannot be matched
 [[nodiscard]] RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews> cameras,
                                           const RigOptions& options = {});
 
-/// What a rig file contains. The cameras have their parameters and covariance from the joint fit; their
-/// verdict and accuracy are those of their own views. A given camera is as it was given.
+/// What a rig file contains. The cameras have parameters, covariance, verdict and accuracy of the joint fit.
+/// A given camera is as it was given.
 [[nodiscard]] RigRecord recordOf(const RigCalibration& rig, const std::string& created_by);
 
 }  // namespace alidade

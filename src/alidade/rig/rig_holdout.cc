@@ -11,6 +11,7 @@
 #include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/errors.h"
 #include "alidade/adjust/solve.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
@@ -40,13 +41,9 @@ bool isSolved(const Fit& fit) {
          fit.summary.termination != Termination::kIterationLimit;
 }
 
-// The corners of one colour of the board's squares.
-std::vector<Observation> halfOf(const Board& board, const std::vector<Observation>& corners, int half) {
-  std::vector<Observation> chosen;
-  for (const Observation& corner : corners) {
-    if (((corner.id % board.columns() + corner.id / board.columns()) & 1) == half) chosen.push_back(corner);
-  }
-  return chosen;
+std::vector<Observation> halfOf(const Board& board, const std::vector<Observation>& corners,
+                                std::size_t half) {
+  return mapped(halvesOf(board, corners)[half], [&](std::size_t i) { return corners[i]; });
 }
 
 // With the cameras as they are, only placements are estimated.
@@ -63,13 +60,12 @@ void holdCameras(Fit& fit, const Fit& from) {
 }
 
 void addErrors(const Fit& held_out, const CancelFlag* cancel, HoldoutReport& report, double& sum) {
-  constexpr std::size_t kFewestOfHalf = 6;  // corners of a half that give a placement with some to spare
-  for (const int half : {0, 1}) {
+  for (const std::size_t half : {0U, 1U}) {
     Fit fit = held_out;
     std::vector<bool> is_out;
     for (FitView& view : fit.views) {
       view.corners = halfOf(boardOf(fit, view).target, view.corners, half);
-      is_out.push_back(view.corners.size() < kFewestOfHalf);
+      is_out.push_back(!givesPose(view.corners));
     }
     Fit solved = solve(withoutViews(fit, is_out), {.cancel = cancel});
     if (!isSolved(solved)) {

@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "alidade/adjust/errors.h"
 #include "alidade/core/text.h"
+#include "alidade/rig/joint_fit.h"
 
 namespace alidade {
 namespace {
@@ -63,7 +67,6 @@ void judgeMotions(const RigCalibration& rig, double tolerance_px, std::vector<Di
 }
 
 void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
-  const std::size_t num_links = rig.num_linked + rig.unlinked.size();
   std::vector<RigImage> unlinked;  // by no motion
   std::ranges::copy_if(rig.unlinked, std::back_inserter(unlinked), [&](const RigImage& image) {
     return std::ranges::none_of(rig.motions, [&](const CameraMotion& motion) {
@@ -71,12 +74,13 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
     });
   });
   if (!unlinked.empty()) {
-    const bool are_many = 5 * unlinked.size() > num_links;
+    // Of two views that contradict each other, either may be the wrong one.
+    const bool are_many = 5 * rig.num_lone_views > rig.num_common_views;
     diagnoses.push_back(
         {.severity = are_many ? Severity::kFailure : Severity::kWarning,
          .id = "not_simultaneous",
-         .cause =
-             fmt::format("{} of {} common views of a board contradict the rig", unlinked.size(), num_links),
+         .cause = fmt::format("{} of {} common views of a board contradict the rig", unlinked.size(),
+                              rig.num_common_views),
          .evidence = listedImages(rig, unlinked),
          .next_step = "hold the board still while the cameras take a frame, and check that names match"});
   }
@@ -132,17 +136,117 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
   }
 }
 
+// What the fit tells of the images that were used is not what the rig does with others.
+void judgeHoldout(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
+  if (rig.holdout.num_corners == 0) {
+    diagnoses.push_back({.severity = Severity::kNote,
+                         .id = "no_holdout",
+                         .cause =
+                             "there is no cross-validation: without a fifth of the frames, the others do not "
+                             "determine the rig, or boards have too few corners",
+                         .next_step = "take more frames"});
+    return;
+  }
+  const double fitted_px = rms(rig.fit);
+  const double more = rig.holdout.rms_px * rig.holdout.rms_px - fitted_px * fitted_px;
+  const double effect_px = kRadius95 * std::sqrt(std::max(0.0, more));
+  const bool are_many_unseen = 20 * rig.holdout.num_unseen > rig.holdout.num_corners;
+  if (severityOf(effect_px, tolerance_px) == Severity::kNote && !are_many_unseen) return;
+  diagnoses.push_back(
+      {.severity = std::max(Severity::kWarning, severityOf(effect_px, tolerance_px)),
+       .id = "holdout_error",
+       .cause = fmt::format("on frames that were left out, the RMS is {:.3f} px instead of {:.3f} px",
+                            rig.holdout.rms_px, fitted_px),
+       .evidence = rig.holdout.num_unseen > 0
+                       ? fmt::format("{} corners have no error there", rig.holdout.num_unseen)
+                       : "",
+       .next_step = "take more frames, with boards tilted and in all parts of the images",
+       .effect_px = effect_px});
+}
+
+// Two inputs with the same images give two cameras at one place, however bad the calibration is.
+void judgeSameImages(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
+  constexpr double kSamePx = 1e-6;
+  std::map<std::pair<std::size_t, std::size_t>, std::pair<std::size_t, std::size_t>> counts;  // same, all
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(rig.fit)) {
+    for (std::size_t i = 0; i < of_placement.size(); ++i) {
+      for (std::size_t k = i + 1; k < of_placement.size(); ++k) {
+        const FitView& a = rig.fit.views[of_placement[i]];
+        const FitView& b = rig.fit.views[of_placement[k]];
+        if (a.camera == b.camera) continue;
+        auto& [num_same, num_all] = counts[std::minmax(a.camera, b.camera)];
+        ++num_all;
+        const bool is_same = std::ranges::equal(a.corners, b.corners, [](const auto& one, const auto& other) {
+          return one.id == other.id && (one.pixel - other.pixel).norm() < kSamePx;
+        });
+        if (is_same) ++num_same;
+      }
+    }
+  }
+  for (const auto& [cameras, count] : counts) {
+    if (2 * count.first <= count.second) continue;
+    diagnoses.push_back(
+        {.severity = Severity::kFailure,
+         .id = "same_images",
+         .cause = fmt::format("{} and {} have the same images: {} of {} common views agree to the "
+                              "last digit",
+                              rig.cameras[cameras.first].name, rig.cameras[cameras.second].name, count.first,
+                              count.second),
+         .next_step = "give each camera its own images"});
+  }
+}
+
+void judgeBoards(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
+  if (!rig.are_points_lost) return;
+  diagnoses.push_back(
+      {.severity = Severity::kNote,
+       .id = "points_lost",
+       .cause = "a camera alone finds a board uneven, but no places of its points fit all cameras; "
+                "the boards are taken as even",
+       .next_step = "hold the board still while the cameras take a frame"});
+}
+
+// Those of a lens that was given do not concern its new images.
+bool isOfLens(const std::string& id) {
+  constexpr std::string_view kOfLens[] = {"unobservable",
+                                          "focal_uncertain",
+                                          "folds_in_image",
+                                          "poor_coverage",
+                                          "model_too_lean",
+                                          "lens_deviates",
+                                          "odd_aspect",
+                                          "inaccurate",
+                                          "ambiguous_optimum",
+                                          "ill_conditioned",
+                                          "few_views",
+                                          "fronto_parallel",
+                                          "parameter_at_limit",
+                                          "pixels_without_ray",
+                                          "principal_point_outside",
+                                          "misfit"};
+  return std::ranges::find(kOfLens, id) != std::end(kOfLens);
+}
+
 void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   for (const RigCamera& camera : rig.cameras) {
     if (!camera.given) continue;
+    if (!rig.are_lenses_tested) {
+      diagnoses.push_back(
+          {.severity = Severity::kNote,
+           .id = "given_lens_untested",
+           .cause = fmt::format("these images do not tell whether the lens of {} is right: by "
+                                "themselves they give no rig",
+                                camera.name),
+           .next_step = "take more frames"});
+    }
     if (camera.misfit) {
       diagnoses.push_back(
           {.severity = severityOf(camera.misfit->effect_px, tolerance_px),
            .id = "given_lens_misfits",
            .cause = fmt::format("the images of {} contradict the lens of its camera file by {:.2f} px (95 %)",
                                 camera.name, camera.misfit->effect_px),
-           .evidence = fmt::format("RMS {:.3f} px with it, {:.3f} px with the lens freed",
-                                   camera.alone_rms_px, camera.misfit->freed_rms_px),
+           .evidence = fmt::format("RMS {:.3f} px with it, {:.3f} px with the lenses freed", camera.rms_px,
+                                   camera.misfit->freed_rms_px),
            .next_step = "check that the files are in the order of the cameras; otherwise leave out --fixed",
            .effect_px = camera.misfit->effect_px});
     }
@@ -165,10 +269,13 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeMotions(rig, tolerance_px, diagnoses);
   judgeFrames(rig, tolerance_px, diagnoses);
   judgeLinks(rig, tolerance_px, diagnoses);
+  judgeHoldout(rig, tolerance_px, diagnoses);
+  judgeSameImages(rig, diagnoses);
+  judgeBoards(rig, diagnoses);
   judgeGivenLenses(rig, tolerance_px, diagnoses);
   for (const RigCamera& camera : rig.cameras) {
     for (Diagnosis diagnosis : camera.joint.diagnoses) {
-      if (camera.given && diagnosis.severity != Severity::kFailure) continue;  // of the lens, which is kept
+      if (camera.given && isOfLens(diagnosis.id)) continue;
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
       diagnoses.push_back(std::move(diagnosis));
     }

@@ -125,7 +125,9 @@ Links linksOf(std::span<const PosedView> views, const Placements& placements,
         const PosedView* a = &views[of_place[i]];
         const PosedView* b = &views[of_place[k]];
         if (a->camera > b->camera) std::swap(a, b);
-        FramePoses frame{.b_from_a = {}, .distance_m = a->camera_from_board.translation.norm()};
+        FramePoses frame{.b_from_a = {},
+                         .distance_m = std::max(a->camera_from_board.translation.norm(),
+                                                b->camera_from_board.translation.norm())};
         for (const BoardTurn& turn : turns[place.second]) {
           frame.b_from_a.push_back(b->camera_from_board * turn.turned_from_board.inverse() *
                                    a->camera_from_board.inverse());
@@ -202,6 +204,10 @@ void numberViews(std::span<const PosedView> views, const std::vector<std::size_t
 }
 
 }  // namespace
+
+double poseCost(const SE3& a, const SE3& b, double distance_m) {
+  return between(a, b).cost(distance_m);
+}
 
 std::vector<BoardTurn> boardTurns(const Board& board) {
   std::vector<BoardTurn> turns;

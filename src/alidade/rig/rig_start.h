@@ -19,6 +19,10 @@ struct PosedView {
   SE3 camera_from_board = {};
 };
 
+/// How far apart two poses are for points at a distance: the angle between them, rad, plus their translation
+/// as a share of the distance.
+[[nodiscard]] double poseCost(const SE3& a, const SE3& b, double distance_m);
+
 /// How a board that looks the same after a turn is renumbered.
 struct BoardTurn {
   SE3 turned_from_board = {};   ///< takes a point of the board to the point that looks the same

@@ -157,19 +157,38 @@ void setCovariance(RigCalibration& rig, const JointColumns& columns) {
   }
 }
 
+// The centre of C Exp([v, w]) is Exp(-[v, w]) c for the centre c of C, that is c - v + c x w.
+void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const SE3& camera_from_rig,
+                RigCamera& camera) {
+  const auto stdOf = [](const Eigen::VectorXd& variances) {
+    return Eigen::Vector3d(variances.cwiseMax(0).cwiseSqrt());
+  };
+  camera.translation_std_m = stdOf(covariance.diagonal().head<3>());
+  camera.rotation_std_rad = stdOf(covariance.diagonal().tail<3>());
+  const Eigen::Vector3d centre = camera_from_rig.inverse().translation;
+  Eigen::Matrix<double, 3, 6> J;
+  J << -Eigen::Matrix3d::Identity(), hat(centre);
+  const Eigen::Matrix3d of_centre = J * covariance * J.transpose();
+  camera.position_std_m = stdOf(of_centre.diagonal());
+  const Eigen::Vector3d direction = centre.stableNormalized();
+  camera.distance_std_m = std::sqrt(std::max(0.0, direction.dot(of_centre * direction)));
+}
+
 }  // namespace
 
 void setUncertainty(RigCalibration& rig) {
   const JointColumns columns = jointColumns(rig.fit);
   countCommonViews(rig);
   setCovariance(rig, columns);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    if (columns.pose[c] < 0) setPoseStd(Eigen::Matrix<double, 6, 6>::Zero(), SE3(), rig.cameras[c]);
+  }
   if (rig.covariance.rows() == 0) return;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     rig.cameras[c].transfer_px = transferErrorPx(rig.fit, columns, c, rig.covariance);
     if (columns.pose[c] < 0) continue;
-    const Eigen::VectorXd variances = rig.covariance.view().diagonal().segment<6>(columns.pose[c]);
-    rig.cameras[c].position_std_m = variances.head<3>().cwiseMax(0).cwiseSqrt();
-    rig.cameras[c].rotation_std_rad = variances.tail<3>().cwiseMax(0).cwiseSqrt();
+    setPoseStd(rig.covariance.view().block<6, 6>(columns.pose[c], columns.pose[c]),
+               rig.fit.cameras[c].camera_from_rig, rig.cameras[c]);
   }
 }
 

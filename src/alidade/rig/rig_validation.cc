@@ -43,17 +43,6 @@ Fit statedFit(const RigRecord& rig, const Fit& freed, const CancelFlag* cancel) 
   return solve(std::move(stated), {.cancel = cancel});
 }
 
-double rmsOfCamera(const Fit& fit, std::size_t camera) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const FitView& view : fit.views) {
-    if (view.camera != camera) continue;
-    for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
-    count += view.errors.size();
-  }
-  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count));
-}
-
 // See TestedRigCamera::effect_px.
 double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
   const AnyCamera lens = AnyCamera::make(freed.cameras[camera].model, freed.cameras[camera].params);
@@ -80,19 +69,22 @@ double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
   return distances.empty() ? 0 : medianOf(std::move(distances));
 }
 
-// The covariance of a camera's pose in the record, as far as it is stated.
+// The covariance of statedPose(), as far as it is stated. C Exp(e) F^-1 = C F^-1 Exp(Ad(F) e) for the first
+// camera's pose F.
 Eigen::MatrixXd statedPoseCovariance(const RigRecord& rig, std::size_t camera) {
+  const Eigen::Matrix<double, kTangent, kTangent> adjoint = rig.cameras.front().camera_from_rig.adjoint();
   if (rig.covariance.empty()) {
     Eigen::VectorXd std(kTangent);
     std << rig.cameras[camera].translation_std_m, rig.cameras[camera].rotation_std_rad;
-    return std.cwiseAbs2().asDiagonal();
+    return adjoint * std.cwiseAbs2().asDiagonal() * adjoint.transpose();
   }
   Eigen::Index num_params = 0;
   for (const RigCameraRecord& of_rig : rig.cameras)
     num_params += static_cast<Eigen::Index>(of_rig.camera.camera.parameters().size());
   const Eigen::Index count = num_params + kTangent * (std::ssize(rig.cameras) - 1);
   const Eigen::Index at = num_params + kTangent * (static_cast<Eigen::Index>(camera) - 1);
-  return fullMatrix(rig.covariance, count).view().block(at, at, kTangent, kTangent);
+  return adjoint * fullMatrix(rig.covariance, count).view().block(at, at, kTangent, kTangent) *
+         adjoint.transpose();
 }
 
 double sigmasOf(const RigRecord& rig, const RigCalibration& freed, std::size_t camera) {
@@ -104,7 +96,8 @@ double sigmasOf(const RigRecord& rig, const RigCalibration& freed, std::size_t c
       freed.covariance.view().block(at, at, kTangent, kTangent) + statedPoseCovariance(rig, camera);
   const ScaledInverse inverse = scaledInverse(covariance);
   if (!inverse.inverse) return 0;
-  return normalOfMeanSquare(difference.dot(*inverse.inverse * difference) / kTangent, kTangent);
+  return std::max(0.0,
+                  normalOfMeanSquare(difference.dot(*inverse.inverse * difference) / kTangent, kTangent));
 }
 
 // Scale of a board as a rig measures it: the least squares fit of measured points by stated ones, turned,
@@ -132,40 +125,121 @@ double lengthRatio(const std::vector<Eigen::Vector3d>& measured, const std::vect
          squares;
 }
 
+// The corners of a placement that several cameras see.
+struct CommonPoint {
+  std::vector<RigPixel> pixels;
+  Eigen::Vector3d on_board;
+};
+
+// Of each placement; none of boards of discs, whose centroids are no images of points.
+std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
+  std::vector<std::vector<CommonPoint>> points;
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
+    if (of_placement.size() < 2 || boardOf(fit, fit.views[of_placement.front()]).target.discRadius() > 0)
+      continue;
+    std::map<int, CommonPoint> of_corner;
+    for (const std::size_t v : of_placement) {
+      for (const Observation& corner : cornersOnShape(fit, fit.views[v])) {
+        of_corner[corner.id].pixels.push_back({.camera = fit.views[v].camera, .pixel = corner.pixel});
+        of_corner[corner.id].on_board = corner.p_board;
+      }
+    }
+    std::vector<CommonPoint> common;
+    for (auto& [id, point] : of_corner) {
+      if (point.pixels.size() > 1) common.push_back(std::move(point));
+    }
+    points.push_back(std::move(common));
+  }
+  return points;
+}
+
+// NaN without enough points.
+double lengthRatioOf(const AnyRig& rig, const std::vector<CommonPoint>& points) {
+  constexpr std::size_t kFewest = 6;
+  std::vector<Eigen::Vector3d> measured;
+  std::vector<Eigen::Vector3d> on_board;
+  for (const CommonPoint& point : points) {
+    const Triangulation triangulated = triangulate(rig, point.pixels);
+    if (!triangulated.ok()) continue;
+    measured.push_back(triangulated.p_rig);
+    on_board.push_back(point.on_board);
+  }
+  return measured.size() < kFewest ? std::numeric_limits<double>::quiet_NaN()
+                                   : lengthRatio(measured, on_board);
+}
+
+// The mean over some placements.
+double meanLengthRatio(const AnyRig& rig, const std::vector<std::vector<CommonPoint>>& points) {
+  constexpr std::size_t kMost = 12;
+  const std::size_t step = (points.size() + kMost - 1) / kMost;
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const double ratio = lengthRatioOf(rig, points[i]);
+    if (std::isnan(ratio)) continue;
+    sum += ratio;
+    ++count;
+  }
+  return sum / count;
+}
+
+// A rig with its unknowns, see RigRecord::covariance, changed by a step.
+AnyRig stepped(const AnyRig& rig, const Eigen::VectorXd& step) {
+  std::vector<MountedCamera> cameras = rig.cameras();
+  Eigen::Index at = 0;
+  for (MountedCamera& camera : cameras) {
+    const auto params = camera.camera.parameters();
+    std::vector<double> changed(params.begin(), params.end());
+    for (double& param : changed) param += step(at++);
+    camera.camera = AnyCamera::make(camera.camera.modelId(), changed);
+  }
+  for (std::size_t c = 1; c < cameras.size(); ++c, at += kTangent)
+    cameras[c].camera_from_rig =
+        cameras[c].camera_from_rig * SE3::exp(Eigen::Matrix<double, kTangent, 1>(step.segment<kTangent>(at)));
+  return AnyRig(std::move(cameras));
+}
+
+// The part of the variance of the mean ratio that comes from the rig's stated covariance: the squares of what
+// steps of one standard deviation along its axes change.
+double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector<CommonPoint>>& points) {
+  if (record.covariance.empty()) return 0;
+  const AnyRig rig = rigOf(record);
+  const Eigen::Index count = numRigUnknowns(rig);
+  const DenseMatrix covariance = fullMatrix(record.covariance, count);
+  const Eigen::VectorXd scale = covariance.view().diagonal().cwiseMax(1e-300).cwiseSqrt();
+  const Eigen::VectorXd inverse = scale.cwiseInverse();
+  const SymmetricEigen axes(inverse.asDiagonal() * covariance.view() * inverse.asDiagonal());
+  constexpr double kNothing = 1e-9;  // of the largest axis
+  constexpr double kSmall = 0.1;     // of a standard deviation: the ratio is linear there
+  const double as_stated = meanLengthRatio(rig, points);
+  double variance = 0;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const double value = axes.eigenvalues()(k);
+    if (!(value > kNothing * axes.eigenvalues()(count - 1))) continue;
+    const Eigen::VectorXd axis = scale.cwiseProduct(axes.eigenvectors().col(k)) * (kSmall * std::sqrt(value));
+    const double change = (meanLengthRatio(stepped(rig, axis), points) - as_stated) / kSmall;
+    variance += change * change;
+  }
+  return variance;
+}
+
 // Points that two or more cameras see: their epipolar errors and the lengths between them.
 void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& result) {
-  constexpr std::size_t kFewest = 6;  // points of a board
   const AnyRig rig = rigOf(record);
+  const std::vector<std::vector<CommonPoint>> points = commonPoints(fit);
   double sum = 0;
   std::size_t num_pixels = 0;
   std::vector<double> ratios;
-  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
-    std::map<int, std::vector<RigPixel>> pixels;
-    const FitBoard& board = boardOf(fit, fit.views[of_placement.front()]);
-    std::map<int, Eigen::Vector3d> stated;
-    for (const std::size_t v : of_placement) {
-      for (const Observation& corner : cornersOnShape(fit, fit.views[v])) {
-        pixels[corner.id].push_back({.camera = fit.views[v].camera, .pixel = corner.pixel});
-        stated[corner.id] = corner.p_board;
-      }
-    }
-    if (board.target.discRadius() > 0) continue;  // the centroids of discs are no images of points
-    std::vector<Eigen::Vector3d> measured;
-    std::vector<Eigen::Vector3d> on_board;
-    for (const auto& [id, of_point] : pixels) {
-      if (of_point.size() < 2) continue;
-      ++result.num_points;
-      const Triangulation point = triangulate(rig, of_point);
-      if (!point.ok()) {
-        ++result.num_failed;
-        continue;
-      }
+  for (const std::vector<CommonPoint>& of_placement : points) {
+    result.num_points += of_placement.size();
+    for (const CommonPoint& common : of_placement) {
+      const Triangulation point = triangulate(rig, common.pixels);
+      result.num_failed += point.ok() ? 0 : 1;
       for (const Eigen::Vector2d& residual : point.residuals) sum += residual.squaredNorm();
       num_pixels += point.residuals.size();
-      measured.push_back(point.p_rig);
-      on_board.push_back(stated[id]);
     }
-    if (measured.size() >= kFewest) ratios.push_back(lengthRatio(measured, on_board));
+    const double ratio = lengthRatioOf(rig, of_placement);
+    if (!std::isnan(ratio)) ratios.push_back(ratio);
   }
   if (num_pixels > 0) result.epipolar_px = std::sqrt(sum / static_cast<double>(num_pixels));
   if (ratios.size() < 2) return;
@@ -174,7 +248,7 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
   double scatter = 0;
   for (const double ratio : ratios) scatter += (ratio - mean) * (ratio - mean);
   result.length_ratio = mean;
-  result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)));
+  result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)) + ratioVarianceOfRig(record, points));
 }
 
 std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) {
@@ -221,7 +295,9 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   for (const Diagnosis& diagnosis : tested.freed.diagnoses) {
     const bool is_of_frames = diagnosis.id == "not_simultaneous" || diagnosis.id == "camera_moved" ||
                               diagnosis.id == "not_converged" || diagnosis.id == "undetermined" ||
-                              diagnosis.id == "unmatched_images";
+                              diagnosis.id == "unmatched_images" || diagnosis.id == "same_images" ||
+                              diagnosis.id == "times_differ" || diagnosis.id == "given_lens_untested" ||
+                              diagnosis.id == "given_lens_verdict" || diagnosis.id == "points_lost";
     if (is_of_frames) diagnoses.push_back(diagnosis);
   }
   std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);

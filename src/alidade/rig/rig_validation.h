@@ -39,9 +39,10 @@ struct RigValidation {
   std::size_t num_failed = 0;  ///< of these, without a point
   /// Lengths on the boards as the rig measures them, over those that the boards state; NaN if unknown.
   double length_ratio = std::numeric_limits<double>::quiet_NaN();
-  double length_ratio_std = std::numeric_limits<double>::quiet_NaN();  ///< from the scatter over frames
-  RigCalibration freed;                                                ///< with the lenses kept
-  std::vector<Diagnosis> diagnoses;                                    ///< failures first
+  /// From the scatter over frames and the covariance that the rig states.
+  double length_ratio_std = std::numeric_limits<double>::quiet_NaN();
+  RigCalibration freed;              ///< with the lenses kept
+  std::vector<Diagnosis> diagnoses;  ///< failures first
 
   [[nodiscard]] Verdict verdict() const { return verdictOf(diagnoses); }
 };

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/still_boards.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace alidade {
+namespace {
+
+using Frames = std::set<std::size_t>;
+
+// Does a camera have views of its own in several of these frames?
+bool isToldApart(const Frames& frames, const Frames& of_camera) {
+  return std::ranges::count_if(frames, [&](std::size_t frame) { return of_camera.contains(frame); }) > 1;
+}
+
+}  // namespace
+
+FramesOfBoards::FramesOfBoards(const RigFrames& frames, std::span<const RigViews> given,
+                               std::span<const RigCamera> cameras)
+    : frame_of_(frames.frame_of) {
+  const std::size_t num_boards = cameras.front().alone.fit.boards.size();
+  first_of_.assign(num_boards, std::vector<std::size_t>(frames.names.size()));
+  for (std::size_t b = 0; b < num_boards; ++b) {
+    std::vector<std::size_t>& first_of = first_of_[b];
+    std::iota(first_of.begin(), first_of.end(), 0);
+    std::vector<Frames> together;  // of each frame that is a first one
+    for (std::size_t frame = 0; frame < first_of.size(); ++frame) together.push_back({frame});
+    std::vector<Frames> of_camera(cameras.size());
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      const Fit& alone = cameras[c].alone.fit;
+      for (const FitView& view : alone.views) {
+        if (boardIndex(alone, view) == b) of_camera[c].insert(frame_of_[c][view.source]);
+      }
+    }
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      std::map<std::string, std::size_t> frame_of_image;
+      for (std::size_t v = 0; v < given[c].views.size(); ++v)
+        frame_of_image[given[c].views[v].image] = frame_of_[c][v];
+      for (const RepeatedView& repeated : cameras[c].alone.dropped.repeated) {
+        if (repeated.board != b) continue;
+        const std::size_t one = first_of[frame_of_image.at(repeated.image)];
+        const std::size_t other = first_of[frame_of_image.at(repeated.same_as)];
+        if (one == other) continue;
+        Frames both = together[one];
+        both.insert(together[other].begin(), together[other].end());
+        if (std::ranges::any_of(of_camera, [&](const Frames& own) { return isToldApart(both, own); }))
+          continue;
+        const std::size_t first = std::min(one, other);
+        for (const std::size_t frame : both) first_of[frame] = first;
+        together[first] = std::move(both);
+      }
+    }
+  }
+}
+
+}  // namespace alidade
