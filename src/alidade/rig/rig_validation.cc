@@ -221,7 +221,7 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   for (const Diagnosis& diagnosis : tested.freed.diagnoses) {
     const bool is_of_frames = diagnosis.id == "not_simultaneous" || diagnosis.id == "camera_moved" ||
                               diagnosis.id == "not_converged" || diagnosis.id == "undetermined" ||
-                              diagnosis.id == "unmatched_images";
+                              diagnosis.id == "unmatched_images" || diagnosis.id == "times_differ";
     if (is_of_frames) diagnoses.push_back(diagnosis);
   }
   std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);
