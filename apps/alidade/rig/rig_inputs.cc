@@ -37,21 +37,24 @@ std::vector<std::string> namesOf(const std::vector<std::string>& inputs) {
   return distinctNames(mapped(inputs, nameOf), inputs);
 }
 
-// Without links and detours on the way. An image that is a link keeps its own name.
+// Without links and detours. What has no path, as a pipe, stays as it is.
+std::filesystem::path withoutLinks(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(path, error);
+  if (error || whole.empty()) return std::filesystem::absolute(path).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+// An image that is a link keeps its own name.
 std::string placeOf(const std::filesystem::path& image) {
-  std::error_code ignored;
-  const std::filesystem::path folder = image.has_parent_path() ? image.parent_path() : ".";
-  return (std::filesystem::weakly_canonical(folder, ignored) / image.filename()).string();
+  return (withoutLinks(image.has_parent_path() ? image.parent_path() : ".") / image.filename()).string();
 }
 
 void requireDifferentInputs(const std::string& command, const std::vector<std::string>& inputs) {
   const std::string expected = "images of its own for each camera";
   std::map<std::string, std::size_t> input_of;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    std::error_code ignored;
-    const std::filesystem::path whole = std::filesystem::weakly_canonical(inputs[i], ignored);
-    const std::string place = (whole.has_filename() ? whole : whole.parent_path()).string();
-    const auto [at, is_new] = input_of.emplace(place, i);
+    const auto [at, is_new] = input_of.emplace(withoutLinks(inputs[i]).string(), i);
     if (is_new) continue;
     throw usageError({.where = command,
                       .found = "the same input for two cameras: " + inputs[at->second] +

@@ -49,6 +49,8 @@ std::string fitTextOfRig(const RigCalibration& rig, int num_frames) {
              rig.cameras.size(), rig.num_linked, rig.num_linked == 1 ? "" : "s", num_frames,
              num_frames == 1 ? "" : "s", rms(rig.fit),
              rig.holdout.num_corners > 0 ? fmt::format("{:.3f} px", rig.holdout.rms_px) : "impossible") +
+         (rig.time_spread > 0 ? "; matched by nearest times" : "") +
+         countText(rig.unmatched.size(), "image without a partner", "images without a partner") +
          countText(rig.unlinked.size(), "view contradicts its frame", "views contradict their frames") +
          countText(num_left_out, "view left out", "views left out") +
          countText(num_repeated, "repeated view averaged", "repeated views averaged") +
