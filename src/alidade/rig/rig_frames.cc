@@ -291,13 +291,15 @@ bool isTail(const std::string& whole, const std::string& tail) {
   return whole == tail || whole.ends_with("/" + tail);
 }
 
-// Whether a table names an image that was given as `image`. Folders that the table adds to that have to be
-// those in which it is; `path` is empty where they are unknown.
-bool isNamed(const std::string& image, const std::string& path, const std::string& named) {
-  if (isTail(image, named)) return true;
-  if (path.empty()) return false;
-  const std::string whole = std::filesystem::absolute(path).lexically_normal().string();
-  return isTail(whole, std::filesystem::path(named).lexically_normal().string());
+// Where an image of a camera is, or its name if that is unknown.
+std::map<std::string, std::string> placesOfImages(const RigViews& camera,
+                                                  const std::vector<std::string>& images) {
+  std::map<std::string, std::string> places;
+  for (const std::string& image : images) places[image] = image;
+  for (std::size_t i = 0; i < std::min(camera.images.size(), camera.paths.size()); ++i) {
+    places[camera.images[i]] = std::filesystem::absolute(camera.paths[i]).lexically_normal().generic_string();
+  }
+  return places;
 }
 
 std::size_t columnOf(const FrameTable& table, const std::string& camera) {
@@ -330,17 +332,19 @@ struct ColumnMatch {
 ColumnMatch matchColumn(const FrameTable& table, const RigViews& camera,
                         const std::vector<std::string>& images) {
   const std::size_t at = columnOf(table, camera.name);
-  std::map<std::string, std::string> path_of;
-  for (std::size_t i = 0; i < std::min(camera.images.size(), camera.paths.size()); ++i)
-    path_of[camera.images[i]] = camera.paths[i];
+  const std::map<std::string, std::string> places = placesOfImages(camera, images);
+  const std::vector<std::string> named_places = mapped(table.rows, [&](const std::vector<std::string>& row) {
+    return std::filesystem::path(row[at]).lexically_normal().generic_string();
+  });
   ColumnMatch match;
   std::map<std::size_t, std::string> image_of;  // by row
   for (const std::string& image : images) {
     std::optional<std::size_t>& row = match.row_of.emplace_back();
-    const auto path = path_of.find(image);
+    const std::string& place = places.at(image);
     for (std::size_t r = 0; r < table.rows.size(); ++r) {
       const std::string& named = table.rows[r][at];
-      if (named.empty() || !isNamed(image, path == path_of.end() ? "" : path->second, named)) continue;
+      // Folders that the table adds to a name have to be those in which the image is.
+      if (named.empty() || (!isTail(image, named) && !isTail(place, named_places[r]))) continue;
       if (row || image_of.contains(r)) {
         throw inputError({.where = placeOfRow(table, r),
                           .found = row ? "'" + named + "' of " + camera.name + ", which stands in " +
