@@ -219,6 +219,12 @@ TEST_F(RigCalibrate, MatchesImagesByATable) {
   const RunResult text = calibrate({"--model", kModels, "--match", scratch_.path("frames.csv")});
   EXPECT_THAT(std::regex_replace(text.out, std::regex("\\s+"), " "),
               HasSubstr("; 16 images without a partner"));
+  scratch_.write("rig.yaml", rigFileText(pairOfCameras()));
+  const RunResult tested =
+      runAlidade({"rig", "validate", scratch_.path("rig.yaml"), scratch_.path("left.csv"),
+                  scratch_.path("right.csv"), "--match", scratch_.path("frames.csv")});
+  EXPECT_THAT(tested, EndsWith(0));
+  EXPECT_THAT(tested.out, HasSubstr("Note      16 images have no other camera's image"));
   // A name that no corners file has may be an image without a board, or wrong.
   scratch_.write("frames.csv",
                  "left,right\nview_001.png,view_001.png\nview_002.png,view_002.png\n\n"
@@ -309,7 +315,9 @@ TEST_F(RigCalibrate, KeepsGivenLensesByName) {
   }
   EXPECT_EQ(num_checked, 4);
   // One file alone, in the wrong place; and one whose file is named.
-  EXPECT_THAT(calibrate({"--fixed", right + ",-", "--model", "radtan"}), EndsWith(0));
+  ASSERT_THAT(calibrate({"--fixed", right + ",-", "--model", "radtan", "-o", rig}), EndsWith(0));
+  EXPECT_THAT(loadRig(rig).cameras[1].camera.camera.parameters(),
+              testing::ElementsAreArray(truth.cameras[1].camera.camera.parameters()));
   scratch_.write("right.yaml", smallCamera());
   EXPECT_THAT(calibrate({"--fixed", scratch_.path("right.yaml") + ",-", "--model", "auto,fov", "--quiet"}),
               FailsWith(2, HasSubstr("fov for right, whose lens")));
