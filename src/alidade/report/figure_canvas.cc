@@ -22,6 +22,17 @@ std::string tickText(double value, double step) {
 
 }  // namespace
 
+Figure withPrefix(Figure figure, const std::string& prefix) {
+  figure.id = prefix + figure.id;
+  // No text has these letters: its quotation marks are escaped.
+  for (const std::string_view before : {" id=\"", "\"url(#"}) {
+    for (std::size_t at = figure.svg.find(before); at != std::string::npos;
+         at = figure.svg.find(before, at + before.size()))
+      figure.svg.insert(at + before.size(), prefix);
+  }
+  return figure;
+}
+
 std::string escapedMarkup(std::string_view text) {
   std::string escaped;
   for (const char c : text) {

@@ -23,6 +23,10 @@ struct Figure {
   bool is_wide = false;      ///< takes the whole width of the page
 };
 
+/// The figure with other ids, for a page with several of its kind.
+/// @param prefix  of letters, digits and hyphens
+[[nodiscard]] Figure withPrefix(Figure figure, const std::string& prefix);
+
 /// `text` for HTML and XML, in an element or in an attribute in double quotes.
 [[nodiscard]] std::string escapedMarkup(std::string_view text);
 
