@@ -54,7 +54,7 @@ class PageTest(unittest.TestCase):
         for name in NAMES:
             (files / (name.replace("/", "|") + ".yaml")).write_bytes(camera.read_bytes())
         cls.folder_page = images.parent / "files.html"
-        subprocess.run([ALIDADE, "validate", files, "--images", ROOT / "testdata/checkerboard/corners.csv",
+        subprocess.run([ALIDADE, "validate", files, "--images", images, "--board", "checkerboard:9x6:25mm",
                         "--report", cls.folder_page, "--quiet"], check=True)
         cls.browser = chromium.Chromium()
 

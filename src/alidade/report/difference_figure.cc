@@ -76,7 +76,7 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
     constexpr double kRoundingPx = 1e-6;  // nobody needs to see less
     if (difference.p95_px > kRoundingPx) {
       const double times = addDifferenceArrows(difference, area, canvas);
-      legend.emplace_back("line mean", fmt::format("difference ({} times longer)", shortNumber(times)));
+      legend.emplace_back("line mean", fmt::format("difference ({})", timesLonger(times)));
     }
     if (difference.num_compared < static_cast<int>(difference.pixels.size()))
       legend.emplace_back("blind", "not comparable");

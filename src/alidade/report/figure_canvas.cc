@@ -121,6 +121,10 @@ std::string starPath(const Vector2d& middle, double radius) {
   return pathThrough(points, true);
 }
 
+std::string timesLonger(double times) {
+  return (times >= 1 ? fmt::format("{:.0f}", times) : fmt::format("{:g}", times)) + " times longer";
+}
+
 std::string shortNumber(double value) {
   if (std::isnan(value)) return "unknown";
   if (std::isinf(value)) return value > 0 ? "infinite" : "-infinite";

@@ -244,7 +244,7 @@ Figure imageResidualsFigure(const ReportData& data) {
   canvas.addImageFrame(area);
   const double scale_px = roundBelow(length / (times * area.scale()));
   canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line residuals", fmt::format("single corner ({} times longer)", shortNumber(times))},
+                   {{"line residuals", fmt::format("single corner ({})", timesLonger(times))},
                     {"line mean", "mean of a cell"},
                     {"warmth", fmt::format("RMS, darkest {} px", shortNumber(most))}});
   Figure figure{.id = "image-residuals", .title = "Reprojection errors over the image"};

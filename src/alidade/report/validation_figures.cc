@@ -94,9 +94,10 @@ std::string judgedParameters(const ReportedCameraJudgement& judged, const std::s
       judged.held_out && judged.held_out->freed ? &*judged.held_out->freed : nullptr;
   const bool has_std = std::ranges::any_of(data.parameter_std, [](double s) { return !std::isnan(s); });
   std::string html = fmt::format(
-      "<figure id=\"{}parameters\"{}><h3>Parameters</h3><div class=\"scroll\"><table><thead><tr><th "
+      "<figure id=\"{}parameters\"{}><h3>{}</h3><div class=\"scroll\"><table><thead><tr><th "
       "scope=\"col\">Parameter</th><th scope=\"col\">In the file</th>{}{}</tr></thead><tbody>\n",
       prefix, freed != nullptr ? " class=\"wide\"" : "",
+      freed != nullptr ? "Values in the file and by these images" : "Values in the file",
       has_std ? "<th scope=\"col\">Standard deviation</th>" : "",
       freed != nullptr ? "<th scope=\"col\">By these images</th><th scope=\"col\">Standard deviation</th><th "
                          "scope=\"col\">Difference</th>"

@@ -122,6 +122,8 @@ std::string fileSentence(const ReportedFile& file, bool is_compared) {
         1;
     if (num_others > 0) text += fmt::format(" (and {} more)", num_others);
     if (text.back() != '.' && text.back() != '?') text += ".";
+    if (file.cameras.size() <= 1 && text[0] >= 'a' && text[0] <= 'z')
+      text[0] = static_cast<char>(text[0] - 'a' + 'A');
     return text;
   }
   if (file.cameras.size() != 1)
