@@ -275,7 +275,8 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
       }
     };
   }
-  if (request.pictures != nullptr) {
+  // Images whose corners the cache knows are not decoded here: only those of views are, for the page.
+  if (request.pictures != nullptr && !cache) {
     request.pictures->expectImages(images.size());
     detect_options.inspect = [pictures = request.pictures, drawn = detect_options.inspect](
                                  const GrayImage& image, std::span<const ImageOutcome> outcomes) {
