@@ -125,11 +125,13 @@ class CalibrateCommand final : public Command {
     checkFurtherOutput("--report", report_, "page.html", sources);
     CalibratorOptions options = calibratorOptions();
     options.cancel = catchInterrupts();
+    PassingPictures passing;
     const GivenViews given = readViews({.command = "calibrate",
                                         .inputs = inputs_,
                                         .boards = boards_,
                                         .debug_folder = debug_,
                                         .detection = detection_,
+                                        .pictures = report_.empty() ? nullptr : &passing,
                                         .image_size = parseSize(size_)},
                                        common_, options.cancel);
     if (given.views.size() < kMinViews) {
@@ -155,7 +157,7 @@ class CalibrateCommand final : public Command {
     const bool is_kept = is_good || keep_untrustworthy_;
     const CameraRecord file = recordOf(result, {.created_by = programName(), .name = name_});
     const bool to_stdout = output_ == "-";
-    writeEvidence(result, given, advice, app);
+    writeEvidence(result, given, passing, advice, app);
     if (!output_.empty() && !to_stdout && is_kept) saveCamera(output_, file, format_);
 
     const auto summary = [&](bool is_terminal) {
@@ -210,15 +212,15 @@ class CalibrateCommand final : public Command {
   }
 
   // The evidence file and the report, as far as they are asked for.
-  void writeEvidence(const Calibration& result, const GivenViews& given, const Advice& advice,
-                     const CLI::App& app) const {
+  void writeEvidence(const Calibration& result, const GivenViews& given, const PassingPictures& passing,
+                     const Advice& advice, const CLI::App& app) const {
     if (evidence_.empty() && report_.empty()) return;
     const std::string evidence =
         evidenceJson(result, given, advice, effectiveSettings(app), *parsePixels(tolerance_));
     if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
     if (!report_.empty())
       writeReport(report_, evidence, evidence_,
-                  {.image_of = imagesByName(given.images, given.paths), .num_jobs = common_.jobs});
+                  {.pictures = picturesOf(given, passing), .num_jobs = common_.jobs});
   }
 
   // So that the format can hold the camera that is found.

@@ -134,6 +134,20 @@ json ofEachBoard(const Calibration& result, const ValueOf& valueOf) {
   return list;
 }
 
+// With where they were seen: the fit has forgotten that.
+json outliersJson(const Calibration& result, const GivenViews& given) {
+  const std::vector<Outlier>& outliers = result.dropped.outliers;
+  json list = withBoards(result, outliers);
+  for (std::size_t i = 0; i < outliers.size(); ++i) {
+    const std::vector<Corner>& corners = given.views[outliers[i].source].corners;
+    const auto seen = std::ranges::find(corners, outliers[i].corner_id, &Corner::id);
+    if (seen == corners.end()) continue;
+    list[i]["u"] = seen->pixel.x();
+    list[i]["v"] = seen->pixel.y();
+  }
+  return list;
+}
+
 bool isOfBoard(const CommonError& error) {
   return static_cast<int>(error.cause) < kNumBoardCauses;
 }
@@ -346,7 +360,7 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
       {"accuracy", orNull(known.accuracy)},
       {"verdict", verdictName(result.verdict())},
       {"findings", result.diagnoses},
-      {"outliers", withBoards(result, result.dropped.outliers)},
+      {"outliers", outliersJson(result, given)},
       {"outlier_share", result.dropped.outlierShare(result.fit)},
       {"excluded_views", withBoards(result, result.dropped.views)},
       {"repeated_views", withBoards(result, result.dropped.repeated)},
