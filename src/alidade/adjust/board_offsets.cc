@@ -11,6 +11,7 @@
 #include "alidade/adjust/joint_information.h"
 #include "alidade/adjust/robust_weighting.h"
 #include "alidade/adjust/solve.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
@@ -192,7 +193,8 @@ struct UnevenBoard {
 class OffsetEquations {
  public:
   // Nothing where the other unknowns are not determined.
-  static std::optional<OffsetEquations> make(const Fit& fit) {
+  // @param priors  of the uneven boards; empty: by the offsets of the fit
+  static std::optional<OffsetEquations> make(const Fit& fit, std::span<const OffsetPrior> priors = {}) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
     const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
     OffsetEquations result;
@@ -214,6 +216,7 @@ class OffsetEquations {
     result.freedom_ = 2 * static_cast<double>(numCorners(fit)) - static_cast<double>(num_free) -
                       6 * static_cast<double>(fit.placements.size());
     result.offsets_.resize(num_offsets);
+    const double variance = std::pow(noiseSigma(fit), 2);
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
       if (columns.offsets[b] < 0) continue;
       const FitBoard& board = fit.boards[b];
@@ -224,8 +227,11 @@ class OffsetEquations {
                          .prior = OffsetPrior(board)};
       const Eigen::VectorXd offsets = offsetsOf(board);
       result.offsets_.segment(uneven.first, uneven.count) = offsets;
-      const double sigma_px = noiseSigma(fit);
-      uneven.prior.freeModes(offsets, sigma_px * sigma_px);
+      if (priors.empty()) {
+        uneven.prior.freeModes(offsets, variance);
+      } else {
+        uneven.prior = priors[result.boards_.size()];
+      }
       result.boards_.push_back(std::move(uneven));
     }
     return result;
@@ -259,6 +265,8 @@ class OffsetEquations {
     variance_ = std::max(squares, 0.0) / std::max(1.0, freedom_ - num_determined);
     return std::isfinite(variance_);
   }
+
+  [[nodiscard]] std::vector<OffsetPrior> priors() const { return mapped(boards_, &UnevenBoard::prior); }
 
   // Of the errors, over what it is without a step.
   [[nodiscard]] double varianceShare() const { return variance_ / (squares_ / freedom_); }
@@ -355,11 +363,14 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
   constexpr double kAtRest = 1e-7;
   constexpr double kLoose = 1e-9;  // of the cost
   if (!isAnyUneven(fit)) return fit;
+  std::vector<OffsetPrior>
+      kept;  // once the scatter is: a prior that follows the offsets would not let them rest
   for (int i = 0; isAnyUneven(fit); ++i) {
     if (i == kMaxSteps) return std::nullopt;
-    auto equations = OffsetEquations::make(fit);
+    auto equations = OffsetEquations::make(fit, kept);
     if (!equations) return std::nullopt;
     const bool is_estimated = scatter == OffsetScatter::kEstimate;
+    if (!is_estimated) kept = equations->priors();
     if (!(is_estimated ? equations->estimate() : equations->step())) return std::nullopt;
     const double step = equations->apply(fit);
     if (is_estimated) evenOut(fit);
