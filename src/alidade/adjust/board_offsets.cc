@@ -114,11 +114,49 @@ class OffsetPrior {
   [[nodiscard]] double scatterPrecision(int axes) const { return precision_(axes); }
   void setScatterPrecision(int axes, double precision) { precision_(axes) = precision; }
 
-  // Frees each mode as far as it is displaced; none is held tighter than the scatter holds it.
-  void freeModes(const Eigen::VectorXd& offsets, double variance) {
-    for (Mode& mode : modes_) {
-      const double amplitude = mode.direction.dot(offsets);
-      mode.precision = variance / std::max(variance / precision_(mode.axes), amplitude * amplitude);
+  // Frees each mode as far as the corners say that it is displaced: its likeliest variance is the square of
+  // what they alone have for it, less their own variance. None is held tighter than the scatter holds it.
+  // What comes out does not depend on how the modes were held.
+  // @param inverse  of the sum of what the corners and this prior say; over `variance` a covariance
+  void freeModes(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
+    constexpr int kMaxRounds = 100;
+    constexpr double kSteady = 1e-9;
+    constexpr double kSomething = 0.01;  // of what is known, the corners' share
+    const auto count = static_cast<Eigen::Index>(modes_.size());
+    Eigen::MatrixXd U(count_, count);
+    Eigen::VectorXd held(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      U.col(k) = modes_[static_cast<std::size_t>(k)].direction;
+      held(k) = modes_[static_cast<std::size_t>(k)].precision;
+    }
+    // What is known of the amplitudes, all other offsets eliminated, with and without how the modes were
+    // held.
+    const auto known = inverseOf(U.transpose() * inverse * U);
+    if (!known) return;
+    const Eigen::VectorXd gradient = *known * (U.transpose() * offsets);
+    Eigen::MatrixXd by_others = *known;
+    by_others.diagonal() -= held;
+    for (int round = 0; round < kMaxRounds; ++round) {
+      Eigen::MatrixXd sum = by_others;
+      for (Eigen::Index k = 0; k < count; ++k) sum(k, k) += modes_[static_cast<std::size_t>(k)].precision;
+      const auto posterior = inverseOf(sum);
+      if (!posterior) return;
+      const Eigen::VectorXd amplitudes = *posterior * gradient;
+      double change = 0;
+      for (Eigen::Index k = 0; k < count; ++k) {
+        Mode& mode = modes_[static_cast<std::size_t>(k)];
+        const double of_all = 1 / (*posterior)(k, k);
+        const double by_corners = of_all - mode.precision;
+        double precision = precision_(mode.axes);
+        if (by_corners > kSomething * of_all) {
+          const double amplitude = amplitudes(k) * of_all / by_corners;
+          precision =
+              variance / std::max(variance / precision, amplitude * amplitude - variance / by_corners);
+        }
+        change = std::max(change, std::abs(precision / mode.precision - 1));
+        mode.precision = precision;
+      }
+      if (change < kSteady) return;
     }
   }
 
@@ -193,8 +231,7 @@ struct UnevenBoard {
 class OffsetEquations {
  public:
   // Nothing where the other unknowns are not determined.
-  // @param priors  of the uneven boards; empty: by the offsets of the fit
-  static std::optional<OffsetEquations> make(const Fit& fit, std::span<const OffsetPrior> priors = {}) {
+  static std::optional<OffsetEquations> make(const Fit& fit) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
     const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
     OffsetEquations result;
@@ -216,7 +253,6 @@ class OffsetEquations {
     result.freedom_ = 2 * static_cast<double>(numCorners(fit)) - static_cast<double>(num_free) -
                       6 * static_cast<double>(fit.placements.size());
     result.offsets_.resize(num_offsets);
-    const double variance = std::pow(noiseSigma(fit), 2);
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
       if (columns.offsets[b] < 0) continue;
       const FitBoard& board = fit.boards[b];
@@ -227,11 +263,6 @@ class OffsetEquations {
                          .prior = OffsetPrior(board)};
       const Eigen::VectorXd offsets = offsetsOf(board);
       result.offsets_.segment(uneven.first, uneven.count) = offsets;
-      if (priors.empty()) {
-        uneven.prior.freeModes(offsets, variance);
-      } else {
-        uneven.prior = priors[result.boards_.size()];
-      }
       result.boards_.push_back(std::move(uneven));
     }
     return result;
@@ -247,6 +278,14 @@ class OffsetEquations {
       for (UnevenBoard& board : boards_) change = std::max(change, update(board));
       if (change < kSteady) break;
     }
+    return step();
+  }
+
+  // The offsets with the scatter as it is and the modes freed; false where there is no solution.
+  bool freeModes() {
+    if (!step()) return false;
+    for (UnevenBoard& board : boards_)
+      board.prior.freeModes(next_.segment(board.first, board.count), inverseOfBoard(board), variance_);
     return step();
   }
 
@@ -292,10 +331,14 @@ class OffsetEquations {
   }
 
  private:
+  [[nodiscard]] Eigen::MatrixXd inverseOfBoard(const UnevenBoard& board) const {
+    return inverse_.block(board.first, board.first, board.count, board.count);
+  }
+
   // Sets the scatter and the modes of a board; returns the relative change of a scatter.
   double update(UnevenBoard& board) const {
     const Eigen::VectorXd offsets = next_.segment(board.first, board.count);
-    const Eigen::MatrixXd inverse = inverse_.block(board.first, board.first, board.count, board.count);
+    const Eigen::MatrixXd inverse = inverseOfBoard(board);
     double largest = 0;
     for (const int axes : {OffsetPrior::kInPlane, OffsetPrior::kAcross}) {
       const double least = kLeastScatter * board.spacing;
@@ -307,7 +350,7 @@ class OffsetEquations {
       board.prior.setScatterPrecision(axes, precision);
       if (scatter_m > least) largest = std::max(largest, change);
     }
-    board.prior.freeModes(offsets, variance_);
+    board.prior.freeModes(offsets, inverse, variance_);
     return largest;
   }
 
@@ -367,11 +410,10 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
       kept;  // once the scatter is: a prior that follows the offsets would not let them rest
   for (int i = 0; isAnyUneven(fit); ++i) {
     if (i == kMaxSteps) return std::nullopt;
-    auto equations = OffsetEquations::make(fit, kept);
+    auto equations = OffsetEquations::make(fit);
     if (!equations) return std::nullopt;
     const bool is_estimated = scatter == OffsetScatter::kEstimate;
-    if (!is_estimated) kept = equations->priors();
-    if (!(is_estimated ? equations->estimate() : equations->step())) return std::nullopt;
+    if (!(is_estimated ? equations->estimate() : equations->freeModes())) return std::nullopt;
     const double step = equations->apply(fit);
     if (is_estimated) evenOut(fit);
     if (step < kScatterAtRest) scatter = OffsetScatter::kKeep;
@@ -390,12 +432,13 @@ std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {
   if (!isAnyUneven(fit)) return Eigen::MatrixXd::Zero(num_columns, num_columns);
   const JointColumns columns = jointColumns(fit, Offsets::kInclude);
   Eigen::MatrixXd information = equationsOf(fit, columns, LossWeights::kLeaveOut).information;
-  const double sigma_px = noiseSigma(fit);
+  auto equations = OffsetEquations::make(fit);
+  if (!equations || !equations->freeModes()) return std::nullopt;
+  const std::vector<OffsetPrior> priors = equations->priors();
+  std::size_t k = 0;
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
     if (columns.offsets[b] < 0) continue;
-    OffsetPrior prior(fit.boards[b]);
-    prior.freeModes(offsetsOf(fit.boards[b]), sigma_px * sigma_px);
-    const Eigen::MatrixXd of_board = prior.information();
+    const Eigen::MatrixXd of_board = priors[k++].information();
     information.block(columns.offsets[b], columns.offsets[b], of_board.rows(), of_board.cols()) += of_board;
   }
   const Eigen::MatrixXd directions = jointDirections(fit, columns, information);

@@ -33,12 +33,22 @@ struct UnevenSet {
   std::vector<View> views;
 };
 
-UnevenSet unevenSet(double share, int num_views, std::uint64_t seed) {
+// As a printer stretches a sheet: by this share in x, less in y.
+void stretch(double share, BoardShape& shape) {
+  const Board board(kBoard);
+  for (int i = 0; i < board.numCorners(); ++i) {
+    const Eigen::Vector3d p = board.corner(i) - board.middle();
+    shape.offsets_m[static_cast<std::size_t>(i)] += Eigen::Vector3d(share * p.x(), -share * p.y(), 0);
+  }
+}
+
+UnevenSet unevenSet(double share, int num_views, std::uint64_t seed, double stretched = 0) {
   const AnyCamera camera = AnyCamera::make(
       "radtan", std::vector<double>{kFocal, kFocal + 2, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
   SimulatedSet set = simulateSet(camera, kSize, num_views, 0, seed, {}, kBoard);
   Random random(seed + 1000);
   UnevenSet result{.shape = scattered(share, random)};
+  stretch(stretched, result.shape);
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     for (Corner& corner : set.views[v].corners) {
       const Projection projection = camera.project(set.poses[v] * pointOn(kBoard, result.shape, corner.id));
@@ -87,6 +97,28 @@ TEST(UnevenBoard, IsFoundAndItsPointsAreWhereTheyAre) {
   }
   EXPECT_GE(num_within, kNumSets - 2);
   EXPECT_LT(sum_z2, 2.0 * kNumSets);
+}
+
+// Scattered points say little of a stretch by themselves, which must not make it seem known.
+TEST(UnevenBoard, StatesItsUncertaintyIfItIsStretchedToo) {
+  constexpr int kNumSets = 12;
+  constexpr std::size_t kNumParams = 9;
+  const std::vector<double> truth = {kFocal, kFocal + 2, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0};
+  std::vector<double> squares(kNumParams);
+  int num_within = 0;
+  for (int i = 0; i < kNumSets; ++i) {
+    const UnevenSet set = unevenSet(1, 15, static_cast<std::uint64_t>(200 + i), 0.003);
+    const Calibration found = calibrate(kBoard, set.views, {.model = "radtan"});
+    ASSERT_TRUE(onlyBoard(found.fit).isUneven()) << "set " << i;
+    for (std::size_t k = 0; k < kNumParams; ++k) {
+      const double z =
+          (onlyCamera(found.fit).params[k] - truth[k]) / found.uncertainty.parameterStd(static_cast<int>(k));
+      num_within += std::abs(z) < 1.96 ? 1 : 0;
+      squares[k] += z * z / kNumSets;
+    }
+  }
+  EXPECT_GE(num_within, static_cast<int>(0.88 * static_cast<double>(kNumParams) * kNumSets));
+  for (std::size_t k = 0; k < kNumParams; ++k) EXPECT_LT(squares[k], 2.2) << k;  // chi^2 of 12: 1 in 100
 }
 
 TEST(UnevenBoard, OfAnEvenOneNothingIsLeft) {

@@ -189,7 +189,8 @@ double singleLikelihood(std::span<const Estimate> estimates, double width) {
 
 struct Mixture {
   double likelihood = -std::numeric_limits<double>::infinity();
-  double separation = 0;  // of the means, in widths
+  double separation = 0;   // of the means, in widths
+  double num_smaller = 0;  // places in the smaller group
 };
 
 // Of two normal distributions of this width, by expectation maximisation (Dempster, Laird and Rubin 1977,
@@ -220,6 +221,7 @@ Mixture mixtureOf(std::span<const Estimate> estimates, double width) {
       }
     }
     constexpr double kAtRest = 1e-3;  // far below the evidence that counts
+    mixture.num_smaller = std::min(in_second, n - in_second);
     if (std::abs(mixture.likelihood - before) < kAtRest) break;
     share = std::clamp(in_second / n, 1 / n, 1 - 1 / n);
     for (std::size_t k = 0; k < 2; ++k) {
@@ -241,7 +243,10 @@ bool areTwoGroups(std::span<const Estimate> estimates) {
     const Mixture of_width = mixtureOf(estimates, width);
     if (of_width.likelihood > mixture.likelihood) mixture = of_width;
   }
-  return mixture.likelihood - single > kEvidence && mixture.separation > kSeparation;
+  constexpr double kRounding = 0.5;
+  const bool are_groups =
+      mixture.num_smaller > static_cast<double>(kFewestPlaces) - kRounding;  // no odd view
+  return are_groups && mixture.likelihood - single > kEvidence && mixture.separation > kSeparation;
 }
 
 // A division that the names suggest is tested first: it is not chosen by the data.
