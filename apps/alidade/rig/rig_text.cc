@@ -71,7 +71,7 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
                                  imagesText(camera, given), camera.rms_px, camera.alone_rms_px);
   if (std::isfinite(camera.transfer_px)) text += "; from its neighbour within " + pixels(camera.transfer_px);
   if (index == 0) return text;
-  const double std_mm = camera.position_std_m.norm() * kMillimetres;
+  const double std_mm = camera.distance_std_m * kMillimetres;
   const int decimals = decimalsFor(std_mm, 3);
   return text +
          fmt::format("; {:.{}f} mm from {}", fitted.camera_from_rig.translation.norm() * kMillimetres,

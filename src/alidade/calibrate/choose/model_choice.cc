@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <tuple>
 #include <utility>
 
@@ -46,8 +47,11 @@ Fit onCornersOf(const Fit& reference, const Candidate& candidate, const Prepared
   return fit;
 }
 
+// Would what one error has over another one not even be a warning?
+using IsClose = std::function<bool(double larger_px, double smaller_px)>;
+
 // Solves and cross-validates a candidate on the reference's corners, with its weights and loss.
-void evaluate(Candidate& candidate, const Fit& reference, const PreparedViews& given,
+void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose, const PreparedViews& given,
               const CancelFlag* cancel) {
   if (candidate.unsoundness || !candidate.not_better_than.empty()) return;
   const bool is_reference = candidate.id == onlyCamera(reference).model;
@@ -58,7 +62,8 @@ void evaluate(Candidate& candidate, const Fit& reference, const PreparedViews& g
   candidate.rms_px = weightedRms(fit);
   // Held-out errors are larger than those of the fit: cross-validation cannot make up for this.
   constexpr double kHopeless = 2;
-  if (candidate.rms_px > kHopeless * weightedRms(reference)) {
+  const double reference_px = weightedRms(reference);
+  if (candidate.rms_px > kHopeless * reference_px && !isClose(candidate.rms_px, reference_px)) {
     candidate.fits_worse_than = onlyCamera(reference).model;
     return;
   }
@@ -118,16 +123,14 @@ bool foldsInside(const Candidate& c) {
   return c.unsoundness && c.unsoundness->id == "folds_in_image";
 }
 
-// A camera that folds inside the image is rejected. A sound one is used in its place if what it predicts
-// worse would not even be a warning.
-const Candidate& soundInstead(const Candidate& chosen, const Candidates& candidates, double tolerance_px) {
+// A camera that folds inside the image is rejected. A sound one that predicts about as well is used in its
+// place.
+const Candidate& soundInstead(const Candidate& chosen, const Candidates& candidates, const IsClose& isClose) {
   if (!foldsInside(chosen)) return chosen;
   const Candidate* sound = nullptr;
   for (const Candidate& c : candidates) {
     if (!c.score || c.unsoundness) continue;
-    const double further_px = std::sqrt(
-        std::max(0.0, c.holdout_rms_px * c.holdout_rms_px - chosen.holdout_rms_px * chosen.holdout_rms_px));
-    if (severityOf(further_px, tolerance_px) != Severity::kNote) continue;
+    if (!isClose(c.holdout_rms_px, chosen.holdout_rms_px)) continue;
     if (sound == nullptr || c.score->sum < sound->score->sum) sound = &c;
   }
   return sound != nullptr ? *sound : chosen;
@@ -186,7 +189,19 @@ ModelCandidate report(const Candidate& c, const Candidates& candidates, const Ca
   return entry;
 }
 
+// Of the corners of the views in use.
+double shareLeftOut(const Fit& fit, const PreparedViews& given) {
+  std::size_t num_given = 0;
+  for (const FitView& view : fit.views) num_given += given.views[view.source].corners.size();
+  return 1 - static_cast<double>(numCorners(fit)) / static_cast<double>(num_given);
+}
+
 ChosenModel chosenAmong(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options) {
+  const IsClose isClose = [&](double larger_px, double smaller_px) {
+    if (lenses == Lenses::kByField) return false;  // one of these is good enough, or all are compared
+    const double further_px = std::sqrt(std::max(0.0, larger_px * larger_px - smaller_px * smaller_px));
+    return severityOf(further_px, options.tolerance_px) == Severity::kNote;
+  };
   ModelChoice choice;
   Candidates candidates = fitCandidates(lenses, given, options, choice);
   Candidate& reference = fittest(candidates, given);
@@ -195,11 +210,12 @@ ChosenModel chosenAmong(Lenses lenses, const PreparedViews& given, const Calibra
   const Fit& reference_fit = reference.solution->fit;
   parallelFor(
       candidates.size(), options.jobs,
-      [&](std::size_t i) { evaluate(candidates[i], reference_fit, given, options.cancel); }, options.cancel);
+      [&](std::size_t i) { evaluate(candidates[i], reference_fit, isClose, given, options.cancel); },
+      options.cancel);
   const Candidate* best = bestOf(candidates);
   // Where no model is sound, the findings on the one that fits say why.
   const Candidate* smallest = best != nullptr ? &smallestAsGoodAs(*best, candidates) : &reference;
-  if (lenses == Lenses::kAll) smallest = &soundInstead(*smallest, candidates, options.tolerance_px);
+  smallest = &soundInstead(*smallest, candidates, isClose);
   const Candidate& chosen = *smallest;
   std::vector<AnyCamera> rivals;
   if (best != nullptr) {
@@ -220,8 +236,10 @@ ChosenModel chosenAmong(Lenses lenses, const PreparedViews& given, const Calibra
 }  // namespace
 
 ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
+  constexpr double kManyOutliers = 0.05;  // may be corners that another lens explains
   ChosenModel chosen = chosenAmong(Lenses::kByField, given, options);
-  if (!foldsInsideImage(chosen.solution.fit)) return chosen;
+  const Fit& fit = chosen.solution.fit;
+  if (!foldsInsideImage(fit) && shareLeftOut(fit, given) < kManyOutliers) return chosen;
   return chosenAmong(Lenses::kAll, given, options);
 }
 

@@ -44,13 +44,18 @@ void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 }
 
 void outliers(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  constexpr double kMany = 0.1;      // more than any board of real photographs lost that fitted
+  constexpr double kTooMany = 0.25;  // what is left may be what happens to fit
   if (of.dropped.outliers.empty()) return;
-  diagnoses.push_back({.severity = Severity::kNote,
-                       .id = "outliers",
-                       .cause = "corners were left out as outliers",
-                       .evidence = counted(of.dropped.outliers.size(), "corner") + " (" +
-                                   percent(of.dropped.outlierShare(of.fit)) + ")",
-                       .next_step = "check the images that --verbose lists"});
+  const double share = of.dropped.outlierShare(of.fit);
+  diagnoses.push_back(
+      {.severity = share > kTooMany ? Severity::kFailure
+                   : share > kMany  ? Severity::kWarning
+                                    : Severity::kNote,
+       .id = "outliers",
+       .cause = "corners were left out as outliers",
+       .evidence = counted(of.dropped.outliers.size(), "corner") + " (" + percent(share) + ")",
+       .next_step = "check the images that --verbose lists"});
 }
 
 void viewsLeftOut(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
