@@ -231,7 +231,8 @@ struct UnevenBoard {
 class OffsetEquations {
  public:
   // Nothing where the other unknowns are not determined.
-  static std::optional<OffsetEquations> make(const Fit& fit) {
+  // @param priors  of the uneven boards; empty: with no mode freed
+  static std::optional<OffsetEquations> make(const Fit& fit, std::span<const OffsetPrior> priors = {}) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
     const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
     OffsetEquations result;
@@ -261,6 +262,7 @@ class OffsetEquations {
                          .count = 3 * static_cast<Eigen::Index>(board.target.numCorners()),
                          .spacing = board.target.spacing(),
                          .prior = OffsetPrior(board)};
+      if (!priors.empty()) uneven.prior = priors[result.boards_.size()];
       const Eigen::VectorXd offsets = offsetsOf(board);
       result.offsets_.segment(uneven.first, uneven.count) = offsets;
       result.boards_.push_back(std::move(uneven));
@@ -405,15 +407,20 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
   constexpr double kScatterAtRest = 1e-4;  // of the points' distance: what is left moves no camera
   constexpr double kAtRest = 1e-7;
   constexpr double kLoose = 1e-9;  // of the cost
+  constexpr int kMaxChanges = 12;  // of the modes: one that the corners hardly know may come and go for ever
   if (!isAnyUneven(fit)) return fit;
-  std::vector<OffsetPrior>
-      kept;  // once the scatter is: a prior that follows the offsets would not let them rest
+  std::vector<OffsetPrior> kept;
+  int num_changes = 0;
   for (int i = 0; isAnyUneven(fit); ++i) {
     if (i == kMaxSteps) return std::nullopt;
-    auto equations = OffsetEquations::make(fit);
+    auto equations = OffsetEquations::make(fit, kept);
     if (!equations) return std::nullopt;
     const bool is_estimated = scatter == OffsetScatter::kEstimate;
-    if (!(is_estimated ? equations->estimate() : equations->freeModes())) return std::nullopt;
+    const bool is_solved = is_estimated   ? equations->estimate()
+                           : kept.empty() ? equations->freeModes()
+                                          : equations->step();
+    if (!is_solved) return std::nullopt;
+    if (!is_estimated && kept.empty() && ++num_changes == kMaxChanges) kept = equations->priors();
     const double step = equations->apply(fit);
     if (is_estimated) evenOut(fit);
     if (step < kScatterAtRest) scatter = OffsetScatter::kKeep;
