@@ -7,7 +7,7 @@
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/image_file.h"
-#include "json_output.h"
+#include "alidade/report/json_output.h"
 
 namespace alidade {
 namespace {

@@ -9,9 +9,9 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/rig_file.h"
+#include "alidade/report/json_output.h"
 #include "alidade/rig/rig_validation.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 #include "rig/rig_inputs.h"
 

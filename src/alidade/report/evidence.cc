@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include "alidade/report/evidence.h"
+
 #include "alidade/adjust/errors.h"
 #include "alidade/core/mapped.h"
 #include "alidade/record/camera_record.h"
-#include "calibration_output.h"
-#include "console.h"
-#include "json_output.h"
+#include "alidade/report/json_output.h"
 
 namespace alidade {
 
@@ -301,11 +301,7 @@ json uncertaintyJson(const Calibration& result) {
   return document;
 }
 
-}  // namespace
-
-namespace {
-
-json documentOf(const Calibration& result, const GivenViews& given, const Advice& advice) {
+json documentOf(const Calibration& result, const GivenImages& given, const Advice& advice) {
   const Uncertainty& known = result.uncertainty;
   const SolveSummary& solver = result.fit.summary;
   json document = uncertaintyJson(result);
@@ -369,12 +365,28 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
 
 }  // namespace
 
-std::string summaryJson(const Calibration& result, const GivenViews& given, const Advice& advice) {
+Advice adviceOn(const Calibration& result, const std::vector<View>& views, std::optional<double> target_px) {
+  Advice advice{.coverage = coverageOf(result, views), .guidance = {}};
+  advice.guidance = guide(result, advice.coverage, target_px);
+  return advice;
+}
+
+std::size_t numImagesUsed(const Calibration& result) {
+  const std::vector<FitView>& views = result.fit.views;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    // Views of one image are neighbours.
+    if (v == 0 || views[v].image != views[v - 1].image) ++count;
+  }
+  return count;
+}
+
+std::string summaryJson(const Calibration& result, const GivenImages& given, const Advice& advice) {
   return jsonText(documentOf(result, given, advice));
 }
 
-std::string evidenceJson(const Calibration& result, const GivenViews& given, const Advice& advice,
-                         const std::vector<Setting>& settings, double tolerance_px) {
+std::string evidenceJson(const Calibration& result, const GivenImages& given, const Advice& advice,
+                         const EvidenceOrigin& origin) {
   json document = documentOf(result, given, advice);
   for (std::size_t v = 0; v < result.fit.views.size(); ++v) {
     const FitView& view = result.fit.views[v];
@@ -389,9 +401,9 @@ std::string evidenceJson(const Calibration& result, const GivenViews& given, con
     }
   }
   document["settings"] = json::object();
-  for (const auto& [name, values] : settings) document["settings"][name] = values;
-  document["tolerance_px"] = tolerance_px;
-  document["created_by"] = programName();
+  for (const auto& [name, values] : origin.settings) document["settings"][name] = values;
+  document["tolerance_px"] = origin.tolerance_px;
+  document["created_by"] = origin.created_by;
   return jsonText(document);
 }
 
