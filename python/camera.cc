@@ -1,0 +1,426 @@
+// SPDX-License-Identifier: MIT
+#include "camera.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "alidade/camera/batch.h"
+#include "alidade/camera/camera_edit.h"
+#include "alidade/camera/model_fit.h"
+#include "alidade/core/error.h"
+#include "alidade/core/number_text.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/imagery/remap.h"
+#include "alidade/imagery/undistortion_view.h"
+#include "bindings.h"
+
+namespace alidade::python {
+namespace {
+
+using namespace pybind11::literals;
+
+// So many points at a time change from rows to columns and back. They stay in the processor's first cache.
+constexpr std::size_t kBlock = 256;
+
+struct Block {
+  std::array<double, kBlock> x, y, z, u, v;
+};
+
+std::span<const double> first(const std::array<double, kBlock>& values, std::size_t n) {
+  return std::span(values).first(n);
+}
+std::span<double> first(std::array<double, kBlock>& values, std::size_t n) {
+  return std::span(values).first(n);
+}
+
+std::span<ProjectStatus> statusSpan(std::uint8_t* statuses, std::size_t n) {
+  static_assert(sizeof(ProjectStatus) == sizeof(std::uint8_t));
+  return {reinterpret_cast<ProjectStatus*>(statuses), n};
+}
+
+struct ProjectOutputs {
+  double* pixels;
+  std::uint8_t* statuses;
+  double* by_point = nullptr;
+  double* by_pose = nullptr;
+  double* by_params = nullptr;
+};
+
+void projectRows(const AnyCamera& camera, const std::optional<SE3>& pose, const double* points,
+                 std::size_t begin, std::size_t count, const ProjectOutputs& out) {
+  constexpr std::size_t kByPoint = 6;
+  constexpr std::size_t kByPose = 12;
+  const std::size_t by_params = 2 * camera.parameters().size();
+  Block block;
+  for (std::size_t i = begin; i < begin + count; i += kBlock) {
+    const std::size_t n = std::min(kBlock, begin + count - i);
+    const double* in = points + 3 * i;
+    for (std::size_t k = 0; k < n; ++k, in += 3) {
+      block.x[k] = in[0];
+      block.y[k] = in[1];
+      block.z[k] = in[2];
+    }
+    const PointColumns columns{first(std::as_const(block.x), n), first(std::as_const(block.y), n),
+                               first(std::as_const(block.z), n)};
+    const PixelResults results{first(block.u, n), first(block.v, n), statusSpan(out.statuses + i, n)};
+    const PixelJacobians jacobians{
+        .by_point = out.by_point == nullptr ? nullptr : out.by_point + kByPoint * i,
+        .by_pose = out.by_pose == nullptr ? nullptr : out.by_pose + kByPose * i,
+        .by_params = out.by_params == nullptr ? nullptr : out.by_params + by_params * i};
+    if (pose) {
+      projectBatch(camera, *pose, columns, results, jacobians);
+    } else {
+      projectBatch(camera, columns, results, jacobians);
+    }
+    double* pixel = out.pixels + 2 * i;
+    for (std::size_t k = 0; k < n; ++k, pixel += 2) {
+      pixel[0] = block.u[k];
+      pixel[1] = block.v[k];
+    }
+  }
+}
+
+void unprojectRows(const AnyCamera& camera, const double* pixels, std::size_t begin, std::size_t count,
+                   double* rays, std::uint8_t* statuses, double* J_ray_pixel) {
+  constexpr std::size_t kJacobian = 6;
+  Block block;
+  for (std::size_t i = begin; i < begin + count; i += kBlock) {
+    const std::size_t n = std::min(kBlock, begin + count - i);
+    const double* in = pixels + 2 * i;
+    for (std::size_t k = 0; k < n; ++k, in += 2) {
+      block.u[k] = in[0];
+      block.v[k] = in[1];
+    }
+    unprojectBatch(camera, {first(std::as_const(block.u), n), first(std::as_const(block.v), n)},
+                   {first(block.x, n), first(block.y, n), first(block.z, n), statusSpan(statuses + i, n)},
+                   J_ray_pixel == nullptr ? nullptr : J_ray_pixel + kJacobian * i);
+    double* ray = rays + 3 * i;
+    for (std::size_t k = 0; k < n; ++k, ray += 3) {
+      ray[0] = block.x[k];
+      ray[1] = block.y[k];
+      ray[2] = block.z[k];
+    }
+  }
+}
+
+py::tuple project(const CameraValue& self, const py::object& points, const py::object& camera_from_points,
+                  int jobs) {
+  const Rows rows = rowsOf(points, 3, "points");
+  const std::optional<SE3> pose = poseOf(camera_from_points, "camera_from_points");
+  py::array_t<double> pixels = rows.results({2});
+  py::array_t<std::uint8_t> statuses = rows.statuses();
+  const ProjectOutputs out{.pixels = pixels.mutable_data(), .statuses = statuses.mutable_data()};
+  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
+    projectRows(self.record.camera, pose, rows.data(), begin, count, out);
+  });
+  return py::make_tuple(std::move(pixels), std::move(statuses));
+}
+
+py::tuple projectWithJacobians(const CameraValue& self, const py::object& points,
+                               const py::object& camera_from_points, int jobs) {
+  const Rows rows = rowsOf(points, 3, "points");
+  const std::optional<SE3> pose = poseOf(camera_from_points, "camera_from_points");
+  const auto num_params = static_cast<py::ssize_t>(self.record.camera.parameters().size());
+  py::array_t<double> pixels = rows.results({2});
+  py::array_t<std::uint8_t> statuses = rows.statuses();
+  py::array_t<double> by_point = rows.results({2, 3});
+  py::array_t<double> by_pose = rows.results({2, 6});
+  py::array_t<double> by_params = rows.results({2, num_params});
+  const ProjectOutputs out{.pixels = pixels.mutable_data(),
+                           .statuses = statuses.mutable_data(),
+                           .by_point = by_point.mutable_data(),
+                           .by_pose = by_pose.mutable_data(),
+                           .by_params = by_params.mutable_data()};
+  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
+    projectRows(self.record.camera, pose, rows.data(), begin, count, out);
+  });
+  return py::make_tuple(std::move(pixels), std::move(statuses), std::move(by_point), std::move(by_pose),
+                        std::move(by_params));
+}
+
+py::tuple unproject(const CameraValue& self, const py::object& pixels, int jobs) {
+  const Rows rows = rowsOf(pixels, 2, "pixels");
+  py::array_t<double> rays = rows.results({3});
+  py::array_t<std::uint8_t> statuses = rows.statuses();
+  double* const out = rays.mutable_data();
+  std::uint8_t* const status = statuses.mutable_data();
+  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
+    unprojectRows(self.record.camera, rows.data(), begin, count, out, status, nullptr);
+  });
+  return py::make_tuple(std::move(rays), std::move(statuses));
+}
+
+py::tuple unprojectWithJacobians(const CameraValue& self, const py::object& pixels, int jobs) {
+  const Rows rows = rowsOf(pixels, 2, "pixels");
+  py::array_t<double> rays = rows.results({3});
+  py::array_t<std::uint8_t> statuses = rows.statuses();
+  py::array_t<double> by_pixel = rows.results({3, 2});
+  double* const out = rays.mutable_data();
+  std::uint8_t* const status = statuses.mutable_data();
+  double* const jacobians = by_pixel.mutable_data();
+  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
+    unprojectRows(self.record.camera, rows.data(), begin, count, out, status, jacobians);
+  });
+  return py::make_tuple(std::move(rays), std::move(statuses), std::move(by_pixel));
+}
+
+ViewRequest viewRequest(const std::string& projection, const std::string& keep, const py::object& fov_deg,
+                        const py::object& size) {
+  ViewRequest request{.projection = projectionOf(projection), .size = {}};
+  if (!size.is_none()) request.size = sizeOf(size, "size");
+  if (!fov_deg.is_none() && !keep.empty())
+    throw usageError({.where = "fov_deg and keep", .found = "both", .expected = "one of them"});
+  if (!fov_deg.is_none()) {
+    request.extent = ViewExtent::kFieldOfView;
+    request.horizontal_field_rad = fov_deg.cast<double>() * std::numbers::pi / 180;
+  } else if (keep == "valid" || keep == "all") {
+    request.extent = keep == "all" ? ViewExtent::kAll : ViewExtent::kValid;
+  } else if (!keep.empty()) {
+    throw usageError({.where = "keep", .found = "'" + keep + "'", .expected = "'valid', 'all' or None"});
+  }
+  return request;
+}
+
+py::tuple undistortMap(const CameraValue& self, const std::string& projection,
+                       const std::optional<std::string>& keep, const py::object& fov_deg,
+                       const py::object& size, int jobs) {
+  const CameraRecord& record = self.record;
+  const ViewRequest request = viewRequest(projection, keep.value_or(""), fov_deg, size);
+  std::unique_ptr<RemapTable> table;
+  OutputView view;
+  {
+    const py::gil_scoped_release without_lock;
+    view = chooseView(record.camera, record.image_size, request).view;
+    table = std::make_unique<RemapTable>(makeRemapTable(record.camera, record.image_size, view, jobs));
+  }
+  // The array is the table's own memory, which a capsule keeps alive.
+  static_assert(sizeof(SourcePixel) == 2 * sizeof(float));
+  const auto* const data = reinterpret_cast<const float*>(table->pixels.data());
+  const std::vector<py::ssize_t> shape = {table->size.height, table->size.width, 2};
+  const py::capsule owner(table.release(), [](void* held) { delete static_cast<RemapTable*>(held); });
+  py::object camera = py::none();
+  if (view.projection == ViewProjection::kRectilinear)
+    camera = py::cast(CameraValue{bareRecord(pinholeOf(view), view.size, creatorName() + " undistort")});
+  return py::make_tuple(py::array_t<float>(shape, data, owner), std::move(camera));
+}
+
+AnyCamera madeCamera(const std::string& model, const py::object& parameters) {
+  if (py::isinstance<py::dict>(parameters))
+    return AnyCamera::make(model, parameters.cast<std::map<std::string, double>>());
+  const auto names = parameterNames(model);
+  const Rows rows = rowsOf(parameters, static_cast<py::ssize_t>(names.size()), "parameters of " + model);
+  if (!rows.shape.empty())
+    throw usageError(
+        {.where = "parameters", .found = "an array of several rows", .expected = "one row of numbers"});
+  return AnyCamera::make(model, std::span(rows.data(), names.size()));
+}
+
+CameraValue newCamera(const std::string& model, const py::object& size, const py::object& parameters,
+                      const std::string& name) {
+  CameraRecord record = bareRecord(madeCamera(model, parameters), sizeOf(size, "size"), creatorName());
+  record.name.name = name;
+  return {record};
+}
+
+CameraValue edited(const CameraValue& self, const EditedCamera& camera, const char* what) {
+  CameraRecord record = bareRecord(camera.camera, camera.size, creatorName() + " " + what);
+  record.name = self.record.name;
+  return {record};
+}
+
+py::tuple toModel(const CameraValue& self, const std::string& model) {
+  const auto fit = [&] {
+    const py::gil_scoped_release without_lock;
+    return fitModel(self.record.camera, self.record.image_size, model);
+  }();
+  CameraRecord record = bareRecord(fit.camera, self.record.image_size, creatorName() + " to_model");
+  record.name = self.record.name;
+  return py::make_tuple(CameraValue{record}, fit.max_error_px);
+}
+
+std::string reprOf(const CameraValue& self) {
+  const CameraRecord& record = self.record;
+  std::string text = "Camera('" + std::string(record.camera.modelId()) + "', (" +
+                     std::to_string(record.image_size.width) + ", " +
+                     std::to_string(record.image_size.height) + "), {";
+  const auto names = record.camera.parameterNames();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += (i > 0 ? ", '" : "'") + std::string(names[i]) +
+            "': " + py::repr(py::float_(record.camera.parameters()[i])).cast<std::string>();
+  }
+  text += "}";
+  if (!record.name.name.empty()) text += ", name=" + py::repr(nameText(record.name.name)).cast<std::string>();
+  return text + ")";
+}
+
+// What a camera file says of its calibration, for people.
+py::str htmlOf(const CameraValue& self) {
+  const CameraRecord& record = self.record;
+  std::string rows;
+  const auto names = record.camera.parameterNames();
+  const auto& stated = record.calibration;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    rows +=
+        "<tr><th>" + std::string(names[i]) + "</th><td>" + numberText("%.10g", record.camera.parameters()[i]);
+    if (stated && i < stated->parameter_std.size())
+      rows += " &plusmn; " + numberText("%.2g", stated->parameter_std[i]);
+    rows += "</td></tr>";
+  }
+  std::string title = std::string(record.camera.modelId()) + ", " + sizeText(record.image_size) + " px";
+  if (stated) title += ", " + std::string(verdictName(stated->verdict));
+  const py::object escape = py::module_::import("html").attr("escape");
+  if (!record.name.name.empty())
+    title = escape(nameText(record.name.name)).cast<std::string>() + ": " + title;
+  return "<table><caption>" + title + "</caption>" + rows + "</table>";
+}
+
+void bindInfo(py::module_& module) {
+  const auto covariance = [](const CalibrationRecord& info) -> py::object {
+    if (info.covariance.empty()) return py::none();
+    return matrixArray(fullMatrix(info.covariance, static_cast<Eigen::Index>(info.parameter_std.size())));
+  };
+  py::class_<CalibrationRecord>(module, "CalibrationInfo", doc("CalibrationInfo"))
+      .def_property_readonly(
+          "verdict", [](const CalibrationRecord& info) { return std::string(verdictName(info.verdict)); },
+          doc("CalibrationInfo.verdict"))
+      .def_readonly("accuracy_px", &CalibrationRecord::accuracy_px, doc("CalibrationInfo.accuracy_px"))
+      .def_readonly("accuracy_distance_m", &CalibrationRecord::accuracy_distance_m,
+                    doc("CalibrationInfo.accuracy_distance_m"))
+      .def_readonly("covered_share", &CalibrationRecord::covered_share, doc("CalibrationInfo.covered_share"))
+      .def_readonly("rms_px", &CalibrationRecord::rms_px, doc("CalibrationInfo.rms_px"))
+      .def_readonly("holdout_rms_px", &CalibrationRecord::holdout_rms_px,
+                    doc("CalibrationInfo.holdout_rms_px"))
+      .def_readonly("num_views", &CalibrationRecord::num_views, doc("CalibrationInfo.num_views"))
+      .def_readonly("num_corners", &CalibrationRecord::num_corners, doc("CalibrationInfo.num_corners"))
+      .def_readonly("boards", &CalibrationRecord::boards, doc("CalibrationInfo.boards"))
+      .def_readonly("findings", &CalibrationRecord::findings, doc("CalibrationInfo.findings"))
+      .def_property_readonly(
+          "parameter_std", [](const CalibrationRecord& info) { return vectorArray(info.parameter_std); },
+          doc("CalibrationInfo.parameter_std"))
+      .def_property_readonly("covariance", covariance, doc("CalibrationInfo.covariance"))
+      .def("__repr__", [](const CalibrationRecord& info) {
+        return "<alidade.CalibrationInfo: " + std::string(verdictName(info.verdict)) + ", within " +
+               numberText("%.3g", info.accuracy_px) + " px (95 %)>";
+      });
+}
+
+void bindAttributes(py::class_<CameraValue>& type) {
+  type.def_property_readonly(
+          "model", [](const CameraValue& self) { return std::string(self.record.camera.modelId()); },
+          doc("Camera.model"))
+      .def_property_readonly(
+          "size", [](const CameraValue& self) { return sizeTuple(self.record.image_size); },
+          doc("Camera.size"))
+      .def_property_readonly(
+          "name", [](const CameraValue& self) { return nameText(self.record.name.name); }, doc("Camera.name"))
+      .def_property_readonly(
+          "serial", [](const CameraValue& self) { return nameText(self.record.name.serial); },
+          doc("Camera.serial"))
+      .def_property_readonly(
+          "parameters", [](const CameraValue& self) { return parametersDict(self.record.camera); },
+          doc("Camera.parameters"))
+      .def_property_readonly(
+          "parameter_values",
+          [](const CameraValue& self) {
+            const auto values = self.record.camera.parameters();
+            return vectorArray({values.begin(), values.end()});
+          },
+          doc("Camera.parameter_values"))
+      .def_property_readonly(
+          "calibration", [](const CameraValue& self) { return self.record.calibration; },
+          doc("Camera.calibration"))
+      .def_property_readonly(
+          "max_angle_deg",
+          [](const CameraValue& self) {
+            return self.record.camera.cone().max_angle_rad * 180 / std::numbers::pi;
+          },
+          doc("Camera.max_angle_deg"))
+      .def_property_readonly(
+          "camera_from_rig",
+          [](const CameraValue& self) -> py::object {
+            if (!self.camera_from_rig) return py::none();
+            return poseArray(*self.camera_from_rig);
+          },
+          doc("Camera.camera_from_rig"))
+      .def_readonly("remarks", &CameraValue::remarks, doc("Camera.remarks"));
+}
+
+}  // namespace
+
+std::string creatorName() {
+  return "alidade " ALIDADE_VERSION;
+}
+
+py::dict parametersDict(const AnyCamera& camera) {
+  py::dict parameters;
+  const auto names = camera.parameterNames();
+  for (std::size_t i = 0; i < names.size(); ++i)
+    parameters[py::str(std::string(names[i]))] = camera.parameters()[i];
+  return parameters;
+}
+
+void bindCamera(py::module_& module) {
+  bindInfo(module);
+  module.def(
+      "models", [] { return modelIds(); }, doc("models"));
+  module.def(
+      "parameter_names",
+      [](const std::string& model) {
+        const auto names = parameterNames(model);
+        return std::vector<std::string>(names.begin(), names.end());
+      },
+      "model"_a, doc("parameter_names"));
+  py::class_<CameraValue> type(module, "Camera", doc("Camera"));
+  bindAttributes(type);
+  type.def(py::init(&newCamera), "model"_a, "size"_a, "parameters"_a, py::kw_only(), "name"_a = "",
+           doc("Camera.__init__"))
+      .def("project", &project, "points"_a, "camera_from_points"_a = py::none(), py::kw_only(), "jobs"_a = 1,
+           doc("Camera.project"))
+      .def("project_with_jacobians", &projectWithJacobians, "points"_a, "camera_from_points"_a = py::none(),
+           py::kw_only(), "jobs"_a = 1, doc("Camera.project_with_jacobians"))
+      .def("unproject", &unproject, "pixels"_a, py::kw_only(), "jobs"_a = 1, doc("Camera.unproject"))
+      .def("unproject_with_jacobians", &unprojectWithJacobians, "pixels"_a, py::kw_only(), "jobs"_a = 1,
+           doc("Camera.unproject_with_jacobians"))
+      .def("undistort_map", &undistortMap, "projection"_a = "rectilinear", py::kw_only(),
+           "keep"_a = py::none(), "fov_deg"_a = py::none(), "size"_a = py::none(), "jobs"_a = 0,
+           doc("Camera.undistort_map"))
+      .def(
+          "crop",
+          [](const CameraValue& self, int x, int y, int width, int height) {
+            return edited(self, cropCamera(self.record.camera, self.record.image_size, {x, y, width, height}),
+                          "crop");
+          },
+          "x"_a, "y"_a, "width"_a, "height"_a, doc("Camera.crop"))
+      .def(
+          "resize",
+          [](const CameraValue& self, const py::object& size) {
+            return edited(self,
+                          resizeCamera(self.record.camera, self.record.image_size, sizeOf(size, "size")),
+                          "resize");
+          },
+          "size"_a, doc("Camera.resize"))
+      .def("to_model", &toModel, "model"_a, doc("Camera.to_model"))
+      .def("__repr__", &reprOf)
+      .def("_repr_html_", &htmlOf)
+      .def(py::pickle(
+          [](const CameraValue& self) {
+            return py::make_tuple(py::bytes(cameraText(self.record, "alidade")));
+          },
+          [](const py::tuple& state) {
+            return CameraValue{onlyCamera(parseCameras(state[0].cast<std::string>(), "the pickled camera"))};
+          }));
+}
+
+}  // namespace alidade::python
