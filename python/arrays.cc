@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <span>
 #include <utility>
+
+#include <pybind11/stl.h>
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
@@ -44,6 +47,32 @@ py::array_t<double> Rows::results(const std::vector<py::ssize_t>& inner) const {
 
 py::array_t<std::uint8_t> Rows::statuses() const {
   return py::array_t<std::uint8_t>(shape);
+}
+
+RowOutputs outputsOf(const py::handle& out, const Rows& rows, py::ssize_t columns) {
+  if (out.is_none()) return {.values = rows.results({columns}), .statuses = rows.statuses()};
+  const auto fits = [](const py::handle& array, const py::dtype& type,
+                       const std::vector<py::ssize_t>& shape) {
+    if (!py::isinstance<py::array>(array)) return false;
+    const auto given = py::reinterpret_borrow<py::array>(array);
+    return given.dtype().is(type) && given.writeable() && (given.flags() & py::array::c_style) != 0 &&
+           std::ranges::equal(std::span(given.shape(), static_cast<std::size_t>(given.ndim())), shape);
+  };
+  const std::vector<py::ssize_t> shape = joined(rows.shape, {columns});
+  if (py::isinstance<py::tuple>(out) && py::len(out) == 2) {
+    const py::object values = out[py::int_(0)];
+    const py::object statuses = out[py::int_(1)];
+    if (fits(values, py::dtype::of<double>(), shape) &&
+        fits(statuses, py::dtype::of<std::uint8_t>(), rows.shape))
+      return {.values = values, .statuses = statuses};
+  }
+  throw usageError({.where = "out",
+                    .found = "other arrays",
+                    .expected = "a tuple of C-contiguous, writeable arrays: float64 of shape " +
+                                py::str(py::tuple(py::cast(shape))).cast<std::string>() +
+                                " and uint8 of shape " +
+                                py::str(py::tuple(py::cast(rows.shape))).cast<std::string>(),
+                    .next_step = "use what an earlier call with as many rows returned"});
 }
 
 Rows rowsOf(const py::handle& value, py::ssize_t columns, const std::string& what) {

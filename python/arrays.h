@@ -36,6 +36,15 @@ struct Rows {
   [[nodiscard]] py::array_t<std::uint8_t> statuses() const;
 };
 
+/// What a call fills: one point or ray and one status per row.
+struct RowOutputs {
+  py::array_t<double> values;
+  py::array_t<std::uint8_t> statuses;
+};
+/// New arrays, or those of the tuple `out` if it is not None.
+/// @throws Error (kUsage) for arrays that are not C-contiguous and writeable, or of another shape or dtype
+[[nodiscard]] RowOutputs outputsOf(const py::handle& out, const Rows& rows, py::ssize_t columns);
+
 /// @param columns  length of the last axis
 /// @param what     the argument, for messages
 /// @throws Error (kUsage) for another shape, and for what is not an array of real numbers

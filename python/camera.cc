@@ -116,16 +116,16 @@ void unprojectRows(const AnyCamera& camera, const double* pixels, std::size_t be
 }
 
 py::tuple project(const CameraValue& self, const py::object& points, const py::object& camera_from_points,
-                  int jobs) {
+                  const py::object& out, int jobs) {
   const Rows rows = rowsOf(points, 3, "points");
   const std::optional<SE3> pose = poseOf(camera_from_points, "camera_from_points");
-  py::array_t<double> pixels = rows.results({2});
-  py::array_t<std::uint8_t> statuses = rows.statuses();
-  const ProjectOutputs out{.pixels = pixels.mutable_data(), .statuses = statuses.mutable_data()};
+  RowOutputs results = outputsOf(out, rows, 2);
+  const ProjectOutputs to{.pixels = results.values.mutable_data(),
+                          .statuses = results.statuses.mutable_data()};
   eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
-    projectRows(self.record.camera, pose, rows.data(), begin, count, out);
+    projectRows(self.record.camera, pose, rows.data(), begin, count, to);
   });
-  return py::make_tuple(std::move(pixels), std::move(statuses));
+  return py::make_tuple(std::move(results.values), std::move(results.statuses));
 }
 
 py::tuple projectWithJacobians(const CameraValue& self, const py::object& points,
@@ -150,16 +150,15 @@ py::tuple projectWithJacobians(const CameraValue& self, const py::object& points
                         std::move(by_params));
 }
 
-py::tuple unproject(const CameraValue& self, const py::object& pixels, int jobs) {
+py::tuple unproject(const CameraValue& self, const py::object& pixels, const py::object& out, int jobs) {
   const Rows rows = rowsOf(pixels, 2, "pixels");
-  py::array_t<double> rays = rows.results({3});
-  py::array_t<std::uint8_t> statuses = rows.statuses();
-  double* const out = rays.mutable_data();
-  std::uint8_t* const status = statuses.mutable_data();
+  RowOutputs results = outputsOf(out, rows, 3);
+  double* const rays = results.values.mutable_data();
+  std::uint8_t* const status = results.statuses.mutable_data();
   eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
-    unprojectRows(self.record.camera, rows.data(), begin, count, out, status, nullptr);
+    unprojectRows(self.record.camera, rows.data(), begin, count, rays, status, nullptr);
   });
-  return py::make_tuple(std::move(rays), std::move(statuses));
+  return py::make_tuple(std::move(results.values), std::move(results.statuses));
 }
 
 py::tuple unprojectWithJacobians(const CameraValue& self, const py::object& pixels, int jobs) {
@@ -386,11 +385,12 @@ void bindCamera(py::module_& module) {
   bindAttributes(type);
   type.def(py::init(&newCamera), "model"_a, "size"_a, "parameters"_a, py::kw_only(), "name"_a = "",
            doc("Camera.__init__"))
-      .def("project", &project, "points"_a, "camera_from_points"_a = py::none(), py::kw_only(), "jobs"_a = 1,
-           doc("Camera.project"))
+      .def("project", &project, "points"_a, "camera_from_points"_a = py::none(), py::kw_only(),
+           "out"_a = py::none(), "jobs"_a = 1, doc("Camera.project"))
       .def("project_with_jacobians", &projectWithJacobians, "points"_a, "camera_from_points"_a = py::none(),
            py::kw_only(), "jobs"_a = 1, doc("Camera.project_with_jacobians"))
-      .def("unproject", &unproject, "pixels"_a, py::kw_only(), "jobs"_a = 1, doc("Camera.unproject"))
+      .def("unproject", &unproject, "pixels"_a, py::kw_only(), "out"_a = py::none(), "jobs"_a = 1,
+           doc("Camera.unproject"))
       .def("unproject_with_jacobians", &unprojectWithJacobians, "pixels"_a, py::kw_only(), "jobs"_a = 1,
            doc("Camera.unproject_with_jacobians"))
       .def("undistort_map", &undistortMap, "projection"_a = "rectilinear", py::kw_only(),

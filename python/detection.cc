@@ -107,12 +107,12 @@ Inputs inputsOf(const py::handle& images, const SearchArguments& arguments) {
 
 ImageSet openInputs(const Inputs& inputs, const OpenImagesOptions& options) {
   if (inputs.arrays.empty()) return openImages(inputs.paths, options);
-  std::map<std::string, RasterView> views;
-  for (std::size_t i = 0; i < inputs.names.size(); ++i) views[inputs.names[i]] = inputs.arrays[i].view;
+  // Shared, because each image of the set has a copy of the function below.
+  const auto views = std::make_shared<std::map<std::string, RasterView>>();
+  for (std::size_t i = 0; i < inputs.names.size(); ++i) (*views)[inputs.names[i]] = inputs.arrays[i].view;
   // The threads that call this do not hold the interpreter's lock; they read the arrays' memory alone.
-  return {inputs.names, [views = std::move(views)](const std::string& name) -> LoadedImage {
-            return {.image = grayImage(views.at(name))};
-          }};
+  return {inputs.names,
+          [views](const std::string& name) -> LoadedImage { return {.image = grayImage(views->at(name))}; }};
 }
 
 SurveyValue valueOf(const std::vector<BoardSurvey>& surveys, const ImageSet& images, bool are_files) {

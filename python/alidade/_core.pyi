@@ -113,10 +113,11 @@ class Camera:
     @property
     def remarks(self) -> list[str]:
         """What was assumed or left out when the camera was read from a file, a sentence each."""
-    def project(self, points: ArrayLike, camera_from_points: Optional[ArrayLike] = None, *, jobs: int = 1) -> tuple[_Floats, NDArray[np.uint8]]:
+    def project(self, points: ArrayLike, camera_from_points: Optional[ArrayLike] = None, *, out: Optional[tuple[_Floats, NDArray[np.uint8]]] = None, jobs: int = 1) -> tuple[_Floats, NDArray[np.uint8]]:
         """Projects points to pixels.
 
         points: (..., 3). camera_from_points: the pose as a 4x4 or 3x4 matrix [R t], if the points are in another frame.
+        out: (pixels, status) of an earlier call with as many points, to be overwritten and returned.
         jobs: threads; 0 is one per processor.
         Returns pixels (..., 2), NaN for points without a pixel, and status (...), 0 = ok, see Status. The pixel may
         lie outside the image.
@@ -129,10 +130,10 @@ class Camera:
         parameters (..., 2, P). The pose is T Exp(xi) with xi = [translation, rotation], in metres and radians. NaN
         unless the status is 0.
         """
-    def unproject(self, pixels: ArrayLike, *, jobs: int = 1) -> tuple[_Floats, NDArray[np.uint8]]:
+    def unproject(self, pixels: ArrayLike, *, out: Optional[tuple[_Floats, NDArray[np.uint8]]] = None, jobs: int = 1) -> tuple[_Floats, NDArray[np.uint8]]:
         """The rays of pixels, exact to rounding.
 
-        pixels: (..., 2). Returns unit vectors (..., 3) in the camera frame, NaN for pixels without a ray, and status
+        pixels: (..., 2). out: (rays, status) of an earlier call, to be overwritten. Returns unit vectors (..., 3) in the camera frame, NaN for pixels without a ray, and status
         (...), 0 = ok. UsageError: another shape.
         """
     def unproject_with_jacobians(self, pixels: ArrayLike, *, jobs: int = 1) -> tuple[_Floats, NDArray[np.uint8], _Floats]:

@@ -135,6 +135,25 @@ def test_read_only_and_uncopied(camera):
     assert np.array_equal(given, before)
 
 
+def test_results_may_be_overwritten(camera):
+    given = points(1000)
+    expected = camera.project(given)
+    out = np.empty((1000, 2)), np.empty(1000, np.uint8)
+    pixels, status = camera.project(given, out=out)
+    assert pixels is out[0] and status is out[1]
+    assert np.array_equal(pixels, expected[0], equal_nan=True) and np.array_equal(status, expected[1])
+    rays = camera.unproject(pixels, out=(np.empty((1000, 3)), status))
+    assert np.array_equal(rays[0], camera.unproject(pixels)[0], equal_nan=True) and rays[1] is status
+    fixed = np.empty((1000, 2))
+    fixed.flags.writeable = False
+    wrong = [(out[0][:999], out[1]), (out[0].astype(np.float32), out[1]), (out[0], out[1].astype(int)), out[0], (fixed, out[1]),
+             (np.empty((1000, 4))[:, ::2], out[1]), (None, None)]
+    for arrays in wrong:
+        with pytest.raises(alidade.UsageError, match=r"out: .*\(1000, 2\)"):
+            camera.project(given, out=arrays)
+    assert len(wrong) == 7
+
+
 @pytest.mark.parametrize("wrong", [np.zeros((3, 2)), np.zeros(4), np.float64(1), np.zeros((0,)), np.zeros((2, 3), complex),
                                    np.array([["1", "2", "3"]]), [["a", "b", "c"]], None, object(), np.zeros((1, 3), bool)])
 def test_wrong_arrays_are_refused(camera, wrong):

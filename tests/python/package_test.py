@@ -50,7 +50,7 @@ def test_everything_public_has_a_docstring():
             assert value.__doc__, name
             num_checked += 1
     assert num_checked == len(alidade.__all__) - 1
-    assert alidade.Camera.project.__doc__.startswith("project(points, camera_from_points=None, *, jobs=1)\n")
+    assert alidade.Camera.project.__doc__.startswith("project(points, camera_from_points=None, *, out=None, jobs=1)\n")
 
 
 def test_statuses_are_those_of_the_library(camera):
