@@ -2,7 +2,6 @@
 #include "camera.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -14,7 +13,7 @@
 
 #include <pybind11/stl.h>
 
-#include "alidade/camera/batch.h"
+#include "alidade/camera/batch_rows.h"
 #include "alidade/camera/camera_edit.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
@@ -31,88 +30,41 @@ namespace {
 
 using namespace pybind11::literals;
 
-// So many points at a time change from rows to columns and back. They stay in the processor's first cache.
-constexpr std::size_t kBlock = 256;
-
-struct Block {
-  std::array<double, kBlock> x, y, z, u, v;
-};
-
-std::span<const double> first(const std::array<double, kBlock>& values, std::size_t n) {
-  return std::span(values).first(n);
-}
-std::span<double> first(std::array<double, kBlock>& values, std::size_t n) {
-  return std::span(values).first(n);
-}
-
 std::span<ProjectStatus> statusSpan(std::uint8_t* statuses, std::size_t n) {
   static_assert(sizeof(ProjectStatus) == sizeof(std::uint8_t));
   return {reinterpret_cast<ProjectStatus*>(statuses), n};
 }
 
-struct ProjectOutputs {
-  double* pixels;
-  std::uint8_t* statuses;
-  double* by_point = nullptr;
-  double* by_pose = nullptr;
-  double* by_params = nullptr;
-};
-
-void projectRows(const AnyCamera& camera, const std::optional<SE3>& pose, const double* points,
-                 std::size_t begin, std::size_t count, const ProjectOutputs& out) {
-  constexpr std::size_t kByPoint = 6;
-  constexpr std::size_t kByPose = 12;
-  const std::size_t by_params = 2 * camera.parameters().size();
-  Block block;
-  for (std::size_t i = begin; i < begin + count; i += kBlock) {
-    const std::size_t n = std::min(kBlock, begin + count - i);
-    const double* in = points + 3 * i;
-    for (std::size_t k = 0; k < n; ++k, in += 3) {
-      block.x[k] = in[0];
-      block.y[k] = in[1];
-      block.z[k] = in[2];
-    }
-    const PointColumns columns{first(std::as_const(block.x), n), first(std::as_const(block.y), n),
-                               first(std::as_const(block.z), n)};
-    const PixelResults results{first(block.u, n), first(block.v, n), statusSpan(out.statuses + i, n)};
-    const PixelJacobians jacobians{
-        .by_point = out.by_point == nullptr ? nullptr : out.by_point + kByPoint * i,
-        .by_pose = out.by_pose == nullptr ? nullptr : out.by_pose + kByPose * i,
-        .by_params = out.by_params == nullptr ? nullptr : out.by_params + by_params * i};
-    if (pose) {
-      projectBatch(camera, *pose, columns, results, jacobians);
-    } else {
-      projectBatch(camera, columns, results, jacobians);
-    }
-    double* pixel = out.pixels + 2 * i;
-    for (std::size_t k = 0; k < n; ++k, pixel += 2) {
-      pixel[0] = block.u[k];
-      pixel[1] = block.v[k];
-    }
-  }
+// The same Jacobians from row `begin` on.
+PixelJacobians from(const PixelJacobians& all, std::size_t begin, std::size_t num_params) {
+  const auto at = [&](double* jacobians, std::size_t size) {
+    return jacobians == nullptr ? nullptr : jacobians + begin * size;
+  };
+  return {.by_point = at(all.by_point, 6),
+          .by_pose = at(all.by_pose, 12),
+          .by_params = at(all.by_params, 2 * num_params)};
 }
 
-void unprojectRows(const AnyCamera& camera, const double* pixels, std::size_t begin, std::size_t count,
-                   double* rays, std::uint8_t* statuses, double* J_ray_pixel) {
-  constexpr std::size_t kJacobian = 6;
-  Block block;
-  for (std::size_t i = begin; i < begin + count; i += kBlock) {
-    const std::size_t n = std::min(kBlock, begin + count - i);
-    const double* in = pixels + 2 * i;
-    for (std::size_t k = 0; k < n; ++k, in += 2) {
-      block.u[k] = in[0];
-      block.v[k] = in[1];
-    }
-    unprojectBatch(camera, {first(std::as_const(block.u), n), first(std::as_const(block.v), n)},
-                   {first(block.x, n), first(block.y, n), first(block.z, n), statusSpan(statuses + i, n)},
-                   J_ray_pixel == nullptr ? nullptr : J_ray_pixel + kJacobian * i);
-    double* ray = rays + 3 * i;
-    for (std::size_t k = 0; k < n; ++k, ray += 3) {
-      ray[0] = block.x[k];
-      ray[1] = block.y[k];
-      ray[2] = block.z[k];
-    }
-  }
+void projectInto(const AnyCamera& camera, const std::optional<SE3>& pose, const Rows& points, RowOutputs& out,
+                 const PixelJacobians& jacobians, int jobs) {
+  double* const pixels = out.values.mutable_data();
+  std::uint8_t* const statuses = out.statuses.mutable_data();
+  eachRun(points.count, jobs, [&](std::size_t begin, std::size_t n) {
+    projectRows(camera, pose ? &*pose : nullptr, {points.data() + 3 * begin, 3 * n},
+                {pixels + 2 * begin, 2 * n}, statusSpan(statuses + begin, n),
+                from(jacobians, begin, camera.parameters().size()));
+  });
+}
+
+void unprojectInto(const AnyCamera& camera, const Rows& pixels, RowOutputs& out, double* J_ray_pixel,
+                   int jobs) {
+  double* const rays = out.values.mutable_data();
+  std::uint8_t* const statuses = out.statuses.mutable_data();
+  eachRun(pixels.count, jobs, [&](std::size_t begin, std::size_t n) {
+    unprojectRows(camera, {pixels.data() + 2 * begin, 2 * n}, {rays + 3 * begin, 3 * n},
+                  statusSpan(statuses + begin, n),
+                  J_ray_pixel == nullptr ? nullptr : J_ray_pixel + 6 * begin);
+  });
 }
 
 py::tuple project(const CameraValue& self, const py::object& points, const py::object& camera_from_points,
@@ -120,11 +72,7 @@ py::tuple project(const CameraValue& self, const py::object& points, const py::o
   const Rows rows = rowsOf(points, 3, "points");
   const std::optional<SE3> pose = poseOf(camera_from_points, "camera_from_points");
   RowOutputs results = outputsOf(out, rows, 2);
-  const ProjectOutputs to{.pixels = results.values.mutable_data(),
-                          .statuses = results.statuses.mutable_data()};
-  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
-    projectRows(self.record.camera, pose, rows.data(), begin, count, to);
-  });
+  projectInto(self.record.camera, pose, rows, results, {}, jobs);
   return py::make_tuple(std::move(results.values), std::move(results.statuses));
 }
 
@@ -132,47 +80,33 @@ py::tuple projectWithJacobians(const CameraValue& self, const py::object& points
                                const py::object& camera_from_points, int jobs) {
   const Rows rows = rowsOf(points, 3, "points");
   const std::optional<SE3> pose = poseOf(camera_from_points, "camera_from_points");
-  const auto num_params = static_cast<py::ssize_t>(self.record.camera.parameters().size());
-  py::array_t<double> pixels = rows.results({2});
-  py::array_t<std::uint8_t> statuses = rows.statuses();
+  RowOutputs results = outputsOf(py::none(), rows, 2);
   py::array_t<double> by_point = rows.results({2, 3});
   py::array_t<double> by_pose = rows.results({2, 6});
-  py::array_t<double> by_params = rows.results({2, num_params});
-  const ProjectOutputs out{.pixels = pixels.mutable_data(),
-                           .statuses = statuses.mutable_data(),
-                           .by_point = by_point.mutable_data(),
-                           .by_pose = by_pose.mutable_data(),
-                           .by_params = by_params.mutable_data()};
-  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
-    projectRows(self.record.camera, pose, rows.data(), begin, count, out);
-  });
-  return py::make_tuple(std::move(pixels), std::move(statuses), std::move(by_point), std::move(by_pose),
-                        std::move(by_params));
+  py::array_t<double> by_params =
+      rows.results({2, static_cast<py::ssize_t>(self.record.camera.parameters().size())});
+  projectInto(self.record.camera, pose, rows, results,
+              {.by_point = by_point.mutable_data(),
+               .by_pose = by_pose.mutable_data(),
+               .by_params = by_params.mutable_data()},
+              jobs);
+  return py::make_tuple(std::move(results.values), std::move(results.statuses), std::move(by_point),
+                        std::move(by_pose), std::move(by_params));
 }
 
 py::tuple unproject(const CameraValue& self, const py::object& pixels, const py::object& out, int jobs) {
   const Rows rows = rowsOf(pixels, 2, "pixels");
   RowOutputs results = outputsOf(out, rows, 3);
-  double* const rays = results.values.mutable_data();
-  std::uint8_t* const status = results.statuses.mutable_data();
-  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
-    unprojectRows(self.record.camera, rows.data(), begin, count, rays, status, nullptr);
-  });
+  unprojectInto(self.record.camera, rows, results, nullptr, jobs);
   return py::make_tuple(std::move(results.values), std::move(results.statuses));
 }
 
 py::tuple unprojectWithJacobians(const CameraValue& self, const py::object& pixels, int jobs) {
   const Rows rows = rowsOf(pixels, 2, "pixels");
-  py::array_t<double> rays = rows.results({3});
-  py::array_t<std::uint8_t> statuses = rows.statuses();
+  RowOutputs results = outputsOf(py::none(), rows, 3);
   py::array_t<double> by_pixel = rows.results({3, 2});
-  double* const out = rays.mutable_data();
-  std::uint8_t* const status = statuses.mutable_data();
-  double* const jacobians = by_pixel.mutable_data();
-  eachRun(rows.count, jobs, [&](std::size_t begin, std::size_t count) {
-    unprojectRows(self.record.camera, rows.data(), begin, count, out, status, jacobians);
-  });
-  return py::make_tuple(std::move(rays), std::move(statuses), std::move(by_pixel));
+  unprojectInto(self.record.camera, rows, results, by_pixel.mutable_data(), jobs);
+  return py::make_tuple(std::move(results.values), std::move(results.statuses), std::move(by_pixel));
 }
 
 ViewRequest viewRequest(const std::string& projection, const std::string& keep, const py::object& fov_deg,
