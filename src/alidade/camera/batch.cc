@@ -48,6 +48,20 @@ ALIDADE_ALWAYS_INLINE void storeStrided(const Lanes& lanes, double* to, std::siz
 #endif
 }
 
+// A stride of 2 means that u and v are neighbours: half as many stores.
+ALIDADE_ALWAYS_INLINE void storePixels(const Lanes& u, const Lanes& v, double* to_u, double* to_v,
+                                       std::size_t i, std::size_t stride) {
+#if defined(ALIDADE_HAS_VECTORS)
+  if (stride == 2) {
+    lane::store(__builtin_shufflevector(u, v, 0, 4, 1, 5), to_u + 2 * i);
+    lane::store(__builtin_shufflevector(u, v, 2, 6, 3, 7), to_u + 2 * i + kNumLanes);
+    return;
+  }
+#endif
+  storeStrided(u, to_u, i, stride);
+  storeStrided(v, to_v, i, stride);
+}
+
 ALIDADE_ALWAYS_INLINE bool laneOf(const LaneMask& mask, std::size_t l) {
 #if defined(ALIDADE_HAS_VECTORS)
   return mask[l] != 0;
@@ -160,8 +174,8 @@ class ProjectLoop {
     const Lanes undefined = (px[0] - px[0]) + (px[1] - px[1]);
     is_ok = lane::both(is_ok, undefined == 0.0);
     const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + lane::kNaN);
-    storeStrided(lane::select(is_ok, px[0], nothing), u, i, a.out_stride);
-    storeStrided(lane::select(is_ok, px[1], nothing), v, i, a.out_stride);
+    storePixels(lane::select(is_ok, px[0], nothing), lane::select(is_ok, px[1], nothing), u, v, i,
+                a.out_stride);
     std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
     if (!lane::isAll(is_ok)) {
       for (std::size_t l = 0; l < kNumLanes; ++l) {
