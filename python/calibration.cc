@@ -233,7 +233,9 @@ py::str htmlOf(const CalibrationValue& self) {
     const py::gil_scoped_release without_lock;
     figures = reportFigures(nlohmann::json::parse(self.evidence()), "the evidence");
   }
-  return resultHtml(titleOf(self), self.result.diagnoses, figures, {"accuracy.svg", "image-residuals.svg"});
+  return resultHtml(titleOf(self), self.result.diagnoses, figures,
+                    {{"accuracy.svg", "Error of a projected point, 95 %, and where boards were seen"},
+                     {"image-residuals.svg", "Errors of the corners over the image"}});
 }
 
 void save(const CalibrationValue& self, const py::object& path, const std::string& format,
@@ -492,7 +494,7 @@ void requireUsable(const std::vector<Diagnosis>& findings, const std::string& pa
 }
 
 py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findings,
-                   const std::vector<FigureFile>& figures, const std::vector<std::string>& names) {
+                   const std::vector<FigureFile>& figures, const std::vector<CaptionedFigure>& shown) {
   const py::object escape = py::module_::import("html").attr("escape");
   const auto escaped = [&](const std::string& text) { return escape(nameText(text)).cast<std::string>(); };
   std::string html = "<p><b>" + escaped(title) + "</b></p><ul>";
@@ -504,12 +506,15 @@ py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findi
   }
   html += "</ul>";
   // As pictures of their own: the style of a drawing must not reach the notebook, nor the other drawings.
-  for (const FigureFile& figure : figures) {
-    if (std::ranges::find(names, figure.name) == names.end()) continue;
+  for (const CaptionedFigure& figure : shown) {
+    const auto file = std::ranges::find(figures, figure.file, &FigureFile::name);
+    if (file == figures.end()) continue;
     const py::object encoded =
-        py::module_::import("base64").attr("b64encode")(py::bytes(figure.svg)).attr("decode")();
-    html += "<img style=\"max-width: 48%\" alt=\"" + escaped(figure.name) +
-            "\" src=\"data:image/svg+xml;base64," + encoded.cast<std::string>() + "\">";
+        py::module_::import("base64").attr("b64encode")(py::bytes(file->svg)).attr("decode")();
+    html += "<figure style=\"display: inline-block; width: 46%; margin: 1%\"><figcaption>" +
+            escaped(figure.caption) + "</figcaption><img style=\"width: 100%\" alt=\"" +
+            escaped(figure.caption) + "\" src=\"data:image/svg+xml;base64," + encoded.cast<std::string>() +
+            "\"></figure>";
   }
   return html;
 }

@@ -36,10 +36,16 @@ struct ViewsArguments {
 /// Options of one camera, from the keyword arguments that calibrate() and calibrate_rig() share.
 [[nodiscard]] CalibratorOptions calibratorOptions(Keywords& keywords);
 
-/// What a notebook shows of a result: title and findings, and the figures of the report with these names.
+/// A figure of the report, and what it shows.
+struct CaptionedFigure {
+  std::string file;  ///< as FigureFile::name
+  std::string caption;
+};
+
+/// What a notebook shows of a result: title, warnings and some figures of the report.
 [[nodiscard]] py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findings,
                                  const std::vector<FigureFile>& figures,
-                                 const std::vector<std::string>& names);
+                                 const std::vector<CaptionedFigure>& shown);
 
 /// The findings of at least this severity, as a list for Python.
 [[nodiscard]] py::list findingsFrom(const std::vector<Diagnosis>& findings, Severity least);

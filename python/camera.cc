@@ -198,6 +198,15 @@ std::string reprOf(const CameraValue& self) {
   return text + ")";
 }
 
+// A number, to two digits of its standard deviation if that is known.
+std::string roundedText(double value, double std) {
+  constexpr int kMostDecimals = 15;
+  if (!(std > 0)) return numberText("%.10g", value);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, kMostDecimals);
+  const std::string format = "%." + std::to_string(decimals) + "f";
+  return numberText(format.c_str(), value) + " &plusmn; " + numberText(format.c_str(), std);
+}
+
 // What a camera file says of its calibration, for people.
 py::str htmlOf(const CameraValue& self) {
   const CameraRecord& record = self.record;
@@ -205,11 +214,9 @@ py::str htmlOf(const CameraValue& self) {
   const auto names = record.camera.parameterNames();
   const auto& stated = record.calibration;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    rows +=
-        "<tr><th>" + std::string(names[i]) + "</th><td>" + numberText("%.10g", record.camera.parameters()[i]);
-    if (stated && i < stated->parameter_std.size())
-      rows += " &plusmn; " + numberText("%.2g", stated->parameter_std[i]);
-    rows += "</td></tr>";
+    const double std = stated && i < stated->parameter_std.size() ? stated->parameter_std[i] : 0;
+    rows += "<tr><th>" + std::string(names[i]) + "</th><td>" +
+            roundedText(record.camera.parameters()[i], std) + "</td></tr>";
   }
   std::string title = std::string(record.camera.modelId()) + ", " + sizeText(record.image_size) + " px";
   if (stated) title += ", " + std::string(verdictName(stated->verdict));

@@ -98,7 +98,8 @@ std::string rigTitle(const RigValue& self) {
 
 py::str rigHtml(const RigValue& self) {
   const auto figures = reportFigures(nlohmann::json::parse(self.evidence()), "the evidence");
-  return resultHtml(rigTitle(self), self.result.diagnoses, figures, {"scene.svg"});
+  return resultHtml(rigTitle(self), self.result.diagnoses, figures,
+                    {{"scene.svg", "The cameras and the boards"}});
 }
 
 }  // namespace

@@ -37,8 +37,8 @@ print(f"{view.image}: {np.count_nonzero(status == alidade.Status.OK)} points, co
 # %% Draw the accuracy map: where in the image a projected point is how far off
 accuracy = result.accuracy
 figure, axes = plt.subplots(figsize=(8, 6))
-drawn = axes.contourf(accuracy.pixels[..., 0], accuracy.pixels[..., 1], accuracy.error_px, levels=np.geomspace(0.01, 10, 13),
-                      norm="log", extend="both")
+drawn = axes.contourf(accuracy.pixels[..., 0], accuracy.pixels[..., 1], np.clip(accuracy.error_px, 0.01, 10),
+                      levels=np.geomspace(0.01, 10, 13), norm="log")
 axes.contour(accuracy.pixels[..., 0], accuracy.pixels[..., 1], accuracy.is_covered, levels=[0.5], colors="white")
 axes.plot(pixels[:, 0], pixels[:, 1], "w+")
 axes.set(title=f"within {accuracy.covered_px:.2g} px (95 %) where boards were seen (white line)", aspect="equal")
