@@ -182,6 +182,7 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
   const auto progress = keywords.take<py::object>("progress", py::none());
   const ViewsArguments arguments = viewsArguments(keywords);
   keywords.finish();
+  value.options.jobs = arguments.search.jobs;
   value.from = gatheredViews(views, board, arguments, progress);
   requireViews(value.from);
   runInterruptibly(progress, [&](const CancelFlag* cancel, const ReportProgress& report) {
@@ -472,7 +473,6 @@ CalibratorOptions calibratorOptions(Keywords& keywords) {
     if (!(value > 0))
       throw usageError({.where = name, .found = numberText("%g", value), .expected = "a number above 0"});
   }
-  options.jobs = 0;
   return options;
 }
 

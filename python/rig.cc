@@ -39,6 +39,7 @@ RigValue calibratedRig(const py::dict& views, const py::object& board, const py:
   const auto progress = keywords.take<py::object>("progress", py::none());
   const ViewsArguments arguments = viewsArguments(keywords);
   keywords.finish();
+  options.camera.jobs = arguments.search.jobs;
   if (views.size() < 2) {
     throw usageError({.where = "calibrate_rig()",
                       .found = std::to_string(views.size()) + " cameras",
