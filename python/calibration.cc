@@ -40,7 +40,7 @@ struct CalibrationValue {
   CameraRecord record;
 
   [[nodiscard]] std::string evidence() const {
-    return evidenceJson(result, from.given, advice,
+    return evidenceJson(result, from.given, from.views, advice,
                         {.settings = {{"model", {options.model}}},
                          .tolerance_px = options.tolerance_px,
                          .created_by = creatorName()});
@@ -200,7 +200,7 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
 // What a notebook or a page shows of the images: those that are files.
 PageOptions pageOptions(const ViewsValue& from) {
   const std::map<std::string, std::string> path_of(from.paths.begin(), from.paths.end());
-  return {.image_of = [path_of](const std::string& name) -> std::optional<GrayImage> {
+  const ImageOfView image_of = [path_of](const std::string& name) -> std::optional<GrayImage> {
     const auto found = path_of.find(name);
     if (found == path_of.end()) return std::nullopt;
     try {
@@ -208,7 +208,8 @@ PageOptions pageOptions(const ViewsValue& from) {
     } catch (const Error&) {
       return std::nullopt;  // the page shows the corners in its place
     }
-  }};
+  };
+  return {.pictures = {.image_of = image_of}};
 }
 
 void writeReport(const CalibrationValue& self, const py::object& path) {

@@ -93,7 +93,7 @@ void writeRigReport(const RigValue& self, const py::object& path) {
 std::string rigTitle(const RigValue& self) {
   return std::to_string(self.result.cameras.size()) + " cameras, " +
          std::string(verdictName(self.result.verdict())) + ", RMS " +
-         numberText("%.3f", rms(self.result.fit)) + " px, " + std::to_string(self.result.frames.size()) +
+         numberText("%.3f", rms(self.result.fit)) + " px, " + std::to_string(self.record.num_frames) +
          " frames";
 }
 

@@ -183,7 +183,8 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
                    .notes = std::move(stage.notes),
                    .views = stage.views(),
                    .images = mapped(stage.surveys.front().outcomes, &ImageOutcome::image),
-                   .paths = stage.surveys.front().paths};
+                   .paths = stage.surveys.front().paths,
+                   .image_set = std::move(stage.images)};
   for (const BoardSurvey& survey : stage.surveys) {
     const std::string measures = measuresText(survey);
     if (!measures.empty())
@@ -269,6 +270,18 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
       }
     };
   }
+  // Images whose corners the cache knows are not decoded here: only those of views are, for the page.
+  if (request.pictures != nullptr && !cache) {
+    request.pictures->expectImages(images.size());
+    detect_options.inspect = [pictures = request.pictures, drawn = detect_options.inspect](
+                                 const GrayImage& image, std::span<const ImageOutcome> outcomes) {
+      if (drawn) drawn(image, outcomes);
+      Eigen::AlignedBox2d box;
+      for (const ImageOutcome& outcome : outcomes)
+        for (const Corner& corner : outcome.detection.corners) box.extend(corner.pixel);
+      if (!box.isEmpty()) pictures->add(outcomes.front().image, image, box.volume());
+    };
+  }
   DetectionStage stage;
   {
     ProgressBar bar("detecting boards", options.quiet);
@@ -276,6 +289,7 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
     stage.surveys = surveyImages(images, boards, detect_options);
   }
   stage.notes = images.notes();
+  stage.images = images;
   for (const BoardSurvey& survey : stage.surveys) {
     for (const SurveyNote& note : survey.notes) stage.notes.push_back(diagnosisOf(note, survey).message());
   }

@@ -8,6 +8,8 @@
 
 #include "alidade/core/cancel.h"
 #include "alidade/detect/survey.h"
+#include "alidade/imagery/image_set.h"
+#include "alidade/report/page_pictures.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 #include "options.h"
@@ -19,6 +21,7 @@ namespace alidade {
 /// What images show, and what to tell the user about them.
 struct DetectionStage {
   std::vector<BoardSurvey> surveys;  ///< one for each board
+  std::optional<ImageSet> images;    ///< that were searched
   std::vector<std::string> notes;    ///< a sentence each
 
   [[nodiscard]] std::size_t numImages() const { return surveys.front().outcomes.size(); }
@@ -37,6 +40,7 @@ struct ViewsRequest {
   /// flag for it.
   std::optional<std::string> debug_folder = std::nullopt;
   DetectionOptions detection = {};
+  PassingPictures* pictures = nullptr;  ///< to be filled while the images are searched, by their paths
   std::optional<ImageSize> image_size = std::nullopt;  ///< for .vnl files, which do not state it
 };
 
@@ -67,9 +71,10 @@ struct GivenViews {
   std::vector<std::string> measures;  ///< how the images show each board, as far as that is known
   std::vector<std::string> reasons;   ///< a line an image without one
   std::vector<std::string> notes;
-  std::vector<View> views;          ///< of one image size
-  std::vector<std::string> images;  ///< all that were searched for boards; none for corners files
-  std::vector<std::string> paths;   ///< of these images
+  std::vector<View> views;            ///< of one image size
+  std::vector<std::string> images;    ///< all that were searched for boards; none for corners files
+  std::vector<std::string> paths;     ///< of these images
+  std::optional<ImageSet> image_set;  ///< these images, to be read again
 };
 
 /// True for the name of a corners file.

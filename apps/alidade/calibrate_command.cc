@@ -133,11 +133,13 @@ class CalibrateCommand final : public Command {
     checkFurtherOutput("--report", report_, "page.html", sources);
     CalibratorOptions options = calibratorOptions();
     options.cancel = catchInterrupts();
+    PassingPictures passing;
     const GivenViews given = readViews({.command = "calibrate",
                                         .inputs = inputs_,
                                         .boards = boards_,
                                         .debug_folder = debug_,
                                         .detection = detection_,
+                                        .pictures = report_.empty() ? nullptr : &passing,
                                         .image_size = parseSize(size_)},
                                        common_, options.cancel);
     if (given.views.size() < kMinViews) {
@@ -162,7 +164,7 @@ class CalibrateCommand final : public Command {
     const bool is_kept = is_good || keep_untrustworthy_;
     const CameraRecord file = recordOf(result, {.created_by = programName(), .name = name_});
     const bool to_stdout = output_ == "-";
-    writeEvidence(result, given, advice, app);
+    writeEvidence(result, given, passing, advice, app);
     if (!output_.empty() && !to_stdout && is_kept) saveCamera(output_, file, format_);
 
     const auto summary = [&](bool is_terminal) {
@@ -173,7 +175,7 @@ class CalibrateCommand final : public Command {
              (is_verbose_ ? "\n" + detailsText(result, given, advice) : "");
     };
     if (common_.json) {
-      printResult(summaryJson(result, imagesOf(given), advice));
+      printResult(summaryJson(result, imagesOf(given), given.views, advice));
     } else if (to_stdout) {
       if (is_kept) printResult(cameraText(file, format_));
       if (!common_.quiet) printHelp(summary(false));
@@ -217,17 +219,17 @@ class CalibrateCommand final : public Command {
   }
 
   // The evidence file and the report, as far as they are asked for.
-  void writeEvidence(const Calibration& result, const GivenViews& given, const Advice& advice,
-                     const CLI::App& app) const {
+  void writeEvidence(const Calibration& result, const GivenViews& given, const PassingPictures& passing,
+                     const Advice& advice, const CLI::App& app) const {
     if (evidence_.empty() && report_.empty()) return;
-    const std::string evidence = evidenceJson(result, imagesOf(given), advice,
+    const std::string evidence = evidenceJson(result, imagesOf(given), given.views, advice,
                                               {.settings = effectiveSettings(app),
                                                .tolerance_px = *parsePixels(tolerance_),
                                                .created_by = programName()});
     if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
     if (!report_.empty())
       writeReport(report_, evidence, evidence_,
-                  {.image_of = imagesByName(given.images, given.paths), .num_jobs = common_.jobs});
+                  {.pictures = picturesOf(given, passing), .num_jobs = common_.jobs});
   }
 
   // So that the format can hold the camera that is found.

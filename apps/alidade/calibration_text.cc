@@ -12,61 +12,10 @@
 #include "alidade/core/text.h"
 #include "calibration_output.h"
 #include "console.h"
+#include "summary_lines.h"
 
 namespace alidade {
 namespace {
-
-using Lines = std::vector<std::string>;
-
-constexpr std::size_t kMaxLines = 16;
-constexpr std::size_t kMaxColumns = 100;
-constexpr std::size_t kIndent = 10;
-constexpr std::size_t kMaxBoardLines = 3;
-
-// Breaks words over lines of kMaxColumns; the first line has the label, the others an indent.
-Lines wrapped(std::string_view label, const std::string& text) {
-  Lines lines;
-  std::string line = fmt::format("{:<{}}", label, kIndent);
-  for (const std::string_view word : split(text, ' ')) {
-    if (line.size() > kIndent && line.size() + 1 + word.size() > kMaxColumns)
-      lines.push_back(std::exchange(line, std::string(kIndent, ' ')));
-    if (line.size() > kIndent) line += " ";
-    line += word;
-  }
-  if (line.size() > kMaxColumns) line = line.substr(0, kMaxColumns - 3) + "...";
-  lines.push_back(std::move(line));
-  return lines;
-}
-
-void append(Lines& lines, const Lines& more) {
-  lines.insert(lines.end(), more.begin(), more.end());
-}
-
-// The decimals that show two digits of a standard deviation.
-int decimalsFor(double std, int most) {
-  return std > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, most) : most;
-}
-
-// Two digits of what is uncertain, without an exponent.
-std::string pixels(double px) {
-  constexpr double kLeast = 1e-4;
-  if (!std::isfinite(px)) return "unknown";
-  if (px < kLeast) return "0.0001 px";
-  return px >= 100 ? fmt::format("{:.0f} px", px) : fmt::format("{:.{}f} px", px, decimalsFor(px, 4));
-}
-
-std::string verdictText(const Calibration& result, bool is_coloured) {
-  const Verdict verdict = result.verdict();
-  const auto [text, colour] = verdict == Verdict::kTrustworthy ? std::pair("trustworthy", 32)
-                              : verdict == Verdict::kReservations
-                                  ? std::pair("usable with reservations", 33)
-                                  : std::pair("rejected: do not use this camera", 31);
-  return is_coloured ? fmt::format("\x1b[1;{}m{}\x1b[0m", colour, text) : text;
-}
-
-std::string_view severityLabel(Severity severity) {
-  return severity == Severity::kFailure ? "FAILED" : severity == Severity::kWarning ? "Warning" : "Note";
-}
 
 Lines accuracyLines(const Calibration& result, double tolerance_px) {
   if (!result.uncertainty.accuracy)
@@ -81,28 +30,6 @@ Lines accuracyLines(const Calibration& result, double tolerance_px) {
                       pixels(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y())};
 }
 
-// "533.69 +- 0.95", rounded to two digits of the standard deviation.
-std::string valueText(double value, double std) {
-  if (std::isnan(std)) return fmt::format("{:.6g}", value);
-  if (!(std > 0) || !std::isfinite(std)) return fmt::format("{:.6g} fixed", value);
-  const int decimals = decimalsFor(std, std::abs(value) < 10 ? 5 : 3);  // four values to a line
-  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, std, decimals);
-}
-
-// Four parameters a line.
-Lines parameterLines(const Calibration& result) {
-  const FitCamera& camera = onlyCamera(result.fit);
-  const auto names = parameterNames(camera.model);
-  Lines lines;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i % 4 == 0) lines.push_back(fmt::format("{:<{}}", i == 0 ? "Values" : "", kIndent));
-    const double std = result.uncertainty.parameterStd(static_cast<int>(i));
-    const std::string item = fmt::format("{} {}", names[i], valueText(camera.params[i], std));
-    lines.back() += i % 4 == 3 || i + 1 == names.size() ? item : fmt::format("{:<21} ", item);
-  }
-  return lines;
-}
-
 std::string fitText(const Calibration& result, const GivenViews& given) {
   const double holdout = result.uncertainty.holdout.rms_px;
   const std::string views =
@@ -112,45 +39,6 @@ std::string fitText(const Calibration& result, const GivenViews& given) {
       std::isfinite(holdout) ? fmt::format("{:.3f} px", holdout) : "impossible", numCorners(result.fit),
       views, numImagesUsed(result), given.num_images,
       result.dropped.outliers.empty() ? "" : fmt::format("; {} outliers", result.dropped.outliers.size()));
-}
-
-// Empty for an even board.
-std::string unevenText(const FitBoard& board) {
-  if (!board.isUneven()) return "";
-  const Eigen::Vector2d rms_m = offsetRms(board.shape);
-  return fmt::format(", uneven: {} {:.2g} mm off in the plane and {:.2g} mm across it (RMS)",
-                     board.target.words().points, 1e3 * rms_m.x(), 1e3 * rms_m.y());
-}
-
-std::string boardText(const Fit& fit, std::size_t board) {
-  const BoardShape& shape = fit.boards[board].shape;
-  std::string text = fit.boards[board].target.spec();
-  if (fit.boards.size() > 1) {
-    const std::size_t num_views = numViews(fit, board);
-    if (num_views == 0) return text + ", not used";
-    text += fmt::format(" in {} view{}", num_views, num_views == 1 ? "" : "s");
-  }
-  const std::string uneven = unevenText(fit.boards[board]);
-  if (fit.boards[board].is_shape_fixed) return text + (uneven.empty() ? ", flat" : uneven);
-  return text +
-         fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y", 1e3 * shape.bend_x_m,
-                     1e3 * shape.bend_y_m) +
-         uneven;
-}
-
-// One line for each board, or as many boards as there is room for and the number of the others.
-Lines boardLines(const Fit& fit, std::size_t room) {
-  Lines lines;
-  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
-    const std::size_t num_left = fit.boards.size() - b;
-    if (num_left > 1 && lines.size() + 1 >= room) {
-      append(lines, wrapped(b == 0 ? "Board" : "",
-                            fmt::format("{} {}boards: see --verbose", num_left, b == 0 ? "" : "more ")));
-      break;
-    }
-    append(lines, wrapped(b == 0 ? "Board" : "", boardText(fit, b)));
-  }
-  return lines;
 }
 
 std::string viewsText(const CoverageReport& coverage) {
@@ -298,19 +186,6 @@ std::string worstViewsText(const Calibration& result) {
   return text;
 }
 
-std::string outliersText(const Calibration& result) {
-  const std::vector<Outlier>& outliers = result.dropped.outliers;
-  if (outliers.empty()) return "";
-  const Lines lines = mapped(outliers, [&](const Outlier& o) {
-    return fmt::format("{}{} corner {}: error ({:.2f}, {:.2f}) px", printable(o.image),
-                       boardSuffix(result.fit, o.board), o.corner_id, o.error_px.x(), o.error_px.y());
-  });
-  return fmt::format("Outliers {} of {} corners ({:.2g} %)\n", outliers.size(),
-                     outliers.size() + numCorners(result.fit),
-                     100 * result.dropped.outlierShare(result.fit)) +
-         listed(lines);
-}
-
 std::string startText(const StartReport& start) {
   if (start.num_tried == 0) return "Starts   the given camera\n";
   std::string text = fmt::format(
@@ -318,16 +193,6 @@ std::string startText(const StartReport& start) {
       start.num_tried, start.num_solved, start.num_agreed);
   if (start.num_optima > 1) text += fmt::format("; {} lens shapes compared", start.num_optima);
   return text + "\n";
-}
-
-std::string diagnosesText(const Calibration& result) {
-  std::string text;
-  for (const Diagnosis& diagnosis : result.diagnoses) {
-    text +=
-        fmt::format("{:<9}{} [{}]\n", severityLabel(diagnosis.severity), diagnosis.message(), diagnosis.id);
-    if (!diagnosis.next_step.empty()) text += fmt::format("         next: {}\n", diagnosis.next_step);
-  }
-  return text;
 }
 
 // Without the evidence, where there is no room for it.
@@ -340,7 +205,7 @@ Lines toldShortly(const Diagnosis& diagnosis) {
 
 std::string summaryText(const Calibration& result, const GivenViews& given, const Advice& advice,
                         const SummaryStyle& style) {
-  Lines lines = wrapped("Verdict", verdictText(result, style.is_coloured));
+  Lines lines = wrapped("Verdict", verdictText(result.verdict(), "camera", style.is_coloured));
   append(lines, accuracyLines(result, style.tolerance_px));
   Lines rest =
       wrapped("Camera", fmt::format("{}, {} px{}", onlyCamera(result.fit).model, sizeText(result.imageSize()),
@@ -367,9 +232,7 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
       ++num_notes;
       continue;
     }
-    Lines told =
-        wrapped(severityLabel(diagnosis.severity),
-                diagnosis.message() + (diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step));
+    Lines told = diagnosisLines(diagnosis);
     if (told.size() > room && diagnosis.severity == Severity::kFailure) told = toldShortly(diagnosis);
     if (told.size() > room) {
       ++num_untold;
@@ -383,14 +246,7 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
     const std::string target = targetText(advice.guidance);
     append(lines, wrapped("Target", target.substr(0, target.find('\n'))));
   }
-  if (num_untold + num_notes > 0) {
-    const auto count = [](std::size_t n, const char* what) {
-      return n == 0 ? "" : fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
-    };
-    lines.push_back(fmt::format("{:<{}}{}{}{}: see --verbose", "More", kIndent,
-                                count(num_untold, "more warning"),
-                                num_untold > 0 && num_notes > 0 ? ", " : "", count(num_notes, "note")));
-  }
+  append(lines, moreLines(num_untold, num_notes));
   return join(lines, "\n") + "\n";
 }
 
@@ -418,7 +274,7 @@ std::string detailsText(const Calibration& result, const GivenViews& given, cons
           labelled("Next", nextViewText(advice.guidance, result.imageSize())) +
           labelled("Target", targetText(advice.guidance));
   for (const std::string& note : given.notes) text += "Note     " + note + "\n";
-  return text + diagnosesText(result);
+  return text + diagnosesText(result.diagnoses);
 }
 
 }  // namespace alidade

@@ -30,8 +30,8 @@ class ReportCommand final : public Command {
         "Evidence file (JSON) of alidade calibrate --evidence; or the camera file, with --evidence");
     app.add_option("--evidence", evidence_, "Evidence file of the camera file");
     app.add_option("--images", images_,
-                   "Images that the camera was calibrated from, for pictures of the views: folders, files or "
-                   "patterns");
+                   "Images that the camera was calibrated from, for pictures of the views: folders, files, "
+                   "patterns or videos");
     app.add_option("--against", against_, "Camera file (any format) to compare with");
     app.add_option("-o,--output", output_, "HTML page to write");
     app.add_option("--figures", figures_, "Folder to create, with the figures as SVG files");
@@ -47,7 +47,7 @@ class ReportCommand final : public Command {
       throw missingError("report", "no --output", "-o FILE, for example -o page.html, or --figures FOLDER");
     const std::string evidence_file = evidence_.empty() ? file_ : evidence_;
     std::vector<std::string> images;
-    if (!images_.empty()) images = listImages(images_);
+    if (!images_.empty()) images = listInputs(images_).all();
     std::vector<std::string> sources = images;
     sources.insert(sources.end(),
                    {cameraFilePath(file_), cameraFilePath(against_), evidence_, common_.config});
@@ -62,7 +62,7 @@ class ReportCommand final : public Command {
                         .next_step = "give it with --evidence"});
     }
     PageOptions options{.num_jobs = common_.jobs};
-    if (!images.empty()) options.image_of = imagesByName(shortNames(images), images);
+    if (!images.empty()) options.pictures = picturesFrom(evidence, images);
     if (!against_.empty()) {
       const CameraRecord other = readCameraTelling(against_, {}, common_.quiet);
       options.rival = {.name = printable(against_),

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "report_output.h"
 
+#include <cstddef>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
-#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_list.h"
+#include "alidade/imagery/image_set.h"
 #include "alidade/report/json_output.h"
+#include "alidade/report/validation_page.h"
 
 namespace alidade {
 namespace {
@@ -27,20 +31,77 @@ std::string nameInJson(const std::string& name) {
   return json::parse(json(name).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
+std::optional<GrayImage> readOrNone(const ImageSet& set, std::size_t i) {
+  try {
+    return set.read(i).decode().image;
+  } catch (const Error&) {
+    return std::nullopt;  // the page shows the corners in its place
+  }
+}
+
+// The images of an evidence document, each once; what is no such document has none, and is refused later.
+std::set<std::string> viewNames(const std::string& evidence) {
+  const json document = json::parse(evidence, nullptr, false);
+  std::set<std::string> names;
+  if (!document.is_object() || !document.contains("views") || !document["views"].is_array()) return names;
+  for (const json& view : document["views"]) {
+    if (view.is_object() && view.contains("image") && view["image"].is_string())
+      names.insert(view["image"].get<std::string>());
+  }
+  return names;
+}
+
 }  // namespace
 
-ImageOfView imagesByName(const std::vector<std::string>& names, const std::vector<std::string>& paths) {
-  std::map<std::string, std::string> path_of;
-  for (std::size_t i = 0; i < names.size() && i < paths.size(); ++i) path_of[nameInJson(names[i])] = paths[i];
-  return [path_of = std::move(path_of)](const std::string& name) -> std::optional<GrayImage> {
-    const auto found = path_of.find(name);
-    if (found == path_of.end()) return std::nullopt;
-    try {
-      return readGrayImage(found->second).image;
-    } catch (const Error&) {
-      return std::nullopt;  // the page shows the corners in its place
-    }
+PictureSource picturesOf(const GivenViews& given, const PassingPictures& passing) {
+  if (!given.image_set) return {};
+  std::map<std::string, std::size_t> index_of;
+  for (std::size_t i = 0; i < given.images.size(); ++i) index_of[nameInJson(given.images[i])] = i;
+  const auto pathOf = [index_of, paths = given.paths](const std::string& name) -> std::string {
+    const auto found = index_of.find(name);
+    return found == index_of.end() ? "" : paths[found->second];
   };
+  const ImageOfView image_of = [=, &passing,
+                                set = *given.image_set](const std::string& name) -> std::optional<GrayImage> {
+    if (std::optional<GrayImage> kept = passing.imageOf(pathOf(name))) return kept;
+    const auto found = index_of.find(name);
+    return found == index_of.end() ? std::nullopt : readOrNone(set, found->second);
+  };
+  return {.image_of = image_of,
+          .picture_of = [=, &passing](const std::string& name) { return passing.pictureOf(pathOf(name)); }};
+}
+
+PictureSource picturesFrom(const std::string& evidence, const std::vector<std::string>& paths) {
+  const std::vector<std::string> names = shortNames(paths);
+  std::map<std::string, std::string> path_of;
+  for (std::size_t i = 0; i < names.size(); ++i) path_of[nameInJson(names[i])] = paths[i];
+  // Frames are read in one pass for which their numbers have to be known.
+  std::vector<std::string> files;
+  std::vector<std::string> file_names;
+  std::map<std::string, std::vector<std::size_t>> frames_of;
+  for (const std::string& name : viewNames(evidence)) {
+    const auto frame = parseFrameName(name);
+    if (const auto file = path_of.find(name); file != path_of.end()) {
+      files.push_back(file->second);
+      file_names.push_back(name);
+    } else if (frame && path_of.contains(frame->video)) {
+      frames_of[frame->video].push_back(frame->number);
+    }
+  }
+  std::vector<ImageSet> sets = {ImageSet(files)};
+  std::map<std::string, std::pair<std::size_t, std::size_t>> place_of;  // set and index
+  for (std::size_t i = 0; i < files.size(); ++i) place_of[file_names[i]] = {0, i};
+  for (const auto& [video, numbers] : frames_of) {
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      place_of[video + "@" + std::to_string(numbers[i])] = {sets.size(), i};
+    sets.push_back(openFrames(path_of[video], numbers));
+  }
+  return {.image_of = [place_of, sets](const std::string& name) -> std::optional<GrayImage> {
+            const auto found = place_of.find(name);
+            if (found == place_of.end()) return std::nullopt;
+            return readOrNone(sets[found->second.first], found->second.second);
+          },
+          .picture_of = {}};
 }
 
 void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
@@ -56,6 +117,10 @@ void writeReport(const std::string& path, const std::string& evidence, const std
                  const PageOptions& options) {
   const std::string file = evidence_file.empty() ? "the evidence" : evidence_file;
   writeFileAtomically(path, reportPage(parsedEvidence(evidence, file), file, options));
+}
+
+void writeValidationReport(const std::string& path, const std::string& evidence, const PageOptions& options) {
+  writeFileAtomically(path, validationPage(json::parse(evidence), options.pictures, options.num_jobs));
 }
 
 }  // namespace alidade

@@ -5,16 +5,21 @@
 #include <vector>
 
 #include "alidade/report/page.h"
+#include "alidade/report/page_pictures.h"
+#include "board_views.h"
 #include "pending_folder.h"
 
 namespace alidade {
 
-/// Reads the images of a report by the names that the evidence has for them, in which bytes that are not
-/// UTF-8 are replaced. An image that cannot be read has no picture.
-/// @param names  of the images in messages and results
-/// @param paths  of their files, one per name
-[[nodiscard]] ImageOfView imagesByName(const std::vector<std::string>& names,
-                                       const std::vector<std::string>& paths);
+/// The images that boards were found in, by the names that the evidence has for them, in which bytes that are
+/// not UTF-8 are replaced. An image that cannot be read has no picture.
+/// @param passing  pictures made while these images were searched; outlives the source
+[[nodiscard]] PictureSource picturesOf(const GivenViews& given, const PassingPictures& passing);
+
+/// The same for images that are given again, by names of an evidence document.
+/// @param evidence  the document's text
+/// @param paths     of images and videos
+[[nodiscard]] PictureSource picturesFrom(const std::string& evidence, const std::vector<std::string>& paths);
 
 /// Writes the figures of an evidence document into a folder, as SVG files. Otherwise like writeReport().
 void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
@@ -27,5 +32,8 @@ void writeFigures(const PendingFolder& folder, const std::string& evidence, cons
 /// be written
 void writeReport(const std::string& path, const std::string& evidence, const std::string& evidence_file,
                  const PageOptions& options);
+
+/// Writes the report page of a validation. @param evidence  see validationEvidenceJson()
+void writeValidationReport(const std::string& path, const std::string& evidence, const PageOptions& options);
 
 }  // namespace alidade

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/command_line.h"
+#include "apps/report_page.h"
 
 namespace alidade {
 namespace {
@@ -17,29 +18,6 @@ using testing::HasSubstr;
 using testing::Not;
 
 namespace fs = std::filesystem;
-
-constexpr const char* kEvidenceTag = "<script type=\"application/json\" id=\"evidence\">";
-
-// What a script gets from a page.
-json embeddedEvidenceOf(const std::string& page) {
-  const std::size_t start = page.find(kEvidenceTag) + std::string(kEvidenceTag).size();
-  return json::parse(page.substr(start, page.find("</script>", start) - start));
-}
-
-std::string figureOf(const std::string& page, const std::string& id) {
-  const std::size_t start = page.find("<figure id=\"" + id + "\"");
-  EXPECT_NE(start, std::string::npos) << id;
-  return page.substr(start, page.find("</figure>", start) - start);
-}
-
-// The numbers of an attribute, in their order.
-std::vector<double> valuesOf(const std::string& text, const std::string& attribute) {
-  std::vector<double> values;
-  const std::regex pattern(attribute + "=\"([-0-9.e]+)\"");
-  for (std::sregex_iterator i(text.begin(), text.end(), pattern), end; i != end; ++i)
-    values.push_back(std::stod((*i)[1]));
-  return values;
-}
 
 // A calibration of the images of testdata/ with all its files.
 struct Made {

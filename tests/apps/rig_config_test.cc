@@ -3,6 +3,7 @@
 #include <regex>
 #include <set>
 
+#include "alidade/files/camera_save.h"
 #include "apps/command_line.h"
 #include "apps/rig_support.h"
 #include "support/folder_content.h"
@@ -51,12 +52,11 @@ struct Outcome {
 class RigConfig : public testing::Test {
  protected:
   RigConfig() {
-    for (const std::string name : {"left", "right"}) {
-      scratch_.write(name + ".csv", readFile(dataPath("corners.csv")));
-      linkImages(scratch_, name, 4);
-    }
-    scratch_.write("camera.yaml", readFile(dataPath("camera.yaml")));
+    writeCornersOfPair(scratch_);
+    for (const std::string name : {"left", "right"}) linkImages(scratch_, name, 4);
     scratch_.write("rig.yaml", rigFileText(pairOfCameras()));
+    CameraRecord left = pairOfCameras().cameras[0].camera;
+    scratch_.write("camera.yaml", cameraText(left, "alidade"));
     scratch_.write("pixels.csv", "id,camera,u,v\np,left,320,240\np,right,250,238\n");
     std::string frames = "left,right\n";
     for (int i = 1; i <= 8; ++i) {
@@ -94,13 +94,14 @@ std::vector<TwinCase> twinCases() {
         {"match", {"frames.csv"}},
         {"board-shape", {"flat"}},
         {"tolerance", {"0.5px"}},
+        {"verbose"},
         {"keep-untrustworthy"},
         {"output", {"made/rig.yaml"}},
         {"evidence", {"made/rig.json"}},
         {"report", {"made/rig.html"}},
         {"json"}},
        3},
-      {"calibrate", corners, {{"fixed", {"camera.yaml", "-"}}, {"model", {"radtan"}}, {"quiet"}}},
+      {"calibrate", corners, {{"fixed", {"camera.yaml", "-"}}, {"model", {"kannala_brandt"}}, {"quiet"}}},
       {"calibrate",
        {"left", "right"},
        {board, {"frames", {"3"}}, cache, {"model", {"pinhole"}}, {"jobs", {"1"}}, {"board-shape", {"flat"}}},
@@ -125,6 +126,7 @@ std::vector<TwinCase> twinCases() {
         {"own-centres"},
         {"overwrite"},
         {"output", {"made/views"}}}},
+      {"rectify", rig_corners, {{"match", {"frames.csv"}}, {"tolerance", {"0.01"}}}},
       {"rectify",
        rig_images,
        {{"keep", {"valid"}},
@@ -157,7 +159,7 @@ TEST_F(RigConfig, DoesWhatTheCommandLineDoes) {
         << what;
     ++num_checked;
   }
-  EXPECT_EQ(num_checked, 9);
+  EXPECT_EQ(num_checked, 10);
 }
 
 // A new flag has to be added above.
@@ -177,7 +179,7 @@ TEST_F(RigConfig, IsTestedForEveryFlag) {
     EXPECT_EQ(tested, known) << command;
     num_flags += known.size();
   }
-  EXPECT_EQ(num_flags, 18U + 11U + 8U + 19U);
+  EXPECT_EQ(num_flags, 19U + 11U + 8U + 21U);
 }
 
 }  // namespace

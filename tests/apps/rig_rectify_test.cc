@@ -186,6 +186,76 @@ TEST_F(RigRectify, MeasuresTheErrorsOfRows) {
   EXPECT_GT(some.at("curve_rms_px").get<double>(), 0.1);
 }
 
+// Inputs with the names of the cameras are assigned by them; rows that differ are warned of.
+TEST_F(RigRectify, WarnsOfRowsThatDiffer) {
+  writeCorners(0);
+  const auto measure = [&](const std::string& first, const std::string& second,
+                           std::vector<std::string> more) {
+    std::vector<std::string> args = {"rig", "rectify", scratch_.path("rig.yaml"), scratch_.path(first),
+                                     scratch_.path(second)};
+    args.insert(args.end(), more.begin(), more.end());
+    return runAlidade(args);
+  };
+  const RunResult sorted = measure("right.csv", "left.csv", {"--json"});
+  EXPECT_THAT(sorted, EndsWith(0));
+  EXPECT_THAT(sorted.err, HasSubstr("assigned to the cameras by their names"));
+  const auto document = nlohmann::json::parse(sorted.out);
+  EXPECT_LT(document.at("epipolar_errors").at("row_max_px").get<double>(), 1e-6);
+  EXPECT_TRUE(document.at("warnings").empty());
+  // The same under names that say nothing.
+  scratch_.write("1.csv", scratch_.read("right.csv"));
+  scratch_.write("2.csv", scratch_.read("left.csv"));
+  const RunResult swapped = measure("1.csv", "2.csv", {});
+  EXPECT_THAT(swapped.err, AllOf(HasSubstr("warning: rows differ by RMS "), HasSubstr("--tolerance 1 px")));
+  writeCorners(0.1);
+  EXPECT_THAT(measure("left.csv", "right.csv", {}).err, Not(HasSubstr("warning")));
+  EXPECT_THAT(measure("left.csv", "right.csv", {"--tolerance", "0.1px"}).err,
+              HasSubstr("warning: rows differ"));
+}
+
+TEST_F(RigRectify, MatchesImagesByATable) {
+  writeCorners(0);
+  std::string renamed = scratch_.read("right.csv");
+  for (const char* number : {"0", "1", "2", "3"}) {
+    const std::string from = "frame" + std::string(number);
+    for (std::size_t at = renamed.find(from); at != std::string::npos; at = renamed.find(from, at + 1))
+      renamed.replace(at, from.size(), "image" + std::string(number) + "7");
+  }
+  scratch_.write("right.csv", renamed);
+  scratch_.write("frames.csv", "left,right\nframe0.png,image07.png\nframe2.png,image27.png\n");
+  const std::vector<std::string> args = {"rig",
+                                         "rectify",
+                                         scratch_.path("rig.yaml"),
+                                         scratch_.path("left.csv"),
+                                         scratch_.path("right.csv"),
+                                         "--match",
+                                         scratch_.path("frames.csv"),
+                                         "--json"};
+  const RunResult run = runAlidade(args);
+  ASSERT_THAT(run, EndsWith(0));
+  const auto errors = nlohmann::json::parse(run.out).at("epipolar_errors");
+  EXPECT_EQ(errors.at("num_boards"), 2);
+  EXPECT_LT(errors.at("row_max_px").get<double>(), 1e-6);
+  EXPECT_THAT(rectify({"-o", scratch_.path("out"), "--match", scratch_.path("frames.csv")}),
+              FailsWith(2, HasSubstr("neither --board nor corners files")));
+}
+
+TEST_F(RigRectify, TellsThatARigWasRejected) {
+  RigRecord rejected = pairOfCameras();
+  rejected.verdict = Verdict::kNo;
+  rejected.findings = {"camera_moved"};
+  scratch_.write("rig.yaml", rigFileText(rejected));
+  const std::string note =
+      "rig.yaml says of itself that it must not be used (verdict: rejected; camera_moved)";
+  const RunResult run = rectify({"--camera-only", "-o", scratch_.path("out")}, false);
+  EXPECT_THAT(run, EndsWith(0));
+  EXPECT_THAT(run.err, HasSubstr("note: " + scratch_.path() + "/" + note));
+  scratch_.write("pixels.csv", "id,camera,u,v\np,left,320,240\np,right,250,238\n");
+  const std::vector<std::string> args = {"rig", "triangulate", scratch_.path("rig.yaml"),
+                                         scratch_.path("pixels.csv")};
+  EXPECT_THAT(runAlidade(args).err, HasSubstr(note));
+}
+
 TEST_F(RigRectify, SaysWhatIsWrong) {
   const std::string out = scratch_.path("out");
   EXPECT_THAT(runAlidade({"rig", "rectify"}), FailsWith(2, HasSubstr("no rig file")));

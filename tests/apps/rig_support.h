@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "alidade/files/corners_file.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/record/rig_record.h"
+#include "alidade/simulate/observe.h"
+#include "alidade/simulate/random_views.h"
+#include "support/scratch_folder.h"
 
 namespace alidade {
 
@@ -30,6 +35,47 @@ inline RigRecord pairOfCameras() {
   rig.covariance = lowerTriangle(variances.asDiagonal().toDenseMatrix());
   rig.created_by = "a test";
   return rig;
+}
+
+/// The corners of a board of 9x6 corners as each camera of pairOfCameras() sees it, with normal noise, in the
+/// images view_001.png to view_012.png.
+inline std::array<CornersFile, 2> cornersOfPair(double noise_px = 0.05) {
+  constexpr std::size_t kCount = 12;
+  const Board board = Checkerboard{.columns = 9, .rows = 6, .square_m = 0.025};
+  const AnyRig rig = rigOf(pairOfCameras());
+  Random random(7);
+  std::array<CornersFile, 2> files;
+  for (std::size_t i = 0; i < 2; ++i) {
+    files[i].camera = rig.camera(i).name;
+    files[i].boards = {board};
+  }
+  const std::vector<SE3> poses =
+      randomViews(rig.camera(0).camera, rig.camera(0).image_size, board, 4 * kCount, random);
+  for (const SE3& camera_from_board : poses) {
+    const std::size_t number = files[0].views.size() + 1;
+    if (number > kCount) break;
+    const std::string image =
+        std::string(number < 10 ? "view_00" : "view_0") + std::to_string(number) + ".png";
+    const SE3 rig_from_board = rig.camera(0).camera_from_rig.inverse() * camera_from_board;
+    std::array<View, 2> views;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const MountedCamera& camera = rig.camera(i);
+      views[i] =
+          exactView(camera.camera, camera.image_size, board, camera.camera_from_rig * rig_from_board, image);
+    }
+    if (views[1].corners.size() < views[0].corners.size()) continue;  // both see the whole board
+    for (std::size_t i = 0; i < 2; ++i) {
+      addCornerNoise(views[i], noise_px, random);
+      files[i].views.push_back(std::move(views[i]));
+    }
+  }
+  return files;
+}
+
+/// Writes them to left.csv and right.csv.
+inline void writeCornersOfPair(const ScratchFolder& scratch, double noise_px = 0.05) {
+  const std::array<CornersFile, 2> files = cornersOfPair(noise_px);
+  for (const CornersFile& file : files) writeCornersFile(scratch.path(file.camera + ".csv"), file);
 }
 
 }  // namespace alidade

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Videos and image sequences as inputs.
+#include <regex>
 #include <set>
 
 #include <opencv2/imgcodecs.hpp>
 
 #include "alidade/files/corners_file.h"
 #include "apps/command_line.h"
+#include "apps/report_page.h"
 #include "imagery/video_files.h"
 
 namespace alidade {
@@ -58,6 +60,30 @@ TEST(Video, IsCalibratedFrom) {
   EXPECT_THAT(result.out, HasSubstr("corners in 12 of "));
   EXPECT_NEAR(parametersOf(scratch.read("camera.yaml")).front(),
               parametersOf(readFile(dataPath("camera.yaml"))).front(), 2.0);
+}
+
+// The pictures are made while frames are searched, or read again by their numbers: it must be the same ones.
+TEST(Video, HasPicturesInItsReport) {
+  const ScratchFolder scratch;
+  const std::string clip = writeVideo(scratch.path("clip.avi"), boardFrames(12, 2));
+  const std::string page = scratch.path("page.html");
+  const std::string again = scratch.path("again.html");
+  const std::string evidence = scratch.path("evidence.json");
+  ASSERT_THAT(runAlidade({"calibrate", clip, "--board", kBoard, "--model", "radtan", "--report", page,
+                          "--evidence", evidence}),
+              EndsWith(0));
+  const std::string html = readFile(page);
+  const std::string sheet = figureOf(html, "view-sheet");
+  std::set<std::string> pictures;
+  const std::regex pattern("src=\"(data:image/jpeg[^\"]+)\"");
+  for (std::sregex_iterator i(sheet.begin(), sheet.end(), pattern), end; i != end; ++i)
+    pictures.insert((*i)[1]);
+  EXPECT_EQ(pictures.size(), 12u);  // all different
+  EXPECT_THAT(figureOf(html, "undistorted"), HasSubstr("data:image/jpeg"));
+  for (const char* jobs : {"1", "2"}) {
+    ASSERT_THAT(runAlidade({"report", evidence, "-o", again, "--images", clip, "--jobs", jobs}), EndsWith(0));
+    EXPECT_TRUE(readFile(again) == html) << jobs;
+  }
 }
 
 TEST(Video, HasItsBoardGuessed) {

@@ -12,6 +12,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 sys.dont_write_bytecode = True
@@ -21,6 +22,8 @@ import chromium  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FIGURES = ["accuracy", "coverage", "next-view", "tilts", "distances", "scene", "image-residuals", "board-residuals", "histogram",
            "normal-plot", "view-errors", "view-sheet", "distortion-grid", "radial", "undistorted", "correlations", "parameters", "models"]
+VALIDATION_FIGURES = ["image-residuals", "board-residuals", "histogram", "freed-difference", "view-errors", "fixed-freed", "view-sheet",
+                      "difference", "distortion-grid", "radial", "undistorted", "parameters"]
 NAMES = ["</script><script>alert(1)</script>", "\"><img src=x onerror=alert(1)>", "'a' & 📷", "${alert(1)}", "&lt;b&gt;"]
 ALIDADE = ""
 
@@ -42,6 +45,17 @@ class PageTest(unittest.TestCase):
         cls.page = images.parent / "page.html"
         subprocess.run([ALIDADE, "calibrate", images, "--board", "checkerboard:9x6:25mm", "--report", cls.page, "--quiet"],
                        check=True)
+        camera = ROOT / "testdata/checkerboard/camera.yaml"
+        cls.validation = images.parent / "validation.html"
+        subprocess.run([ALIDADE, "validate", camera, "--images", images, "--board", "checkerboard:9x6:25mm", "--against", camera,
+                        "--report", cls.validation, "--quiet"], check=True)
+        files = images.parent / "files"
+        files.mkdir()
+        for name in NAMES:
+            (files / (name.replace("/", "|") + ".yaml")).write_bytes(camera.read_bytes())
+        cls.folder_page = images.parent / "files.html"
+        subprocess.run([ALIDADE, "validate", files, "--images", images, "--board", "checkerboard:9x6:25mm",
+                        "--report", cls.folder_page, "--quiet"], check=True)
         cls.browser = chromium.Chromium()
 
     @classmethod
@@ -61,7 +75,10 @@ class PageTest(unittest.TestCase):
         self.assertNotIn("Page.javascriptDialogOpening", self.browser.events)
 
     def test_every_figure_shows_something(self) -> None:
-        for figure in FIGURES:
+        self.check_figures(FIGURES)
+
+    def check_figures(self, figures: list[str]) -> None:
+        for figure in figures:
             with self.subTest(figure):
                 self.assertTrue(self.run_js(f"!!document.getElementById('{figure}')"), "is missing")
                 size = self.run_js(f"(() => {{ const b = document.getElementById('{figure}').getBoundingClientRect();"
@@ -79,8 +96,12 @@ class PageTest(unittest.TestCase):
                                      "!(b.getAttribute('aria-label') || b.textContent).trim()).length"), 0)
 
     def test_drawings_stay_within_their_frames(self) -> None:
+        self.check_frames(self.page)
+
+    def check_frames(self, page: pathlib.Path) -> None:
         for width in (1280, 400):
-            self.browser.open(self.page, width)
+            self.browser.open(page, width)
+            self.run_js("document.querySelectorAll('details').forEach(d => { d.open = true; })")
             self.assertEqual(self.run_js("document.documentElement.scrollWidth"), width)
             outside = self.run_js("""[...document.querySelectorAll('figure svg text')].filter(t => {
                 const a = t.getBoundingClientRect(), b = t.ownerSVGElement.getBoundingClientRect();
@@ -149,6 +170,57 @@ class PageTest(unittest.TestCase):
         self.run_js("document.getElementById('scene-drawing').focus()")
         self.browser.press("ArrowUp", 38)
         self.assertNotEqual(self.run_js(shape), before)
+
+    def test_a_validation_shows_its_figures_and_views(self) -> None:
+        self.browser.open(self.validation)
+        self.assertEqual(self.browser.console, [])
+        self.assertEqual([r for r in self.browser.requests if not r.startswith(("data:", self.validation.as_uri()))], [])
+        self.check_figures(VALIDATION_FIGURES)
+        self.run_js("document.querySelector('.thumb[data-view=\"3\"]').click()")
+        self.assertTrue(self.run_js("document.getElementById('viewer').open"))
+        self.assertEqual(self.run_js("document.querySelectorAll('#viewer-drawing image').length"), 1)
+        self.assertGreater(self.run_js("document.querySelector('#viewer-drawing .detected').getBBox().width"), 50)
+        self.assertIn("view 4 of 12", self.run_js("document.getElementById('viewer-words').textContent"))
+        self.check_frames(self.validation)
+
+    def test_a_validated_folder_opens_its_files(self) -> None:
+        self.browser.open(self.folder_page)
+        self.assertEqual(self.browser.console, [])
+        names = self.run_js("[...document.querySelectorAll('table.files td.name')].map(n => n.textContent)")
+        self.assertEqual(sorted(n.split("/", 3)[-1].split("files/")[-1] for n in names),
+                         sorted(n.replace("/", "|") + ".yaml" for n in NAMES))
+        self.assertEqual(self.run_js("document.querySelectorAll('img[onerror], script').length"), 2)
+        self.assertEqual(self.run_js("document.querySelectorAll('details.file[open]').length"), 0)
+        self.run_js("document.querySelectorAll('table.files a')[2].click()")
+        time.sleep(0.2)
+        self.assertEqual(self.run_js("document.querySelectorAll('details.file[open]').length"), 1)
+        # Each fold has views of its own, which open.
+        self.run_js("document.querySelectorAll('details.file')[2].querySelector('rect[data-view]')"
+                    ".dispatchEvent(new MouseEvent('click', {bubbles: true}))")
+        self.assertIn("of 60", self.run_js("document.getElementById('viewer-words').textContent"))
+        self.run_js("document.getElementById('viewer').close()")
+        self.check_frames(self.folder_page)
+
+    def test_outliers_have_a_mark(self) -> None:
+        lines = (ROOT / "testdata/checkerboard/corners.csv").read_text().splitlines()
+        rows = [i for i, line in enumerate(lines) if ",view_003.png," in line]
+        self.assertGreater(len(rows), 40)
+        spoiled = lines[rows[20]].split(",")
+        x = lines[1].split(",").index("u")
+        spoiled[x] = str(float(spoiled[x]) + 9)
+        lines[rows[20]] = ",".join(spoiled)
+        corners, page = self.page.parent / "spoiled.csv", self.page.parent / "spoiled.html"
+        corners.write_text("\n".join(lines) + "\n")
+        subprocess.run([ALIDADE, "calibrate", corners, "--report", page, "--quiet"], check=True)
+        self.browser.open(page)
+        self.run_js("document.querySelector('.thumb[data-view=\"2\"]').click()")
+        box = self.run_js("(() => { const b = document.querySelector('#viewer-drawing .rejected').getBBox(); return [b.x, b.width]; })()")
+        self.assertLess(abs(box[0] + box[1] / 2 - float(spoiled[x])), 12)
+        self.assertGreater(box[1], 2)
+        self.assertIn("1 left out", self.run_js("document.getElementById('viewer-words').textContent"))
+        self.assertIn("diamond", self.run_js("document.getElementById('viewer-key').textContent"))
+        self.run_js("document.getElementById('viewer-after').click()")
+        self.assertNotIn("left out", self.run_js("document.getElementById('viewer-words').textContent"))
 
     def test_names_are_text(self) -> None:
         names = self.run_js("[...document.querySelectorAll('.thumb .name')].map(n => n.textContent)")

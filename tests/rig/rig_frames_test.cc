@@ -64,6 +64,48 @@ TEST(RigFrames, MatchesTheNearestTimes) {
   EXPECT_NEAR(ns.time_spread, 400, 1);
 }
 
+// Two cameras of one clock, and a third one a little later.
+TEST(RigFrames, MatchesACameraOfAnotherClockToThoseOfOne) {
+  std::vector<std::string> exact;
+  std::vector<std::string> late;
+  for (const char* hundreds : {"0", "1", "2", "3"}) {
+    exact.push_back("1700000" + std::string(hundreds) + "00000.png");
+    late.push_back("1700000" + std::string(hundreds) + "00007.png");
+  }
+  const RigFrames frames =
+      matchFrames(std::vector{camera("a", exact), camera("b", exact), camera("c", late)});
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_THAT(frames.frame_of[c], ElementsAre(0, 1, 2, 3)) << c;
+  EXPECT_EQ(frames.time_spread, 7);
+  // Equal times are nearest, whatever else is in reach.
+  const RigFrames equal =
+      matchFrames(std::vector{camera("a", {"100.000.png", "100.100.png", "100.200.png", "100.300.png"}),
+                              camera("b", {"99.990.png", "100.000.png", "100.205.png", "100.310.png"})});
+  EXPECT_THAT(equal.names, ElementsAre("99.990", "100.000", "100.100", "100.200", "100.300"));
+  EXPECT_THAT(equal.frame_of, ElementsAre(ElementsAre(1, 2, 3, 4), ElementsAre(0, 1, 3, 4)));
+}
+
+TEST(RigFrames, TakesTheNearestTimeAndNotTheFirstInReach) {
+  const RigFrames frames =
+      matchFrames(std::vector{camera("a", {"100.100.png", "100.200.png", "100.300.png"}),
+                              camera("b", {"100.080.png", "100.102.png", "100.199.png"})});
+  EXPECT_THAT(frames.names, ElementsAre("100.080", "100.100", "100.199", "100.300"));
+  EXPECT_THAT(frames.frame_of, ElementsAre(ElementsAre(1, 2, 3), ElementsAre(0, 1, 2)));
+  EXPECT_NEAR(frames.time_spread, 0.002, 1e-9);
+}
+
+TEST(RigFrames, MatchesEqualNamesInEqualSubfolders) {
+  const std::vector<RigViews> cameras = {camera("a", {"s1/000.png", "s1/001.png", "s2/000.png"}),
+                                         camera("b", {"s1/000.jpg", "s2/000.jpg", "s2/001.jpg"})};
+  const RigFrames frames = matchFrames(cameras);
+  EXPECT_THAT(frames.names, ElementsAre("s1/000", "s1/001", "s2/000", "s2/001"));
+  EXPECT_THAT(frames.frame_of, ElementsAre(ElementsAre(0, 1, 2), ElementsAre(0, 2, 3)));
+  // Sub-folders that only one camera has tell nothing.
+  EXPECT_THAT(messageOf([] {
+                (void)matchFrames(std::vector{camera("a", {"s1/x.png", "s2/x.png"}), camera("b", {"x.png"})});
+              }),
+              HasSubstr("occurs twice in one camera: s1/x.png and s2/x.png of a"));
+}
+
 TEST(RigFrames, NamesImagesWithoutPartner) {
   std::vector<RigViews> cameras = {camera("a", {"1.png", "2.png"}), camera("b", {"2.png"})};
   EXPECT_TRUE(matchFrames(cameras).unmatched.empty());  // the images without a board are not known
@@ -90,10 +132,44 @@ TEST(RigFrames, FollowsATable) {
   };
   EXPECT_THAT(complaint({.cameras = {"a", "c"}, .rows = {{"x.png", ""}}}), HasSubstr("no column 'b'"));
   EXPECT_THAT(complaint({.cameras = {"a", "b"}, .rows = {{"x.png", ""}, {"x.png", ""}}}),
-              AllOf(HasSubstr("--match: a"), HasSubstr("each image once")));
+              AllOf(HasSubstr("--match: row 2"), HasSubstr("'x.png' of a"), HasSubstr("each image once")));
   cameras[0].images = {"x.png", "y.png", "z.png"};
   EXPECT_THAT(complaint({.cameras = {"a", "b"}, .rows = {{"w.png", ""}}}),
               AllOf(HasSubstr("row 1"), HasSubstr("'w.png', which is no image of a")));
+}
+
+// Without a list of all images, one that no view shows may have had no board; but not all of a column.
+TEST(RigFrames, CountsNamesOfATableWithoutViews) {
+  const std::vector<RigViews> cameras = {camera("a", {"x.png", "y.png", "z.png"}), camera("b", {"x.png"})};
+  FrameTable table{.cameras = {"a", "b"},
+                   .rows = {{"x.png", "x.png"}, {"y.png", "y.png"}, {"w.png", ""}},
+                   .path = "frames.csv",
+                   .lines = {2, 4, 5}};
+  EXPECT_THAT(namedWithoutViews(table, cameras),
+              ElementsAre(RigImage{0, "w.png", "frames.csv:5"}, RigImage{1, "y.png", "frames.csv:4"}));
+  // The partner of y.png is known, that of z.png is not.
+  const RigFrames frames = framesOf(table, cameras);
+  EXPECT_THAT(frames.names, ElementsAre("a/z.png", "line 2", "line 4"));
+  EXPECT_THAT(frames.unmatched, ElementsAre(RigImage{0, "z.png", "a/z.png"}));
+  table.rows = {{"x.png", "p.png"}, {"y.png", "q.png"}, {"z.png", ""}};
+  EXPECT_THAT(messageOf([&] { (void)framesOf(table, cameras); }),
+              AllOf(HasSubstr("frames.csv:2"), HasSubstr("'p.png', which is no image of b"),
+                    HasSubstr("such as 'x.png'")));
+}
+
+TEST(RigFrames, FollowsTheFoldersInATable) {
+  std::vector<RigViews> cameras = {camera("a", {"01.png", "02.png"}), camera("b", {"01.png", "02.png"})};
+  for (RigViews& of_camera : cameras) {
+    of_camera.images = {"01.png", "02.png"};
+    for (const std::string& image : of_camera.images)
+      of_camera.paths.push_back("photos/" + of_camera.name + "/" + image);
+  }
+  FrameTable table{
+      .cameras = {"a", "b"}, .rows = {{"a/01.png", "./photos/b/02.png"}}, .path = "frames.csv", .lines = {2}};
+  EXPECT_THAT(framesOf(table, cameras).names, ElementsAre("a/02.png", "b/01.png", "line 2"));
+  table.rows = {{"b/01.png", "b/02.png"}};
+  EXPECT_THAT(messageOf([&] { (void)framesOf(table, cameras); }),
+              AllOf(HasSubstr("frames.csv:2"), HasSubstr("'b/01.png', which is no image of a")));
 }
 
 TEST(RigFrames, RefusesNamesThatDoNotMatch) {

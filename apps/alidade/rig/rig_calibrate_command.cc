@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include <unistd.h>
+
 #include <algorithm>
-#include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "alidade/adjust/errors.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
@@ -19,58 +21,10 @@
 #include "options.h"
 #include "report_output.h"
 #include "rig/rig_inputs.h"
+#include "rig/rig_text.h"
 
 namespace alidade {
 namespace {
-
-std::string poseLine(const RigCamera& camera, const SE3& camera_from_rig) {
-  constexpr double kMillimetres = 1000;
-  const Eigen::Vector3d origin = camera_from_rig.inverse().translation * kMillimetres;
-  return fmt::format(
-      "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; "
-      "standard deviation {:.2f} mm, {:.3f} degrees",
-      origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegPerRad,
-      camera.position_std_m.norm() * kMillimetres, camera.rotation_std_rad.norm() * kDegPerRad);
-}
-
-std::string summaryOf(const RigCalibration& rig) {
-  constexpr std::size_t kMostDiagnoses = 8;
-  const Verdict verdict = rig.verdict();
-  std::string text =
-      fmt::format("Verdict   {}\n", verdict == Verdict::kTrustworthy    ? "trustworthy"
-                                    : verdict == Verdict::kReservations ? "usable with reservations"
-                                                                        : "rejected: do not use this rig");
-  text +=
-      fmt::format("Rig       {} cameras, {} frames; {} boards seen by two or more cameras; RMS {:.3f} px\n",
-                  rig.cameras.size(), rig.frames.size(), rig.num_linked, rms(rig.fit));
-  if (rig.num_renumbered > 0)
-    text +=
-        fmt::format("          {} views of an ambiguous board were numbered like the others of their frame\n",
-                    rig.num_renumbered);
-  if (rig.holdout.num_corners > 0)
-    text += fmt::format("          cross-validation {:.3f} px\n", rig.holdout.rms_px);
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const RigCamera& camera = rig.cameras[c];
-    const FitCamera& fitted = rig.fit.cameras[c];
-    text += fmt::format(
-        "{}\n          {}, {}x{} px; RMS {:.3f} px (alone {:.3f}); from its neighbour {}\n", camera.name,
-        fitted.model, fitted.size.width, fitted.size.height, camera.rms_px, camera.alone_rms_px,
-        std::isfinite(camera.transfer_px) ? fmt::format("within {:.2f} px (95 %)", camera.transfer_px)
-                                          : "unknown");
-    if (c > 0) text += "          " + poseLine(camera, fitted.camera_from_rig) + "\n";
-  }
-  std::size_t num_told = 0;
-  for (const Diagnosis& diagnosis : rig.diagnoses) {
-    const bool is_of_input = diagnosis.id == "unmatched_images" || diagnosis.id == "times_differ";
-    if (is_of_input) text += "Note      " + diagnosis.message() + "\n";
-    if (diagnosis.severity < Severity::kWarning) continue;
-    if (++num_told > kMostDiagnoses) continue;
-    text += fmt::format("{:<9} {}{}\n", diagnosis.severity == Severity::kFailure ? "FAILED" : "Warning",
-                        diagnosis.message(), diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step);
-  }
-  if (num_told > kMostDiagnoses) text += fmt::format("          and {} more\n", num_told - kMostDiagnoses);
-  return text;
-}
 
 class RigCalibrateCommand final : public Command {
  public:
@@ -105,6 +59,7 @@ class RigCalibrateCommand final : public Command {
     app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
         ->check(pixelComplaint, "")
         ->capture_default_str();
+    app.add_flag("--verbose", is_verbose_, "Print all details after the summary");
     app.add_flag("--keep-untrustworthy", keep_, "Write the rig file even if the rig must not be used");
     addCommonOptions(app, common_, true);
   }
@@ -130,19 +85,27 @@ class RigCalibrateCommand final : public Command {
            .found = fmt::format("{} models for {} cameras", models_.size(), views_.inputs.size()),
            .expected = "one model, or one for each camera"});
     }
-    options.given = givenCameras();
-    options.frames = views_.frames();
+    const std::vector<std::string> names = views_.cameraNames("rig calibrate");
+    options.given = givenCameras(names);
     options.camera.board_shape = shapeMode(shape_);
-    RigInputViews given = readRigViews("rig calibrate", views_, views_.cameraNames("rig calibrate"), common_,
-                                       options.camera.cancel);
-    const RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
+    RigInputViews given = readRigViews("rig calibrate", views_, names, common_, options.camera.cancel);
+    options.frames = given.frames;
+    RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
+    for (Diagnosis& diagnosis : rig.diagnoses) {
+      if (diagnosis.id == "poor_coverage") {
+        diagnosis.next_step = "run alidade calibrate on the images of this camera to see which view to add";
+      }
+    }
+    const RigRecord record = recordOf(rig, programName());
     const bool is_kept = rig.isUsable() || keep_;
-    if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(recordOf(rig, programName())));
+    if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(record));
     writeEvidence(rig, options.camera.tolerance_px);
     if (common_.json) {
       printResult(rigSummaryJson(rig));
     } else if (!common_.quiet) {
-      printResult(summaryOf(rig));
+      const bool is_coloured = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
+      printResult(rigSummaryText(rig, given.given, record.num_frames, is_coloured) +
+                  (is_verbose_ ? "\n" + rigDetailsText(rig, given.given) : ""));
     }
     if (!rig.isUsable()) {
       printRefusal("the rig must not be used: " + rig.diagnoses.front().message(), output_, is_kept);
@@ -182,15 +145,56 @@ class RigCalibrateCommand final : public Command {
     if (!common_.quiet) printMessage("report written to " + report_);
   }
 
-  std::vector<std::optional<CameraRecord>> givenCameras() const {
+  // The cameras of --fixed, in the order of `names`: by their own names if these are names of the rig's.
+  std::vector<std::optional<CameraRecord>> givenCameras(const std::vector<std::string>& names) const {
     if (!fixed_.empty() && fixed_.size() != views_.inputs.size()) {
       throw usageError({.where = "--fixed",
                         .found = fmt::format("{} files for {} cameras", fixed_.size(), views_.inputs.size()),
                         .expected = "one for each camera, or '-'"});
     }
-    return mapped(fixed_, [&](const std::string& file) {
-      return file == "-" ? std::nullopt : std::optional(readCameraTelling(file, {}, common_.quiet));
-    });
+    std::vector<std::optional<CameraRecord>> given(fixed_.size());
+    std::vector<std::size_t> places;  // of the files, in the order in which they were given
+    std::vector<std::string> stated;
+    for (std::size_t c = 0; c < fixed_.size(); ++c) {
+      if (fixed_[c] == "-") continue;
+      given[c] = readCameraTelling(fixed_[c], {}, common_.quiet);
+      places.push_back(c);
+      const std::string& name = given[c]->name.name;
+      stated.push_back(name.empty() ? std::filesystem::path(cameraFilePath(fixed_[c])).stem().string()
+                                    : name);
+    }
+    const auto by_name = placesByName(stated, names);
+    if (by_name && *by_name != places) {
+      std::vector<std::optional<CameraRecord>> sorted(fixed_.size());
+      std::vector<std::string> assigned;
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        sorted[(*by_name)[i]] = std::move(given[places[i]]);
+        assigned.push_back(fixed_[places[i]] + " to " + stated[i]);
+      }
+      given = std::move(sorted);
+      if (!common_.quiet)
+        printMessage("note: the files of --fixed were assigned to the cameras by their names: " +
+                     join(assigned, ", "));
+    }
+    refuseModelsOfFixed(names, given);
+    return given;
+  }
+
+  // A lens that is kept has its model already.
+  void refuseModelsOfFixed(const std::vector<std::string>& names,
+                           const std::vector<std::optional<CameraRecord>>& given) const {
+    const auto isFixed = [](const std::optional<CameraRecord>& camera) { return camera.has_value(); };
+    if (models_.empty() || std::ranges::none_of(given, isFixed)) return;
+    const bool is_for_others = models_.size() == 1 && !std::ranges::all_of(given, isFixed);
+    for (std::size_t c = 0; c < given.size() && !is_for_others; ++c) {
+      const std::string& model = models_.size() == 1 ? models_.front() : models_[c];
+      if (!given[c] || model == kAutoModel || model == given[c]->camera.modelId()) continue;
+      throw usageError({.where = "--model",
+                        .found = fmt::format("{} for {}, whose lens --fixed keeps", model, names[c]),
+                        .expected = fmt::format("{}, the model of its file, or auto",
+                                                std::string(given[c]->camera.modelId())),
+                        .next_step = "leave out one of the two flags for this camera"});
+    }
   }
 
   RigInputs views_;
@@ -202,6 +206,7 @@ class RigCalibrateCommand final : public Command {
   std::string report_;
   std::string tolerance_ = "1px";
   bool keep_ = false;
+  bool is_verbose_ = false;
 };
 
 }  // namespace

@@ -21,12 +21,12 @@
 #include "alidade/report/json_output.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/rig/rig_start.h"
-#include "board_views.h"
 #include "console.h"
 #include "options.h"
 #include "pending_folder.h"
 #include "remapped_images.h"
 #include "rig/rectified_pair.h"
+#include "rig/rig_inputs.h"
 #include "view_options.h"
 
 namespace alidade {
@@ -44,8 +44,8 @@ struct SharedBoard {
   const View* second;
 };
 
-std::vector<SharedBoard> sharedBoards(const std::array<RigViews, 2>& cameras) {
-  const RigFrames frames = matchFrames(cameras);
+std::vector<SharedBoard> sharedBoards(const std::vector<RigViews>& cameras, const FrameTable& table) {
+  const RigFrames frames = table.empty() ? matchFrames(cameras) : framesOf(table, cameras);
   std::map<std::pair<std::size_t, std::size_t>, const View*> seen;  // by frame and board
   for (std::size_t i = 0; i < cameras[0].views.size(); ++i) {
     const View& view = cameras[0].views[i];
@@ -80,12 +80,12 @@ struct MeasuredErrors {
 // A board that looks the same after a turn may be numbered differently by the two cameras. The numbers for
 // which the errors are least are the right ones: others are off by whole squares.
 MeasuredErrors measured(const Rectification& r, const MountedCamera& first, const MountedCamera& second,
-                        const std::array<RigViews, 2>& views, const std::vector<Board>& boards) {
+                        const RigInputViews& given) {
   MeasuredErrors result;
   std::vector<PixelMatch> all;
   std::vector<std::vector<BoardTurn>> turns;
-  for (const Board& board : boards) turns.push_back(boardTurns(board));
-  for (const SharedBoard& shared : sharedBoards(views)) {
+  for (const Board& board : given.boards) turns.push_back(boardTurns(board));
+  for (const SharedBoard& shared : sharedBoards(given.cameras, given.frames)) {
     std::vector<PixelMatch> best;
     double least = std::numeric_limits<double>::infinity();
     for (const BoardTurn& turn : turns.at(shared.first->board)) {
@@ -127,7 +127,7 @@ class RigRectifyCommand final : public Command {
         "of the rows.");
     app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses");
     app.add_option(
-        "input", inputs_,
+        "input", views_.inputs,
         "For the first and the second camera: a folder of images, a pattern in quotes, or a corners "
         "file (.csv)");
     app.add_option("-o,--output", output_, "Folder to create");
@@ -138,8 +138,12 @@ class RigRectifyCommand final : public Command {
     app.add_flag("--own-centres", has_own_centres_,
                  "Centre each view on its own camera, for cameras that look towards each other; infinity "
                  "then has a disparity");
-    addBoardOption(app, boards_);
-    addDetectionOptions(app, detection_);
+    addBoardOption(app, views_.boards);
+    addMatchOption(app, views_.match);
+    addDetectionOptions(app, views_.detection);
+    app.add_option("--tolerance", tolerance_, "RMS difference of rows that you accept")
+        ->check(pixelComplaint, "")
+        ->capture_default_str();
     app.add_flag("--maps", has_maps_, "Write the tables for cv::remap() as TIFF files of 32-bit floats");
     app.add_flag("--camera-only", camera_only_, "Write no images; do not read inputs");
     addCommonOptions(app, common_, true);
@@ -149,27 +153,32 @@ class RigRectifyCommand final : public Command {
     checkUsage(app);
     const CancelFlag* cancel = catchInterrupts();
     const RigRecord record = loadRig(rig_path_);
+    tellIfRejected(record, rig_path_, common_.quiet);
     const AnyRig rig = rigOf(record);
     const CameraIndices pair = chosenCameras(rig);
+    const std::vector<std::string> cameras = {rig.camera(pair[0]).name, rig.camera(pair[1]).name};
+    if (!camera_only_) views_.sortLike(cameras, "rig rectify", common_.quiet);
     const Rectification r = rectify(rig, pair[0], pair[1], request(app));
     std::array<std::vector<std::string>, 2> paths;
     if (!camera_only_ && !hasCornersFiles()) {
-      for (std::size_t i = 0; i < 2; ++i) paths[i] = listImages(std::span(&inputs_[i], 1));
+      for (std::size_t i = 0; i < 2; ++i) paths[i] = listImages(std::span(&views_.inputs[i], 1));
     }
     refuseOutputAmongInputs(paths);
     std::optional<MeasuredErrors> errors;
-    if (hasCornersFiles() || !boards_.empty()) errors = measure(rig, pair, r, cancel);
+    if (hasBoards()) errors = measure(rig, pair, r, cancel);
     std::array<std::vector<RemappedImage>, 2> images = {namedImages(paths[0]), namedImages(paths[1])};
     std::array<double, 2> dark = {};
     if (!output_.empty()) write(record, rig, pair, r, paths, images, dark, cancel);
     const std::vector<std::string> notes = notesOn(rig, pair, r, images);
+    const std::vector<std::string> warnings = warningsOn(errors, r.is_vertical);
     if (common_.json) {
-      printResult(documentOf(rig, pair, r, images, dark, errors, notes));
+      printResult(documentOf(rig, pair, r, images, dark, errors, {{"notes", notes}, {"warnings", warnings}}));
     } else if (!common_.quiet) {
       printResult(summaryOf(r, images, dark, errors));
     }
     if (!common_.quiet) {
       for (const std::string& note : notes) printMessage("note: " + note);
+      for (const std::string& warning : warnings) printMessage("warning: " + warning);
     }
     const bool is_incomplete = reportSkipped(images[0]);
     return reportSkipped(images[1]) || is_incomplete ? static_cast<int>(ErrorCode::kInput) : 0;
@@ -177,26 +186,33 @@ class RigRectifyCommand final : public Command {
 
  private:
   [[nodiscard]] bool hasCornersFiles() const {
-    return !camera_only_ && !inputs_.empty() && isCornersFile(inputs_.front());
+    return !camera_only_ && !views_.inputs.empty() && isCornersFile(views_.inputs.front());
   }
+  // Whether errors can be measured.
+  [[nodiscard]] bool hasBoards() const { return hasCornersFiles() || !views_.boards.empty(); }
 
   void checkUsage(const CLI::App& app) const {
     if (rig_path_.empty())
       throw missingError("rig rectify", "no rig file", "a rig file and two folders of images");
-    if (inputs_.size() != 2 && !camera_only_) {
-      throw missingError("rig rectify", fmt::format("{} inputs", inputs_.size()),
+    if (views_.inputs.size() != 2 && !camera_only_) {
+      throw missingError("rig rectify", fmt::format("{} inputs", views_.inputs.size()),
                          "two, for the first and the second camera, or --camera-only");
     }
-    if (!camera_only_ && isCornersFile(inputs_[0]) != isCornersFile(inputs_[1])) {
+    if (!camera_only_ && isCornersFile(views_.inputs[0]) != isCornersFile(views_.inputs[1])) {
       throw usageError({.where = "rig rectify",
                         .found = "a corners file beside images",
                         .expected = "two corners files or two folders of images"});
     }
     if (output_.empty() && !hasCornersFiles()) throw missingError("rig rectify", "no --output", "-o FOLDER");
-    if (camera_only_ && !boards_.empty()) {
+    if (camera_only_ && !views_.boards.empty()) {
       throw usageError({.where = "rig rectify",
                         .found = "--board with --camera-only",
                         .expected = "one of them: boards are searched for in images"});
+    }
+    if (!views_.match.empty() && !hasBoards()) {
+      throw usageError({.where = "--match",
+                        .found = "neither --board nor corners files",
+                        .expected = "one of them: only corners are compared between images"});
     }
     view_.checkUsage(app);
   }
@@ -220,36 +236,25 @@ class RigRectifyCommand final : public Command {
 
   void refuseOutputAmongInputs(const std::array<std::vector<std::string>, 2>& paths) const {
     if (output_.empty()) return;
-    std::vector<std::string> sources = {cameraFilePath(rig_path_), common_.config};
+    std::vector<std::string> sources = {cameraFilePath(rig_path_), common_.config, views_.match};
     for (const auto& of_camera : paths) sources.insert(sources.end(), of_camera.begin(), of_camera.end());
-    if (hasCornersFiles()) sources.insert(sources.end(), inputs_.begin(), inputs_.end());
+    if (hasCornersFiles()) sources.insert(sources.end(), views_.inputs.begin(), views_.inputs.end());
     refuseFolderOfInputs(output_, sources);
   }
 
   MeasuredErrors measure(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
                          const CancelFlag* cancel) const {
-    std::array<RigViews, 2> views;
-    std::vector<Board> boards;
+    const std::vector<std::string> names = {rig.camera(pair[0]).name, rig.camera(pair[1]).name};
+    const RigInputViews given = readRigViews("rig rectify", views_, names, common_, cancel);
     for (std::size_t i = 0; i < 2; ++i) {
-      const MountedCamera& camera = rig.camera(pair[i]);
-      GivenViews given = readViews(
-          {.command = "rig rectify", .inputs = {inputs_[i]}, .boards = boards_, .detection = detection_},
-          common_, cancel);
-      if (i == 0) boards = given.boards;
-      if (given.boards != boards) {
-        throw inputError({.where = inputs_[1],
-                          .found = "other boards than in " + inputs_[0],
-                          .expected = "the same boards for both cameras, in the same order"});
-      }
-      if (!given.views.empty() && given.views.front().size != camera.image_size) {
-        throw inputError(
-            {.where = inputs_[i],
-             .found = "images of " + sizeText(given.views.front().size) + " pixels",
-             .expected = sizeText(camera.image_size) + ", the image size of camera '" + camera.name + "'"});
-      }
-      views[i] = {.name = camera.name, .views = std::move(given.views)};
+      const std::vector<View>& views = given.cameras[i].views;
+      const ImageSize size = rig.camera(pair[i]).image_size;
+      if (views.empty() || views.front().size == size) continue;
+      throw inputError({.where = views_.inputs[i],
+                        .found = "images of " + sizeText(views.front().size) + " pixels",
+                        .expected = sizeText(size) + ", the image size of camera '" + names[i] + "'"});
     }
-    return measured(r, rig.camera(pair[0]), rig.camera(pair[1]), views, boards);
+    return measured(r, rig.camera(pair[0]), rig.camera(pair[1]), given);
   }
 
   void write(const RigRecord& record, const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
@@ -334,6 +339,18 @@ class RigRectifyCommand final : public Command {
     return notes;
   }
 
+  [[nodiscard]] std::vector<std::string> warningsOn(const std::optional<MeasuredErrors>& errors,
+                                                    bool is_vertical) const {
+    const double tolerance_px = *parsePixels(tolerance_);
+    if (!errors) return {};
+    if (errors->errors.num_pairs == 0) return {"no board was seen by both cameras at one time"};
+    if (!(errors->errors.row_rms_px > tolerance_px)) return {};
+    return {
+        fmt::format("{} differ by RMS {:.3g} px, more than --tolerance {:g} px; check that the inputs are in "
+                    "the order of the cameras, and that the cameras stand where the rig file says",
+                    is_vertical ? "columns" : "rows", errors->errors.row_rms_px, tolerance_px)};
+  }
+
   [[nodiscard]] std::string summaryOf(const Rectification& r,
                                       const std::array<std::vector<RemappedImage>, 2>& images,
                                       const std::array<double, 2>& dark,
@@ -380,8 +397,7 @@ class RigRectifyCommand final : public Command {
   [[nodiscard]] std::string documentOf(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
                                        const std::array<std::vector<RemappedImage>, 2>& images,
                                        const std::array<double, 2>& dark,
-                                       const std::optional<MeasuredErrors>& errors,
-                                       const std::vector<std::string>& notes) const {
+                                       const std::optional<MeasuredErrors>& errors, const json& told) const {
     const bool is_flat = r.projection == ViewProjection::kRectilinear;
     json cameras = json::array();
     for (std::size_t i = 0; i < 2; ++i) {
@@ -413,15 +429,15 @@ class RigRectifyCommand final : public Command {
                      {"share_cut", r.cut_share},
                      {"cameras", std::move(cameras)},
                      {"epipolar_errors", std::move(epipolar)},
-                     {"notes", notes}});
+                     {"notes", told.at("notes")},
+                     {"warnings", told.at("warnings")}});
   }
 
   std::string rig_path_;
-  std::vector<std::string> inputs_;
+  RigInputs views_;
   std::string output_;
   std::vector<std::string> names_;
-  std::vector<std::string> boards_;
-  DetectionOptions detection_;
+  std::string tolerance_ = "1px";
   ViewOptions view_;
   bool has_own_centres_ = false;
   bool has_maps_ = false;

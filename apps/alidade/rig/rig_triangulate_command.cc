@@ -19,6 +19,7 @@
 #include "alidade/report/json_output.h"
 #include "console.h"
 #include "options.h"
+#include "rig/rig_inputs.h"
 
 namespace alidade {
 namespace {
@@ -178,6 +179,7 @@ class RigTriangulateCommand final : public Command {
     checkOutput(output_, {rig_path_, pixels_path_, common_.config}, common_);
     const CancelFlag* cancel = catchInterrupts();
     const RigRecord record = loadRig(rig_path_);
+    tellIfRejected(record, rig_path_, common_.quiet);
     const AnyRig rig = rigOf(record);
     if (rig.size() < 2) {
       throw inputError(

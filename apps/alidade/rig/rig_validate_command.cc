@@ -14,45 +14,51 @@
 #include "console.h"
 #include "options.h"
 #include "rig/rig_inputs.h"
+#include "summary_lines.h"
 
 namespace alidade {
 namespace {
 
 std::string validationText(const RigValidation& tested) {
   const Verdict verdict = tested.verdict();
-  std::string text = fmt::format(
-      "Verdict   {}\n", verdict == Verdict::kTrustworthy    ? "the images confirm the rig"
-                        : verdict == Verdict::kReservations ? "the images confirm the rig with reservations"
-                                                            : "the images contradict the rig");
-  if (std::isfinite(tested.epipolar_px)) {
-    text += fmt::format("Epipolar  error {:.3f} px RMS, {} points seen by two or more cameras\n",
-                        tested.epipolar_px, tested.num_points - tested.num_failed);
+  Lines lines =
+      wrapped("Verdict", verdict == Verdict::kTrustworthy    ? "the images confirm the rig"
+                         : verdict == Verdict::kReservations ? "the images confirm the rig with reservations"
+                                                             : "the images contradict the rig");
+  for (const Diagnosis& diagnosis : tested.diagnoses) {
+    if (diagnosis.severity == Severity::kFailure) append(lines, diagnosisLines(diagnosis));
   }
-  if (tested.num_failed > 0)
-    text += fmt::format("Points    {} of {} that two or more cameras see have no position\n",
-                        tested.num_failed, tested.num_points);
+  if (std::isfinite(tested.epipolar_px)) {
+    append(lines,
+           wrapped("Epipolar", fmt::format("error {:.3f} px RMS, {} points seen by two or more cameras",
+                                           tested.epipolar_px, tested.num_points - tested.num_failed)));
+  }
+  if (tested.num_failed > 0) {
+    append(lines, wrapped("Points", fmt::format("{} of {} that two or more cameras see have no position",
+                                                tested.num_failed, tested.num_points)));
+  }
   if (std::isfinite(tested.length_ratio)) {
-    text += fmt::format("Lengths   on the boards {:+.3f} %, standard deviation {:.3f} %\n",
-                        100 * (tested.length_ratio - 1), 100 * tested.length_ratio_std);
+    append(lines,
+           wrapped("Lengths", fmt::format("on the boards {:+.3f} %, standard deviation {:.3f} %",
+                                          100 * (tested.length_ratio - 1), 100 * tested.length_ratio_std)));
   }
   for (const TestedRigCamera& camera : tested.cameras) {
-    text += fmt::format("{}\n          RMS {:.3f} px; {:.3f} px with the poses freed", camera.name,
-                        camera.rms_px, camera.freed_rms_px);
-    if (&camera != &tested.cameras.front()) {
+    const bool is_first = &camera == &tested.cameras.front();
+    std::string text = fmt::format("{}: RMS {:.3f} px; {:.3f} px with the poses freed", camera.name,
+                                   camera.rms_px, camera.freed_rms_px);
+    if (!is_first) {
       constexpr double kMmPerM = 1000;
       text += fmt::format(", which moves it by {:.2f} mm and {:.3f} degrees: {:.2f} px, {:.1f} sigma",
                           camera.freed_from_stated.translation.norm() * kMmPerM,
                           camera.freed_from_stated.rotation.log().norm() * kDegPerRad, camera.effect_px,
                           std::max(0.0, camera.sigmas));
     }
-    text += "\n";
+    append(lines, wrapped(is_first ? "Camera" : "", text));
   }
   for (const Diagnosis& diagnosis : tested.diagnoses) {
-    if (diagnosis.severity < Severity::kWarning) continue;
-    text += fmt::format("{:<9} {}{}\n", diagnosis.severity == Severity::kFailure ? "FAILED" : "Warning",
-                        diagnosis.message(), diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step);
+    if (diagnosis.severity < Severity::kFailure) append(lines, diagnosisLines(diagnosis));
   }
-  return text;
+  return join(lines, "\n") + "\n";
 }
 
 std::string validationJson(const RigValidation& tested) {
@@ -85,7 +91,7 @@ class RigValidateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\n"
-        "Inputs are in the order of the rig's cameras, unless --names says otherwise.\n"
+        "Inputs are in the order of the rig's cameras, unless --names or their own names say otherwise.\n"
         "Exit code 3: the images contradict the rig.");
     app.add_option("rig", rig_path_, "Rig file of any format that states where its cameras are");
     app.add_option("input", views_.inputs,
@@ -105,14 +111,19 @@ class RigValidateCommand final : public Command {
                          fmt::format("{}, one for each camera: {}", rig.cameras.size(),
                                      join(mapped(rig.cameras, nameOf), ", ")));
     }
-    sortByNames(rig);
+    tellIfRejected(rig, rig_path_, common_.quiet);
+    if (views_.names.empty()) {
+      views_.sortLike(mapped(rig.cameras, nameOf), "rig validate", common_.quiet);
+    } else {
+      sortByNames(rig);
+    }
     RigOptions options;
     options.camera.tolerance_px = *parsePixels(tolerance_);
     options.camera.jobs = common_.jobs;
     options.camera.cancel = catchInterrupts();
-    options.frames = views_.frames();
     RigInputViews given =
         readRigViews("rig validate", views_, mapped(rig.cameras, nameOf), common_, options.camera.cancel);
+    options.frames = given.frames;
     const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), options);
     printResult(common_.json ? validationJson(tested) : common_.quiet ? "" : validationText(tested));
     if (tested.verdict() != Verdict::kNo) return 0;
@@ -125,7 +136,6 @@ class RigValidateCommand final : public Command {
 
   // In the order of --names. A rig's frame need not be that of a camera.
   void sortByNames(RigRecord& rig) const {
-    if (views_.names.empty()) return;
     const std::vector<std::string> names = views_.cameraNames("rig validate");
     std::vector<RigCameraRecord> sorted;
     for (const std::string& name : names) {

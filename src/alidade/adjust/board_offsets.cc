@@ -11,6 +11,7 @@
 #include "alidade/adjust/joint_information.h"
 #include "alidade/adjust/robust_weighting.h"
 #include "alidade/adjust/solve.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
@@ -51,18 +52,149 @@ Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights wei
   return sum;
 }
 
-// A board's offsets in a plane or across it, among all that are estimated.
-struct Scatter {
+// Orthonormal directions of a board's offsets (x, y, z of each point) that make the board something else as a
+// whole: stretched, sheared, graded, twisted or bent. What leaves its pose and size as they are is not among
+// them, nor is what it shares with those.
+std::vector<Eigen::VectorXd> smoothModes(const Board& target) {
+  const Eigen::Index num_points = target.numCorners();
+  const Eigen::Vector3d middle = target.middle();
+  const auto field = [&](const auto& offsetAt) {
+    Eigen::VectorXd offsets(3 * num_points);
+    for (Eigen::Index i = 0; i < num_points; ++i) {
+      const Eigen::Vector3d p = (target.corner(static_cast<int>(i)) - middle) / middle.head<2>().norm();
+      offsets.segment<3>(3 * i) = offsetAt(p.x(), p.y());
+    }
+    return offsets;
+  };
+  using Offset = Eigen::Vector3d;
+  std::vector<Eigen::VectorXd> basis;
+  const auto add = [&](Eigen::VectorXd offsets) {
+    constexpr double kNothing = 1e-6;
+    const double norm = offsets.norm();
+    for (const Eigen::VectorXd& other : basis) offsets -= other.dot(offsets) * other;
+    if (offsets.norm() > kNothing * norm) basis.push_back(offsets.normalized());
+  };
+  add(field([](double, double) { return Offset(1, 0, 0); }));
+  add(field([](double, double) { return Offset(0, 1, 0); }));
+  add(field([](double, double) { return Offset(0, 0, 1); }));
+  add(field([](double x, double y) { return Offset(-y, x, 0); }));
+  add(field([](double x, double y) { return Offset(x, y, 0); }));
+  add(field([](double x, double) { return Offset(0, 0, x); }));
+  add(field([](double, double y) { return Offset(0, 0, y); }));
+  const auto num_of_pose_and_size = static_cast<std::ptrdiff_t>(basis.size());
+  add(field([](double x, double y) { return Offset(x, -y, 0); }));
+  add(field([](double x, double y) { return Offset(y, x, 0); }));
+  for (const int axis : {0, 1, 2}) {
+    add(field([&](double x, double) { return Offset(x * x * Offset::Unit(axis)); }));
+    add(field([&](double x, double y) { return Offset(x * y * Offset::Unit(axis)); }));
+    add(field([&](double, double y) { return Offset(y * y * Offset::Unit(axis)); }));
+  }
+  return {basis.begin() + num_of_pose_and_size, basis.end()};
+}
+
+// What is known of a board's offsets beforehand: each coordinate scatters about zero, in the plane or across
+// it, and a smooth mode by as much as it is found to. If points only scattered independently, a stretched
+// board would seem much better known than it is.
+class OffsetPrior {
+ public:
+  explicit OffsetPrior(const FitBoard& board)
+      : count_(3 * static_cast<Eigen::Index>(board.target.numCorners())),
+        precision_(*board.offset_precision) {
+    for (Eigen::VectorXd& direction : smoothModes(board.target)) {
+      bool is_across = false;
+      for (Eigen::Index i = 2; i < count_; i += 3) is_across = is_across || direction(i) != 0;
+      const int axes = is_across ? kAcross : kInPlane;
+      modes_.push_back({.direction = std::move(direction), .axes = axes, .precision = precision_(axes)});
+    }
+  }
+
+  static constexpr int kInPlane = 0;
+  static constexpr int kAcross = 1;
+
+  [[nodiscard]] double scatterPrecision(int axes) const { return precision_(axes); }
+  void setScatterPrecision(int axes, double precision) { precision_(axes) = precision; }
+
+  // Frees each mode as far as it is displaced; none is held tighter than the scatter holds it.
+  void freeModes(const Eigen::VectorXd& offsets, double variance) {
+    for (Mode& mode : modes_) {
+      const double amplitude = mode.direction.dot(offsets);
+      mode.precision = variance / std::max(variance / precision_(mode.axes), amplitude * amplitude);
+    }
+  }
+
+  // The squares of the offsets without the modes.
+  [[nodiscard]] double squaresOf(const Eigen::VectorXd& offsets, int axes) const {
+    double squares = 0;
+    for (Eigen::Index i = 0; i < count_; ++i) squares += axesOf(i) == axes ? offsets(i) * offsets(i) : 0;
+    for (const Mode& mode : modes_) {
+      const double amplitude = mode.direction.dot(offsets);
+      squares -= mode.axes == axes ? amplitude * amplitude : 0;
+    }
+    return std::max(0.0, squares);
+  }
+
+  // How many of the same coordinates the corners determine.
+  [[nodiscard]] double determinedOf(const Eigen::MatrixXd& inverse, int axes) const {
+    double trace = 0;
+    double count = 0;
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      if (axesOf(i) != axes) continue;
+      trace += inverse(i, i);
+      ++count;
+    }
+    for (const Mode& mode : modes_) {
+      if (mode.axes != axes) continue;
+      trace -= mode.direction.dot(inverse * mode.direction);
+      --count;
+    }
+    return count - precision_(axes) * trace;
+  }
+
+  [[nodiscard]] Eigen::MatrixXd information() const {
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count_, count_);
+    for (Eigen::Index i = 0; i < count_; ++i) matrix(i, i) = precision_(axesOf(i));
+    for (const Mode& mode : modes_)
+      matrix += (mode.precision - precision_(mode.axes)) * mode.direction * mode.direction.transpose();
+    return matrix;
+  }
+
+ private:
+  struct Mode {
+    Eigen::VectorXd direction;
+    int axes = kInPlane;
+    double precision = 0;
+  };
+
+  static int axesOf(Eigen::Index i) { return i % 3 == 2 ? kAcross : kInPlane; }
+
+  Eigen::Index count_;
+  Eigen::Vector2d precision_;
+  std::vector<Mode> modes_;
+};
+
+// The offsets of a board, as they are in the fit.
+Eigen::VectorXd offsetsOf(const FitBoard& board) {
+  Eigen::VectorXd offsets(3 * std::ssize(board.shape.offsets_m));
+  for (std::size_t i = 0; i < board.shape.offsets_m.size(); ++i)
+    offsets.segment<3>(3 * static_cast<Eigen::Index>(i)) = board.shape.offsets_m[i];
+  return offsets;
+}
+
+// A board among all whose offsets are estimated.
+struct UnevenBoard {
   std::size_t board = 0;
-  int axes = 0;  // 0: in the plane, 1: across
-  std::vector<Eigen::Index> at = {};
+  Eigen::Index first = 0;  // of its offsets
+  Eigen::Index count = 0;
+  double spacing = 0;
+  OffsetPrior prior;
 };
 
 // The equations of the offsets with all other unknowns eliminated.
 class OffsetEquations {
  public:
   // Nothing where the other unknowns are not determined.
-  static std::optional<OffsetEquations> make(const Fit& fit) {
+  // @param priors  of the uneven boards; empty: by the offsets of the fit
+  static std::optional<OffsetEquations> make(const Fit& fit, std::span<const OffsetPrior> priors = {}) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
     const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
     OffsetEquations result;
@@ -84,9 +216,23 @@ class OffsetEquations {
     result.freedom_ = 2 * static_cast<double>(numCorners(fit)) - static_cast<double>(num_free) -
                       6 * static_cast<double>(fit.placements.size());
     result.offsets_.resize(num_offsets);
-    result.precision_.resize(num_offsets);
+    const double variance = std::pow(noiseSigma(fit), 2);
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
-      if (columns.offsets[b] >= 0) result.addBoard(fit, b, columns.offsets[b] - num_others);
+      if (columns.offsets[b] < 0) continue;
+      const FitBoard& board = fit.boards[b];
+      UnevenBoard uneven{.board = b,
+                         .first = columns.offsets[b] - num_others,
+                         .count = 3 * static_cast<Eigen::Index>(board.target.numCorners()),
+                         .spacing = board.target.spacing(),
+                         .prior = OffsetPrior(board)};
+      const Eigen::VectorXd offsets = offsetsOf(board);
+      result.offsets_.segment(uneven.first, uneven.count) = offsets;
+      if (priors.empty()) {
+        uneven.prior.freeModes(offsets, variance);
+      } else {
+        uneven.prior = priors[result.boards_.size()];
+      }
+      result.boards_.push_back(std::move(uneven));
     }
     return result;
   }
@@ -98,7 +244,7 @@ class OffsetEquations {
     for (int round = 0; round < kMaxRounds; ++round) {
       if (!step()) return false;
       double change = 0;
-      for (const Scatter& scatter : scatters_) change = std::max(change, update(scatter));
+      for (UnevenBoard& board : boards_) change = std::max(change, update(board));
       if (change < kSteady) break;
     }
     return step();
@@ -106,17 +252,21 @@ class OffsetEquations {
 
   // The offsets with the scatter as it is; false where there is no solution.
   bool step() {
-    Eigen::MatrixXd sum = information_;
-    sum.diagonal() += precision_;
-    const auto inverse = inverseOf(sum);
+    prior_ = Eigen::MatrixXd::Zero(information_.rows(), information_.cols());
+    for (const UnevenBoard& board : boards_)
+      prior_.block(board.first, board.first, board.count, board.count) = board.prior.information();
+    const auto inverse = inverseOf(information_ + prior_);
     if (!inverse) return false;
-    next_ = *inverse * (information_ * offsets_ - gradient_);
-    determined_ = 1 - precision_.array() * inverse->diagonal().array();
+    inverse_ = *inverse;
+    next_ = inverse_ * (information_ * offsets_ - gradient_);
     const Eigen::VectorXd step = next_ - offsets_;
     const double squares = squares_ + 2 * gradient_.dot(step) + step.dot(information_ * step);
-    variance_ = std::max(squares, 0.0) / std::max(1.0, freedom_ - determined_.sum());
+    const double num_determined = static_cast<double>(inverse_.rows()) - prior_.cwiseProduct(inverse_).sum();
+    variance_ = std::max(squares, 0.0) / std::max(1.0, freedom_ - num_determined);
     return std::isfinite(variance_);
   }
+
+  [[nodiscard]] std::vector<OffsetPrior> priors() const { return mapped(boards_, &UnevenBoard::prior); }
 
   // Of the errors, over what it is without a step.
   [[nodiscard]] double varianceShare() const { return variance_ / (squares_ / freedom_); }
@@ -124,67 +274,50 @@ class OffsetEquations {
   // Gives the fit the offsets and their scatter; returns the largest step over the points' distance.
   double apply(Fit& fit) const {
     double largest = 0;
-    for (const Scatter& scatter : scatters_) {
-      FitBoard& board = fit.boards[scatter.board];
-      const double spacing = board.target.spacing();
-      double& precision = (*board.offset_precision)(scatter.axes);
-      precision = precision_(scatter.at.front());
-      if (scatter.axes == 0) board.num_free_offsets = 0;
-      for (const Eigen::Index at : scatter.at) {
-        const Eigen::Index i = at - first_[scatter.board];
-        board.shape.offsets_m[static_cast<std::size_t>(i / 3)](i % 3) = next_(at);
-        board.num_free_offsets += determined_(at);
-        largest = std::max(largest, std::abs(next_(at) - offsets_(at)) / spacing);
-      }
+    for (const UnevenBoard& uneven : boards_) {
+      FitBoard& board = fit.boards[uneven.board];
+      *board.offset_precision = {uneven.prior.scatterPrecision(OffsetPrior::kInPlane),
+                                 uneven.prior.scatterPrecision(OffsetPrior::kAcross)};
+      const auto own = [&](const Eigen::VectorXd& all) { return all.segment(uneven.first, uneven.count); };
+      for (Eigen::Index i = 0; i < uneven.count; ++i)
+        board.shape.offsets_m[static_cast<std::size_t>(i / 3)](i % 3) = next_(uneven.first + i);
+      const auto block = [&](const Eigen::MatrixXd& all) {
+        return all.block(uneven.first, uneven.first, uneven.count, uneven.count);
+      };
+      board.num_free_offsets =
+          static_cast<double>(uneven.count) - block(prior_).cwiseProduct(block(inverse_)).sum();
+      largest = std::max(largest, (own(next_) - own(offsets_)).cwiseAbs().maxCoeff() / uneven.spacing);
     }
     return largest;
   }
 
  private:
-  void addBoard(const Fit& fit, std::size_t b, Eigen::Index first) {
-    const FitBoard& board = fit.boards[b];
-    const Eigen::Index count = 3 * static_cast<Eigen::Index>(board.target.numCorners());
-    first_.resize(fit.boards.size());
-    first_[b] = first;
-    Scatter in_plane{.board = b, .axes = 0};
-    Scatter across{.board = b, .axes = 1};
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const bool is_across = i % 3 == 2;
-      (is_across ? across : in_plane).at.push_back(first + i);
-      offsets_(first + i) = board.shape.offsets_m[static_cast<std::size_t>(i / 3)](i % 3);
-      precision_(first + i) = (*board.offset_precision)(is_across ? 1 : 0);
+  // Sets the scatter and the modes of a board; returns the relative change of a scatter.
+  double update(UnevenBoard& board) const {
+    const Eigen::VectorXd offsets = next_.segment(board.first, board.count);
+    const Eigen::MatrixXd inverse = inverse_.block(board.first, board.first, board.count, board.count);
+    double largest = 0;
+    for (const int axes : {OffsetPrior::kInPlane, OffsetPrior::kAcross}) {
+      const double least = kLeastScatter * board.spacing;
+      const double determined = board.prior.determinedOf(inverse, axes);
+      const double scatter_m = std::max(
+          least, determined > 0 ? std::sqrt(board.prior.squaresOf(offsets, axes) / determined) : 0.0);
+      const double precision = variance_ / (scatter_m * scatter_m);
+      const double change = std::abs(precision / board.prior.scatterPrecision(axes) - 1);
+      board.prior.setScatterPrecision(axes, precision);
+      if (scatter_m > least) largest = std::max(largest, change);
     }
-    spacing_.resize(fit.boards.size());
-    spacing_[b] = board.target.spacing();
-    scatters_.push_back(std::move(in_plane));
-    scatters_.push_back(std::move(across));
-  }
-
-  // The relative change of a scatter.
-  double update(const Scatter& scatter) {
-    double squares = 0;
-    double determined = 0;
-    for (const Eigen::Index at : scatter.at) {
-      squares += next_(at) * next_(at);
-      determined += determined_(at);
-    }
-    const double least = kLeastScatter * spacing_[scatter.board];
-    const double scatter_m = std::max(least, determined > 0 ? std::sqrt(squares / determined) : 0.0);
-    const double precision = variance_ / (scatter_m * scatter_m);
-    const double change = std::abs(precision / precision_(scatter.at.front()) - 1);
-    for (const Eigen::Index at : scatter.at) precision_(at) = precision;
-    return scatter_m > least ? change : 0.0;
+    board.prior.freeModes(offsets, variance_);
+    return largest;
   }
 
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
-  Eigen::VectorXd offsets_;     // as they are in the fit
-  Eigen::VectorXd next_;        // and after the step
-  Eigen::VectorXd precision_;   // of each
-  Eigen::VectorXd determined_;  // the share of each that the corners determine
-  std::vector<Scatter> scatters_;
-  std::vector<Eigen::Index> first_;  // of each board
-  std::vector<double> spacing_;      // of each board
+  Eigen::VectorXd offsets_;  // as they are in the fit
+  Eigen::VectorXd next_;     // and after the step
+  Eigen::MatrixXd prior_;    // of the last step
+  Eigen::MatrixXd inverse_;  // of the sum of `information_` and `prior_`
+  std::vector<UnevenBoard> boards_;
   double squares_ = 0;
   double freedom_ = 0;  // without the offsets
   double variance_ = 0;
@@ -230,11 +363,14 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
   constexpr double kAtRest = 1e-7;
   constexpr double kLoose = 1e-9;  // of the cost
   if (!isAnyUneven(fit)) return fit;
+  std::vector<OffsetPrior>
+      kept;  // once the scatter is: a prior that follows the offsets would not let them rest
   for (int i = 0; isAnyUneven(fit); ++i) {
     if (i == kMaxSteps) return std::nullopt;
-    auto equations = OffsetEquations::make(fit);
+    auto equations = OffsetEquations::make(fit, kept);
     if (!equations) return std::nullopt;
     const bool is_estimated = scatter == OffsetScatter::kEstimate;
+    if (!is_estimated) kept = equations->priors();
     if (!(is_estimated ? equations->estimate() : equations->step())) return std::nullopt;
     const double step = equations->apply(fit);
     if (is_estimated) evenOut(fit);
@@ -254,12 +390,13 @@ std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {
   if (!isAnyUneven(fit)) return Eigen::MatrixXd::Zero(num_columns, num_columns);
   const JointColumns columns = jointColumns(fit, Offsets::kInclude);
   Eigen::MatrixXd information = equationsOf(fit, columns, LossWeights::kLeaveOut).information;
+  const double sigma_px = noiseSigma(fit);
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
     if (columns.offsets[b] < 0) continue;
-    for (int i = 0; i < 3 * fit.boards[b].target.numCorners(); ++i) {
-      const int at = columns.offsets[b] + i;
-      information(at, at) += (*fit.boards[b].offset_precision)(i % 3 == 2 ? 1 : 0);
-    }
+    OffsetPrior prior(fit.boards[b]);
+    prior.freeModes(offsetsOf(fit.boards[b]), sigma_px * sigma_px);
+    const Eigen::MatrixXd of_board = prior.information();
+    information.block(columns.offsets[b], columns.offsets[b], of_board.rows(), of_board.cols()) += of_board;
   }
   const Eigen::MatrixXd directions = jointDirections(fit, columns, information);
   const Eigen::Index num_others = directions.cols() - (columns.count - num_columns);

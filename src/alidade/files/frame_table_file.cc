@@ -15,6 +15,7 @@ FrameTable readFrameTable(const std::string& path) {
   constexpr std::size_t kMaxBytes = std::size_t{64} << 20U;
   const std::string text = readTextFile(path, kMaxBytes);
   FrameTable table;
+  table.path = path;
   std::size_t number = 0;
   for (std::string_view line : split(text, '\n')) {
     ++number;
@@ -40,6 +41,7 @@ FrameTable readFrameTable(const std::string& path) {
                         .expected = std::to_string(table.cameras.size()) + ", one for each camera"});
     }
     table.rows.push_back(std::move(*fields));
+    table.lines.push_back(number);
   }
   if (table.rows.empty()) {
     throw inputError({.where = path,

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "alidade/core/distinct_names.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/files/atomic_file.h"
@@ -61,28 +62,17 @@ GatheredCameras ofOpenCvPair(const std::string& lenses, const detail::CameraDocu
   return all;
 }
 
-bool areNames(const std::vector<std::string>& names) {
-  const bool is_any_empty = std::any_of(names.begin(), names.end(), [](const auto& n) { return n.empty(); });
-  return !is_any_empty && std::set<std::string>(names.begin(), names.end()).size() == names.size();
-}
-
-// "left" of left.cameramodel, "cam0" of cam0/sensor.yaml; numbers where neither tells them apart.
+// "left" of left.cameramodel, "cam0" of cam0/sensor.yaml; numbers where nothing tells them apart.
 void nameCameras(GatheredCameras& all) {
-  const auto partOf = [](const auto& part) {
-    return [part](const std::string& path) {
-      return part(std::filesystem::absolute(cameraFilePath(path)).lexically_normal());
-    };
-  };
-  std::vector<std::string> stated = mapped(all.source.cameras, &StatedCamera::name);
-  using std::filesystem::path;
-  for (const auto& names :
-       {stated, mapped(all.where, partOf([](const path& p) { return p.stem().string(); })),
-        mapped(all.where, partOf([](const path& p) { return p.parent_path().filename().string(); }))}) {
-    if (!areNames(names)) continue;
-    for (std::size_t i = 0; i < names.size(); ++i) all.source.cameras[i].name = names[i];
-    return;
-  }
-  for (StatedCamera& camera : all.source.cameras) camera.name.clear();
+  const std::vector<std::string> stated = mapped(all.source.cameras, &StatedCamera::name);
+  const std::set<std::string> unique(stated.begin(), stated.end());
+  if (unique.size() == stated.size() && !unique.contains("")) return;
+  const std::vector<std::string> files = mapped(all.where, cameraFilePath);
+  const std::vector<std::string> names = distinctNames(
+      mapped(files, [](const std::string& file) { return std::filesystem::path(file).stem().string(); }),
+      files);
+  for (std::size_t i = 0; i < all.source.cameras.size(); ++i)
+    all.source.cameras[i].name = names.empty() ? "" : names[i];
 }
 
 // A reference frame that each file has for itself puts every camera at its origin.

@@ -141,6 +141,19 @@ class VideoFrames {
   std::map<std::size_t, LoadedImage> passed_;  // chosen frames before it that nobody took yet
 };
 
+void addItems(const std::string& path, const VideoIdentity& identity, const std::vector<std::size_t>& numbers,
+              std::size_t sequence, const CancelFlag* cancel, std::vector<ImageSet::Item>& items) {
+  const auto frames = std::make_shared<VideoFrames>(path, identity, numbers, cancel);
+  for (const std::size_t number : numbers) {
+    items.push_back({.name = path + "@" + std::to_string(number),
+                     .sequence = sequence,
+                     .read = [frames, number](const std::string&) -> EncodedImage {
+                       return {.identity = frames->identityOf(number),
+                               .decode = [frames, number] { return frames->load(number); }};
+                     }});
+  }
+}
+
 // The frames that are worth a search, and what was met on the way.
 struct VideoChoice {
   std::vector<std::size_t> numbers;
@@ -354,15 +367,7 @@ class Opening {
           ": the file ends early, or its end cannot be read; copy or record it again if frames are "
           "missing");
     }
-    const auto frames = std::make_shared<VideoFrames>(path, identity, choice.numbers, options_.cancel);
-    for (const std::size_t number : choice.numbers) {
-      items_.push_back({.name = path + "@" + std::to_string(number),
-                        .sequence = num_sequences_,
-                        .read = [frames, number](const std::string&) -> EncodedImage {
-                          return {.identity = frames->identityOf(number),
-                                  .decode = [frames, number] { return frames->load(number); }};
-                        }});
-    }
+    addItems(path, identity, choice.numbers, num_sequences_, options_.cancel, items_);
     ++num_sequences_;
   }
 
@@ -410,6 +415,21 @@ ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions
   for (const ImageSequence& sequence : files.sequences) opening.add(sequence);
   for (const std::string& video : files.videos) opening.addVideo(video);
   return opening.finish();
+}
+
+std::optional<FrameName> parseFrameName(std::string_view name) {
+  const std::size_t at = name.rfind('@');
+  if (at == std::string_view::npos || at == 0) return std::nullopt;
+  const std::optional<int> number = parseInt(name.substr(at + 1));
+  if (!number || *number < 0) return std::nullopt;
+  return FrameName{.video = std::string(name.substr(0, at)), .number = static_cast<std::size_t>(*number)};
+}
+
+ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& numbers,
+                    const CancelFlag* cancel) {
+  std::vector<ImageSet::Item> items;
+  addItems(video, VideoIdentity(), numbers, 0, cancel, items);
+  return {std::move(items), {}};
 }
 
 }  // namespace alidade

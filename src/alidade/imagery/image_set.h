@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "alidade/core/cancel.h"
@@ -75,5 +76,20 @@ struct OpenImagesOptions {
 /// one that ends a little early. Damaged frames of a video are not chosen.
 /// @throws Error as listInputs(); Cancelled
 [[nodiscard]] ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options = {});
+
+/// A frame of a video, as ImageSet::name() has it.
+struct FrameName {
+  std::string video;
+  std::size_t number = 0;  ///< counts from 0
+};
+/// "clip.mp4@120" in its parts; nothing for any other name.
+[[nodiscard]] std::optional<FrameName> parseFrameName(std::string_view name);
+
+/// Frames of a video by their numbers. Asked for in rising order, from any number of threads, they take one
+/// pass through the video.
+/// @param numbers  in any order
+/// @param cancel   outlives the set
+[[nodiscard]] ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& numbers,
+                                  const CancelFlag* cancel = nullptr);
 
 }  // namespace alidade

@@ -24,8 +24,7 @@ double addDifferenceArrows(const ProjectionDifference& difference, const PlotAre
                            FigureCanvas& canvas) {
   const int step = std::max(1, std::max(difference.columns, difference.rows) / kDifferenceArrows);
   const double longest = 0.9 * area.box.sizes().maxCoeff() / kDifferenceArrows;
-  const double usual = difference.p95_px * area.scale();
-  const double times = usual > 0 ? roundBelow(longest / usual) : 1;
+  const double times = roundBelow(longest / (difference.p95_px * area.scale()));
   std::string arrows;
   for (int row = step / 2; row < difference.rows; row += step) {
     for (int column = step / 2; column < difference.columns; column += step) {
@@ -36,8 +35,13 @@ double addDifferenceArrows(const ProjectionDifference& difference, const PlotAre
       arrows += arrowPath(area.at(difference.pixels[i]), along);
     }
   }
+  canvas.open("clip-path=\"url(#difference-clip)\"");
   canvas.addPath(arrows, "class=\"mean halo-line\"");
   canvas.addPath(arrows, "class=\"mean\"");
+  canvas.close();
+  canvas.addRaw("<clipPath id=\"difference-clip\">");
+  canvas.addRect(area.box.min(), area.box.max(), "");
+  canvas.addRaw("</clipPath>\n");
   return times;
 }
 
@@ -69,8 +73,11 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
       return area.at(difference.pixels[static_cast<std::size_t>(row * difference.columns + column)]);
     };
     legend = addToleranceMap(map, data.tolerance_px, area, canvas);
-    const double times = addDifferenceArrows(difference, area, canvas);
-    legend.emplace_back("line mean", fmt::format("difference ({:g} times longer)", times));
+    constexpr double kRoundingPx = 1e-6;  // nobody needs to see less
+    if (difference.p95_px > kRoundingPx) {
+      const double times = addDifferenceArrows(difference, area, canvas);
+      legend.emplace_back("line mean", fmt::format("difference ({})", timesLonger(times)));
+    }
     if (difference.num_compared < static_cast<int>(difference.pixels.size()))
       legend.emplace_back("blind", "not comparable");
     figure.alt = fmt::format(

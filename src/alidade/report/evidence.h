@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,8 +37,9 @@ struct Advice {
 [[nodiscard]] std::size_t numImagesUsed(const Calibration& result);
 
 /// Everything that a calibration found out, for programs: one JSON document.
+/// @param views  that calibrate() was given
 [[nodiscard]] std::string summaryJson(const Calibration& result, const GivenImages& given,
-                                      const Advice& advice);
+                                      std::span<const View> views, const Advice& advice);
 
 /// What made the evidence.
 struct EvidenceOrigin {
@@ -48,6 +50,7 @@ struct EvidenceOrigin {
 
 /// The same with the settings and the errors of all corners: what reportPage() draws.
 [[nodiscard]] std::string evidenceJson(const Calibration& result, const GivenImages& given,
-                                       const Advice& advice, const EvidenceOrigin& origin);
+                                       std::span<const View> views, const Advice& advice,
+                                       const EvidenceOrigin& origin);
 
 }  // namespace alidade

@@ -22,6 +22,17 @@ std::string tickText(double value, double step) {
 
 }  // namespace
 
+Figure withPrefix(Figure figure, const std::string& prefix) {
+  figure.id = prefix + figure.id;
+  // No text has these letters: its quotation marks are escaped.
+  for (const std::string_view before : {" id=\"", "\"url(#"}) {
+    for (std::size_t at = figure.svg.find(before); at != std::string::npos;
+         at = figure.svg.find(before, at + before.size()))
+      figure.svg.insert(at + before.size(), prefix);
+  }
+  return figure;
+}
+
 std::string escapedMarkup(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -108,6 +119,10 @@ std::string starPath(const Vector2d& middle, double radius) {
                      (i % 2 == 0 ? radius : 0.45 * radius) * Vector2d(std::cos(angle), std::sin(angle)));
   }
   return pathThrough(points, true);
+}
+
+std::string timesLonger(double times) {
+  return (times >= 1 ? fmt::format("{:.0f}", times) : fmt::format("{:g}", times)) + " times longer";
 }
 
 std::string shortNumber(double value) {

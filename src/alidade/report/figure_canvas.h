@@ -23,6 +23,10 @@ struct Figure {
   bool is_wide = false;      ///< takes the whole width of the page
 };
 
+/// The figure with other ids, for a page with several of its kind.
+/// @param prefix  of letters, digits and hyphens
+[[nodiscard]] Figure withPrefix(Figure figure, const std::string& prefix);
+
 /// `text` for HTML and XML, in an element or in an attribute in double quotes.
 [[nodiscard]] std::string escapedMarkup(std::string_view text);
 
@@ -40,6 +44,8 @@ struct Figure {
 
 /// Round values for marks between low and high, at most `most` of them.
 [[nodiscard]] std::vector<double> roundTicks(double low, double high, int most);
+/// How many times longer arrows are, in words: "2000 times longer".
+[[nodiscard]] std::string timesLonger(double times);
 /// A value of 1, 2 or 5 times a power of ten, not above `value`. @pre positive
 [[nodiscard]] double roundBelow(double value);
 /// As few digits as show the value to three of them, without an exponent; "unknown" for NaN.

@@ -35,13 +35,15 @@ LevelMap errorMap(const ReportedAccuracy& accuracy, const ImageSize& size, const
 
 std::string accuracyAlt(const ReportData& data) {
   const ReportedAccuracy& accuracy = *data.accuracy;
+  const std::string covered =
+      accuracy.is_by_covariance
+          ? ""
+          : fmt::format("at most {} px where boards were seen, ", shortNumber(accuracy.covered_px));
   return fmt::format(
-      "Map of the 95 percent error over the image: at most {} px where boards were seen, {} px or less in "
-      "{:.0f} "
-      "percent of the image, worst {} px at pixel ({:.0f}, {:.0f}).",
-      shortNumber(accuracy.covered_px), shortNumber(data.tolerance_px),
-      100 * accuracy.shareWithin(data.tolerance_px), shortNumber(accuracy.worst_px), accuracy.worst_pixel.x(),
-      accuracy.worst_pixel.y());
+      "Map of the 95 percent error over the image: {}{} px or less in {:.0f} percent of the image, worst {} "
+      "px at pixel ({:.0f}, {:.0f}).",
+      covered, shortNumber(data.tolerance_px), 100 * accuracy.shareWithin(data.tolerance_px),
+      shortNumber(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y());
 }
 
 // A number of cells on a side, with about square cells.
@@ -123,7 +125,8 @@ Figure accuracyFigure(const ReportData& data) {
   canvas.addPath(contourPath(contourAt(covered, 0.5)), "class=\"outline\"");
   canvas.addCircle(plot.area.at(accuracy.worst_pixel), 5, "class=\"worst\"");
   canvas.addImageFrame(plot.area);
-  legend.emplace_back("line outline", "boards were seen inside");
+  if (std::ranges::find(accuracy.is_covered, true) != accuracy.is_covered.end())
+    legend.emplace_back("line outline", "boards were seen inside");
   legend.emplace_back("dot worst", "worst");
   if (std::ranges::any_of(accuracy.error_px, [](double e) { return std::isnan(e); }))
     legend.emplace_back("blind", "no ray");
@@ -135,7 +138,18 @@ Figure accuracyFigure(const ReportData& data) {
       "were "
       "seen.",
       data.tolerance_px);
+  if (accuracy.is_by_covariance) {
+    figure.reading = fmt::format(
+        "Each colour is an error in pixels that the covariance of the file allows a distant point in 95 of "
+        "100 cases; blue is within the tolerance of {:g} px, red is not. Errors of the lens model are not in "
+        "it.",
+        data.tolerance_px);
+  }
   figure.alt = accuracyAlt(data);
+  if (accuracy.is_by_covariance) {
+    figure.svg = canvas.svg(figure.alt);
+    return figure;
+  }
   figure.svg = canvas.svg(figure.alt,
                           fmt::format("data-map=\"accuracy\" data-box=\"{} {} {} {}\"", coordinate(low.x()),
                                       coordinate(low.y()), coordinate(high.x()), coordinate(high.y())));
@@ -230,7 +244,7 @@ Figure imageResidualsFigure(const ReportData& data) {
   canvas.addImageFrame(area);
   const double scale_px = roundBelow(length / (times * area.scale()));
   canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line residuals", fmt::format("single corner ({:g} times longer)", times)},
+                   {{"line residuals", fmt::format("single corner ({})", timesLonger(times))},
                     {"line mean", "mean of a cell"},
                     {"warmth", fmt::format("RMS, darkest {} px", shortNumber(most))}});
   Figure figure{.id = "image-residuals", .title = "Reprojection errors over the image"};

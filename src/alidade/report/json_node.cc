@@ -31,20 +31,22 @@ SE3 readPose(const JsonNode& node) {
           {translation.at(0).finite(), translation.at(1).finite(), translation.at(2).finite()}};
 }
 
+Severity readSeverity(const JsonNode& node) {
+  const std::string name = node.text();
+  for (const Severity known : {Severity::kPass, Severity::kNote, Severity::kWarning, Severity::kFailure})
+    if (severityName(known) == name) return known;
+  node.refuse("pass, note, warning or failure");
+}
+
 std::vector<Diagnosis> readFindings(const JsonNode& node) {
   return node.list([](const JsonNode& finding) {
-    const JsonNode severity = finding["severity"];
-    const std::string name = severity.text();
-    Diagnosis diagnosis{.id = finding["id"].text(), .cause = finding["cause"].text()};
+    Diagnosis diagnosis{.severity = readSeverity(finding["severity"]),
+                        .id = finding["id"].text(),
+                        .cause = finding["cause"].text()};
     diagnosis.evidence = finding["evidence"].text();
     diagnosis.next_step = finding["next_step"].text();
     diagnosis.effect_px = finding["effect_px"].number();
-    for (const Severity known : {Severity::kPass, Severity::kNote, Severity::kWarning, Severity::kFailure}) {
-      if (severityName(known) != name) continue;
-      diagnosis.severity = known;
-      return diagnosis;
-    }
-    severity.refuse("pass, note, warning or failure");
+    return diagnosis;
   });
 }
 

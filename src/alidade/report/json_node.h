@@ -124,6 +124,7 @@ class JsonNode {
 [[nodiscard]] ImageSize readSize(const JsonNode& node);
 [[nodiscard]] SE3 readPose(const JsonNode& node);
 [[nodiscard]] std::vector<Diagnosis> readFindings(const JsonNode& node);
+[[nodiscard]] Severity readSeverity(const JsonNode& node);
 [[nodiscard]] Verdict readVerdict(const JsonNode& node);
 /// From the keys "model" and "parameters" of an object.
 [[nodiscard]] AnyCamera readCamera(const JsonNode& node);

@@ -290,6 +290,17 @@ Figure radialFigure(const ReportData& data) {
       "The curve shows how far from the principal point a direction appears; between the lines for the "
       "boards and for "
       "the image corner it is extrapolated, and it must rise up to that corner.";
+  if (covered_end == 0) {
+    figure.reading =
+        "The curve shows how far from the principal point a direction appears; it must rise up to the corner "
+        "of the image.";
+    figure.alt = fmt::format(
+        "Radius over angle: the image goes up to {:.1f} degrees, and the model up to {:.1f} degrees from the "
+        "axis.",
+        image_end / kRadPerDegree, domain_end / kRadPerDegree);
+    figure.svg = canvas.svg(figure.alt);
+    return figure;
+  }
   figure.alt = fmt::format(
       "Radius over angle: boards were seen up to {:.1f} degrees, the image goes up to {:.1f} degrees, and "
       "the model up to "

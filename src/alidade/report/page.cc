@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -19,6 +18,7 @@
 #include "alidade/report/scene_figure.h"
 #include "alidade/report/undistorted_figure.h"
 #include "alidade/report/view_figures.h"
+#include "alidade/report/view_sheet.h"
 
 namespace alidade {
 namespace {
@@ -108,73 +108,6 @@ std::string modelsHtml(const ReportData& data) {
          "used for the fit: a larger model that does not lower it only fits noise.</figcaption></figure>\n";
 }
 
-// How many bytes all names begin with alike, if they are so many that the rest could hardly be seen; 0 if
-// not.
-std::size_t sharedPrefix(const std::vector<ReportedView>& views) {
-  constexpr std::size_t kLong = 12;
-  if (views.size() < 2) return 0;
-  const std::string& name = views.front().image;
-  std::size_t length = name.size();
-  for (const ReportedView& view : views) {
-    const auto differs = std::ranges::mismatch(view.image, name);
-    length = std::min(length, static_cast<std::size_t>(differs.in1 - view.image.begin()));
-  }
-  // UTF-8 characters stay whole, and numbers too.
-  const auto isWithin = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
-  const auto isDigit = [](char c) { return c >= '0' && c <= '9'; };
-  while (length > 0 && length < name.size() && (isWithin(name[length]) || isDigit(name[length - 1])))
-    --length;
-  return length >= kLong ? length : 0;
-}
-
-// Buttons with pictures, the largest error first.
-std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures) {
-  std::vector<std::size_t> order(data.views.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(
-      order, [&](std::size_t a, std::size_t b) { return data.views[a].rms_px > data.views[b].rms_px; });
-  std::string html =
-      "<figure id=\"view-sheet\" class=\"wide\"><h3>Views, the largest error first</h3><figcaption "
-      "class=\"reading\">Open a view to see its detected corners (circles) and where the camera projects "
-      "them "
-      "(crosses).</figcaption><div class=\"sheet-of-views\">\n";
-  constexpr std::size_t kFew = 18;  // are all shown
-  const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
-  const std::size_t num_alike = sharedPrefix(data.views);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i == num_shown)
-      html += fmt::format("</div><details><summary>{} more views</summary><div class=\"sheet-of-views\">\n",
-                          order.size() - i);
-    const std::size_t v = order[i];
-    const ReportedView& view = data.views[v];
-    const std::string name = escapedMarkup(view.image);
-    const std::string words = fmt::format("RMS {:.3f} px", view.rms_px);
-    html += fmt::format(
-        "<button class=\"thumb\" type=\"button\" data-view=\"{}\" aria-label=\"Open view {}, {}\">", v, name,
-        words);
-    html += pictures[v].empty() ? cornersPicture(data, view)
-                                : fmt::format("<img alt=\"\" width=\"{}\" height=\"{}\" src=\"{}\">",
-                                              data.size.width, data.size.height, pictures[v]);
-    const std::string shown =
-        num_alike > 0 ? "…" + escapedMarkup(std::string_view(view.image).substr(num_alike)) : name;
-    html +=
-        fmt::format("<span class=\"name\">{}</span><span class=\"error\">{}</span></button>\n", shown, words);
-  }
-  return html + (order.size() > num_shown ? "</div></details></figure>\n" : "</div></figure>\n");
-}
-
-constexpr std::string_view kViewer =
-    "<dialog id=\"viewer\" aria-labelledby=\"viewer-name\"><div class=\"viewer\"><header><h3 "
-    "id=\"viewer-name\"></h3><label>Errors drawn <select id=\"viewer-times\"><option value=\"1\">true to "
-    "scale</option><option value=\"10\">10 times longer</option><option value=\"50\">50 times "
-    "longer</option><option value=\"200\">200 times longer</option></select></label><span "
-    "class=\"controls\"><button class=\"plain\" id=\"viewer-before\" type=\"button\" aria-label=\"Previous "
-    "view\">←</button><button class=\"plain\" id=\"viewer-after\" type=\"button\" aria-label=\"Next "
-    "view\">→</button><button class=\"plain\" id=\"viewer-close\" autofocus "
-    "type=\"button\">Close</button></span></header><svg id=\"viewer-drawing\" role=\"img\" "
-    "aria-labelledby=\"viewer-words\" viewBox=\"-0.5 -0.5 WIDTH HEIGHT\"></svg><footer><span "
-    "id=\"viewer-words\"></span><span>circle: detected; cross: projected</span></footer></div></dialog>\n";
-
 std::string detailsHtml(const ReportData& data, const json& evidence) {
   std::string html;
   std::vector<std::string> boards;
@@ -231,7 +164,7 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   sections.push_back({.id = "views", .title = "Views", .figures = {viewErrorsFigure(data)}, .more = {}});
   PageSection lens{
       .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
-  if (std::optional<Figure> figure = undistortedFigure(data, options.image_of))
+  if (std::optional<Figure> figure = undistortedFigure(data, options.pictures.image_of))
     lens.figures.push_back(*std::move(figure));
   if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));
   sections.push_back(std::move(lens));
@@ -241,16 +174,9 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   return sections;
 }
 
-std::string viewerHtml(const ImageSize& size) {
-  std::string html(kViewer);
-  html.replace(html.find("WIDTH"), 5, std::to_string(size.width));
-  html.replace(html.find("HEIGHT"), 6, std::to_string(size.height));
-  return html;
-}
-
 // The page of a rig has neither pictures of views nor another camera.
 void refuseCameraOptions(const std::string& file, const PageOptions& options) {
-  if (!options.image_of && !options.rival) return;
+  if (!options.pictures.image_of && !options.rival) return;
   throw usageError(
       {.where = file,
        .found = std::string("the evidence of a rig, with ") + (options.rival ? "--against" : "--images"),
@@ -266,7 +192,9 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
     return rigPage(evidence, file);
   }
   const ReportData data = readReportData(evidence, file);
-  const std::vector<std::string> pictures = viewPictures(data, options.image_of, options.num_jobs);
+  PageOptions keeping = options;
+  keeping.pictures.image_of = keepingOne(options.pictures.image_of, undistortedImageName(data));
+  const std::vector<std::string> pictures = viewPictures(data, keeping.pictures, options.num_jobs);
   PageContent page{
       .title = fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height),
       .subject = "camera",
@@ -274,9 +202,9 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
       .sentence = accuracySentence(data),
       .findings = data.findings,
       .numbers = numbersOf(data),
-      .sections = sectionsOf(data, options),
+      .sections = sectionsOf(data, keeping),
       .details = detailsHtml(data, evidence),
-      .dialog = viewerHtml(data.size),
+      .dialog = viewerHtml(),
       .created_by = data.created_by};
   for (const ReportedBoard& board : data.boards)
     page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();

@@ -16,7 +16,7 @@ namespace alidade {
 
 /// What a report may show besides the evidence.
 struct PageOptions {
-  ImageOfView image_of = {};                        ///< for thumbnails; may be empty
+  PictureSource pictures = {};                      ///< for thumbnails; may be empty
   std::optional<RivalCamera> rival = std::nullopt;  ///< to compare with
   int num_jobs = 0;                                 ///< threads for the images; 0: one per processor
 };

@@ -14,53 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string findingsHtml(const PageContent& page) {
-  std::string list;
-  std::string notes;
-  std::string others;  // that open on demand
-  int num_notes = 0;
-  int num_others = 0;
-  for (const Diagnosis& finding : page.findings) {
-    const bool is_note = finding.severity <= Severity::kNote;
-    const char* name = finding.severity == Severity::kFailure ? "Failure" : is_note ? "Note" : "Warning";
-    const std::string effect =
-        std::isfinite(finding.effect_px) && finding.effect_px > 0
-            ? fmt::format(" Effect on projected points: up to {}.", errorText(finding.effect_px))
-            : "";
-    std::string sentence = finding.message();
-    const bool has_name = std::ranges::any_of(
-        page.names, [&](const std::string& known) { return sentence.starts_with(known + ":"); });
-    if (!has_name && !sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z')
-      sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
-    constexpr int kMostShown = 8;
-    num_notes += is_note ? 1 : 0;
-    num_others += is_note ? 0 : 1;
-    std::string& to = is_note ? notes : num_others <= kMostShown ? list : others;
-    to += fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}.{}</span>",
-                      severityName(finding.severity), name, escapedMarkup(sentence), effect);
-    if (!finding.next_step.empty())
-      to += fmt::format("<span class=\"todo\">What to do: {}.</span>", escapedMarkup(finding.next_step));
-    to += "</li>\n";
-  }
-  if (!page.next_text.empty()) {
-    list += fmt::format(
-        "<li class=\"advice\"><span class=\"severity\">Next</span><span>To improve the camera, take one more "
-        "photograph: {} (<a href=\"#next-view\">see the drawing</a>).</span></li>\n",
-        escapedMarkup(page.next_text));
-  }
-  std::string html = list.empty() ? "" : "<ul class=\"findings\">\n" + list + "</ul>\n";
-  if (!others.empty())
-    html += "<details><summary>All other warnings</summary>\n<ul class=\"findings\">\n" + others +
-            "</ul></details>\n";
-  if (num_notes > 0) {
-    html += fmt::format(
-        "<details><summary>{} note{} without effect on the verdict</summary>\n<ul class=\"findings\">\n{}"
-        "</ul></details>\n",
-        num_notes, num_notes == 1 ? "" : "s", notes);
-  }
-  return html;
-}
-
 std::string numbersHtml(const std::vector<PageNumber>& numbers) {
   std::string html = "<dl class=\"numbers\">\n";
   for (const PageNumber& number : numbers) {
@@ -85,9 +38,18 @@ std::string embeddedEvidence(const json& evidence) {
   const auto rounded = [](json& value) {
     if (value.is_number_float()) value = std::round(1e4 * value.get<double>()) / 1e4;
   };
-  for (json& view : document["views"]) {
-    for (json& corner : view["corners"]) {
-      for (const char* key : {"u", "v", "dx", "dy"}) rounded(corner[key]);
+  const auto roundViews = [&](json& of) {
+    if (!of.is_object() || !of.contains("views")) return;
+    for (json& view : of["views"]) {
+      for (json& corner : view["corners"]) {
+        for (const char* key : {"u", "v", "dx", "dy"}) rounded(corner[key]);
+      }
+    }
+  };
+  roundViews(document);
+  if (document.contains("files")) {
+    for (json& file : document["files"]) {
+      for (json& camera : file["cameras"]) roundViews(camera["held_out"]);
     }
   }
   std::string text;
@@ -115,18 +77,20 @@ std::string headHtml(const std::string& title) {
 std::string topHtml(const PageContent& page) {
   const bool is_good = page.verdict == Verdict::kTrustworthy;
   const bool is_fair = page.verdict == Verdict::kReservations;
-  const std::string words = is_good   ? "Trustworthy"
-                            : is_fair ? "Usable with reservations"
-                                      : "Rejected: do not use this " + page.subject;
+  const std::string words = !page.headline.empty() ? page.headline
+                            : is_good              ? "Trustworthy"
+                            : is_fair              ? "Usable with reservations"
+                                                   : "Rejected: do not use this " + page.subject;
   std::string html = fmt::format(
-      "<header><p class=\"kicker\">Calibration report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p></header>\n"
+      "<header><p class=\"kicker\">{} report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p></header>\n"
       "<section class=\"verdict {}\" aria-label=\"Verdict\"><strong>{}</strong><p>{}</p></section>\n",
-      escapedMarkup(page.title), escapedMarkup(page.subtitle),
+      page.kind, escapedMarkup(page.title), escapedMarkup(page.subtitle),
       is_good   ? "good"
       : is_fair ? "fair"
                 : "bad",
-      words, escapedMarkup(page.sentence));
-  html += findingsHtml(page) + numbersHtml(page.numbers) + "<nav aria-label=\"Sections\">";
+      escapedMarkup(words), escapedMarkup(page.sentence));
+  html += findingsHtml(page.findings, page.names, page.next_text) + numbersHtml(page.numbers) +
+          "<nav aria-label=\"Sections\">";
   for (const PageSection& section : page.sections)
     html += fmt::format("<a href=\"#{}\">{}</a>\n", section.id, section.title);
   return html + "</nav>\n";
@@ -138,6 +102,63 @@ std::string errorText(double px) {
   return (px >= 100 ? fmt::format("{:.0f}", px) : twoDigits(px)) + "\u00a0px";
 }
 
+std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vector<std::string>& names,
+                         const std::string& next_text) {
+  std::string list;
+  std::string notes;
+  std::string others;  // that open on demand
+  int num_notes = 0;
+  int num_others = 0;
+  for (const Diagnosis& finding : findings) {
+    const bool is_note = finding.severity <= Severity::kNote;
+    const char* name = finding.severity == Severity::kFailure ? "Failure" : is_note ? "Note" : "Warning";
+    const std::string effect =
+        std::isfinite(finding.effect_px) && finding.effect_px > 0
+            ? fmt::format(" Effect on projected points: up to {}.", errorText(finding.effect_px))
+            : "";
+    std::string sentence = finding.message();
+    const bool has_name = std::ranges::any_of(
+        names, [&](const std::string& known) { return sentence.starts_with(known + ":"); });
+    if (!has_name && !sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z')
+      sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
+    constexpr int kMostShown = 8;
+    num_notes += is_note ? 1 : 0;
+    num_others += is_note ? 0 : 1;
+    std::string& to = is_note ? notes : num_others <= kMostShown ? list : others;
+    // A sentence that has an end keeps it.
+    const bool is_ended = !sentence.empty() && (sentence.back() == '.' || sentence.back() == '?');
+    to += fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}{}{}</span>",
+                      severityName(finding.severity), name, escapedMarkup(sentence), is_ended ? "" : ".",
+                      effect);
+    if (!finding.next_step.empty())
+      to += fmt::format("<span class=\"todo\">What to do: {}.</span>", escapedMarkup(finding.next_step));
+    to += "</li>\n";
+  }
+  if (!next_text.empty()) {
+    list += fmt::format(
+        "<li class=\"advice\"><span class=\"severity\">Next</span><span>To improve the camera, take one more "
+        "photograph: {} (<a href=\"#next-view\">see the drawing</a>).</span></li>\n",
+        escapedMarkup(next_text));
+  }
+  std::string html = list.empty() ? "" : "<ul class=\"findings\">\n" + list + "</ul>\n";
+  if (!others.empty())
+    html += "<details><summary>All other warnings</summary>\n<ul class=\"findings\">\n" + others +
+            "</ul></details>\n";
+  if (num_notes > 0) {
+    html += fmt::format(
+        "<details><summary>{} note{} without effect on the verdict</summary>\n<ul class=\"findings\">\n{}"
+        "</ul></details>\n",
+        num_notes, num_notes == 1 ? "" : "s", notes);
+  }
+  return html;
+}
+
+std::string figuresHtml(const std::vector<Figure>& figures, const std::string& more) {
+  std::string html = "<div class=\"figures\">\n";
+  for (const Figure& figure : figures) html += figureHtml(figure);
+  return html + more + "</div>\n";
+}
+
 std::string listHtml(const std::string& title, const std::vector<std::string>& lines) {
   if (lines.empty()) return "";
   std::string html = fmt::format("<details><summary>{}</summary><ul>\n", title);
@@ -146,13 +167,13 @@ std::string listHtml(const std::string& title, const std::vector<std::string>& l
 }
 
 std::string pageText(const PageContent& page, const json& evidence) {
-  std::string html = headHtml("Calibration: " + page.title) + "<body>\n" + topHtml(page) + "<main>\n";
+  std::string html = headHtml(page.kind + ": " + page.title) + "<body>\n" + topHtml(page) + "<main>\n";
   for (const PageSection& section : page.sections) {
-    html += fmt::format("<h2 id=\"{}\">{}</h2>\n<div class=\"figures\">\n", section.id, section.title);
-    for (const Figure& figure : section.figures) html += figureHtml(figure);
-    html += section.more + "</div>\n";
+    html += fmt::format("<h2 id=\"{}\">{}</h2>\n", section.id, section.title);
+    html += figuresHtml(section.figures, section.more);
   }
-  html += "<h2 id=\"details\">Details</h2>\n" + page.details + "</main>\n" + page.dialog;
+  if (!page.details.empty()) html += "<h2 id=\"details\">Details</h2>\n" + page.details;
+  html += "</main>\n" + page.dialog;
   html += fmt::format(
       "<footer>Made by {}. The numbers behind this page are part of it: see the element with the id "
       "“evidence”.</footer>\n",

@@ -29,19 +29,21 @@ struct PageNumber {
 
 /// Texts are plain unless they say that they are HTML.
 struct PageContent {
+  std::string kind = "Calibration";  ///< of the report
   std::string title;
   std::string subtitle = {};
-  std::string subject;  ///< of the verdict: "camera"
+  std::string subject = {};   ///< of the verdict: "camera"
+  std::string headline = {};  ///< the verdict in words; empty: those of a calibration
   Verdict verdict = Verdict::kNo;
-  std::string sentence;  ///< what can be expected
-  std::vector<Diagnosis> findings;
+  std::string sentence = {};  ///< what can be expected
+  std::vector<Diagnosis> findings = {};
   std::vector<std::string> names = {};  ///< with which findings may begin, and which keep their letters
   std::string next_text = {};           ///< the photograph to take next; empty: none
-  std::vector<PageNumber> numbers;
-  std::vector<PageSection> sections;
+  std::vector<PageNumber> numbers = {};
+  std::vector<PageSection> sections = {};
   std::string details = {};  ///< HTML
   std::string dialog = {};   ///< HTML
-  std::string created_by;
+  std::string created_by = {};
 };
 
 /// A file with a figure.
@@ -52,6 +54,13 @@ struct FigureFile {
 
 /// An error, with two digits and its unit, as in the summary of a calibration.
 [[nodiscard]] std::string errorText(double px);
+/// What was found, failures and warnings first and notes in a list that opens, as HTML.
+/// @param names  see PageContent
+[[nodiscard]] std::string findingsHtml(const std::vector<Diagnosis>& findings,
+                                       const std::vector<std::string>& names,
+                                       const std::string& next_text = "");
+/// Figures in two columns, and HTML after them.
+[[nodiscard]] std::string figuresHtml(const std::vector<Figure>& figures, const std::string& more);
 /// A list that opens, as HTML; nothing for an empty one.
 [[nodiscard]] std::string listHtml(const std::string& title, const std::vector<std::string>& lines);
 

@@ -21,16 +21,6 @@ using nlohmann::json;
 
 constexpr int kMaxGridSide = 2'000;
 
-// The index of a board that has its SPEC stated, or of the only one.
-std::size_t readBoardIndex(const JsonNode& node, const std::vector<ReportedBoard>& boards) {
-  if (!node.has("board")) return 0;
-  const JsonNode board = node["board"];
-  const std::string spec = board.text();
-  const auto at = std::ranges::find_if(boards, [&](const auto& b) { return b.target.spec() == spec; });
-  if (at == boards.end()) board.refuse("one of the boards of this calibration");
-  return static_cast<std::size_t>(at - boards.begin());
-}
-
 BoardShape readShape(const JsonNode& node, const Board& target) {
   BoardShape shape{.bend_x_m = node["bend_x_m"].finite(), .bend_y_m = node["bend_y_m"].finite()};
   if (!node.has("offsets_m")) return shape;
@@ -58,12 +48,6 @@ std::vector<ReportedBoard> readBoards(const JsonNode& root) {
   for (std::size_t i = 0; i < spec.size(); ++i) boards.push_back(readOne(spec.at(i), shape.at(i)));
   if (boards.empty()) spec.refuse("at least one board");
   return boards;
-}
-
-ReportedCorner readCorner(const JsonNode& node, const Board& board) {
-  return {.id = node["id"].whole(0, board.numCorners() - 1),
-          .pixel = {node["u"].finite(), node["v"].finite()},
-          .error_px = {node["dx"].finite(), node["dy"].finite()}};
 }
 
 std::vector<ReportedView> readViews(const JsonNode& root, const std::vector<ReportedBoard>& boards) {
@@ -168,7 +152,23 @@ std::optional<ReportedNextView> readNextView(const JsonNode& node, const std::ve
   return next;
 }
 
-// The lower triangle row by row.
+}  // namespace
+
+std::size_t readBoardIndex(const JsonNode& node, const std::vector<ReportedBoard>& boards) {
+  if (!node.has("board")) return 0;
+  const JsonNode board = node["board"];
+  const std::string spec = board.text();
+  const auto at = std::ranges::find_if(boards, [&](const auto& b) { return b.target.spec() == spec; });
+  if (at == boards.end()) board.refuse("one of the boards of this calibration");
+  return static_cast<std::size_t>(at - boards.begin());
+}
+
+ReportedCorner readCorner(const JsonNode& node, const Board& board) {
+  return {.id = node["id"].whole(0, board.numCorners() - 1),
+          .pixel = {node["u"].finite(), node["v"].finite()},
+          .error_px = {node["dx"].finite(), node["dy"].finite()}};
+}
+
 std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n) {
   if (node.isNull()) return std::nullopt;
   node.requireSize(static_cast<std::size_t>(n * (n + 1) / 2));
@@ -180,8 +180,6 @@ std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n) {
   }
   return covariance;
 }
-
-}  // namespace
 
 Eigen::Vector2d ReportedAccuracy::pixel(int column, int row, const ImageSize& size) const {
   return {column * (size.width - 1.0) / (columns - 1), row * (size.height - 1.0) / (rows - 1)};

@@ -53,6 +53,7 @@ struct ReportedBoard {
 
 /// The 95 % error over the image, see Accuracy.
 struct ReportedAccuracy {
+  bool is_by_covariance = false;  ///< of a camera file: nothing else is known, and the evidence lacks it
   double distance_m = std::numeric_limits<double>::infinity();
   int columns = 0;
   int rows = 0;
@@ -105,6 +106,7 @@ struct ReportData {
   double tolerance_px = 1;
   std::vector<ReportedBoard> boards = {};
   std::vector<ReportedView> views = {};
+  std::size_t first_view = 0;  ///< the number of the first one among all that the page can open
   std::vector<Diagnosis> findings = {};
   std::optional<ReportedAccuracy> accuracy = {};
   ReportedCells cells = {};
@@ -123,6 +125,16 @@ struct ReportData {
   std::vector<std::string> notes = {};
   std::string created_by = {};  ///< program and version
 };
+
+class JsonNode;
+
+// Values that other documents have too.
+
+/// The index of the board that has its SPEC stated in "board", or of the only one.
+[[nodiscard]] std::size_t readBoardIndex(const JsonNode& node, const std::vector<ReportedBoard>& boards);
+[[nodiscard]] ReportedCorner readCorner(const JsonNode& node, const Board& board);
+/// Of N parameters, from the lower triangle row by row; nothing for null.
+[[nodiscard]] std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n);
 
 /// Reads the evidence document of a calibration of one camera.
 /// @param file  its name, for messages

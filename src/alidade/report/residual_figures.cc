@@ -156,7 +156,7 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   canvas.addPath(arrows, "class=\"mean\"");
   canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
   canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line mean", fmt::format("displacement ({:g} times longer), longest {} mm", times,
+                   {{"line mean", fmt::format("displacement ({}), longest {} mm", timesLonger(times),
                                               twoDigits(1e3 * longest))},
                     {"dot corner", fmt::format("noise about {} mm", twoDigits(1e3 * noise_m))}});
   figure.alt = fmt::format("Mean displacement of the points of {}: at most {} mm, with a noise of {} mm.",

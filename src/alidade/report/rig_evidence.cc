@@ -7,6 +7,8 @@
 
 #include "alidade/adjust/errors.h"
 #include "alidade/report/json_output.h"
+#include "alidade/report/shape_json.h"
+#include "alidade/rig/rig_calibrator.h"
 
 namespace alidade {
 namespace {
@@ -20,24 +22,24 @@ json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) 
   return list;
 }
 
+// Frames are those with a board that two or more cameras saw, as in the rig file.
 json documentOfRig(const RigCalibration& rig) {
   json cameras = json::array();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
     const FitCamera& fitted = rig.fit.cameras[c];
-    cameras.push_back(
-        {{"name", camera.name},
-         {"model", fitted.model},
-         {"image_size", {{"width", fitted.size.width}, {"height", fitted.size.height}}},
-         {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
-         {"camera_from_rig", fitted.camera_from_rig},
-         {"translation_std_m",
-          {camera.translation_std_m.x(), camera.translation_std_m.y(), camera.translation_std_m.z()}},
-         {"rotation_std_rad",
-          {camera.rotation_std_rad.x(), camera.rotation_std_rad.y(), camera.rotation_std_rad.z()}},
-         {"rms_px", camera.rms_px},
-         {"alone_rms_px", camera.alone_rms_px},
-         {"transfer_px", camera.transfer_px}});
+    cameras.push_back({{"name", camera.name},
+                       {"model", fitted.model},
+                       {"image_size", {{"width", fitted.size.width}, {"height", fitted.size.height}}},
+                       {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
+                       {"camera_from_rig", fitted.camera_from_rig},
+                       {"translation_std_m", vectorJson(camera.translation_std_m)},
+                       {"rotation_std_rad", vectorJson(camera.rotation_std_rad)},
+                       {"position_std_m", vectorJson(camera.position_std_m)},
+                       {"distance_std_m", camera.distance_std_m},
+                       {"rms_px", camera.rms_px},
+                       {"alone_rms_px", camera.alone_rms_px},
+                       {"transfer_px", camera.transfer_px}});
   }
   json motions = json::array();
   for (const CameraMotion& motion : rig.motions) {
@@ -49,7 +51,7 @@ json documentOfRig(const RigCalibration& rig) {
   }
   return {{"verdict", verdictName(rig.verdict())},
           {"rms_px", rms(rig.fit)},
-          {"num_frames", rig.frames.size()},
+          {"num_frames", numLinkedFrames(rig)},
           {"num_linked", rig.num_linked},
           {"num_renumbered", rig.num_renumbered},
           {"holdout_rms_px", rig.holdout.rms_px},
@@ -58,6 +60,8 @@ json documentOfRig(const RigCalibration& rig) {
           {"unmatched", imagesJson(rig, rig.unmatched)},
           {"motions", std::move(motions)},
           {"cameras", std::move(cameras)},
+          {"board_shape",
+           ofEachBoard(rig.fit, [&](std::size_t board) { return fittedShapeJson(rig.fit, board); })},
           {"diagnoses", rig.diagnoses}};
 }
 

@@ -101,6 +101,10 @@ GrayImage remapped(const ReportData& data, const GrayImage& image, const OutputV
 
 }  // namespace
 
+std::string undistortedImageName(const ReportData& data) {
+  return data.views.empty() ? "" : std::ranges::max_element(data.views, {}, seenArea)->image;
+}
+
 std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfView& image_of) {
   constexpr double kMostBytes = 60e3;
   if (!image_of || data.views.empty()) return std::nullopt;

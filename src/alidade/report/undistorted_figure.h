@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "alidade/report/figure_canvas.h"
 #include "alidade/report/page_pictures.h"
@@ -12,5 +13,8 @@ namespace alidade {
 /// An image without distortion, that of the view whose board takes most of it, with straight lines through
 /// the rows and columns of the board. Nothing without an image.
 [[nodiscard]] std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfView& image_of);
+
+/// The name of the image that the figure shows; empty without views.
+[[nodiscard]] std::string undistortedImageName(const ReportData& data);
 
 }  // namespace alidade

@@ -145,8 +145,9 @@ Figure viewErrorsFigure(const ReportData& data) {
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     const ReportedView& view = data.views[v];
     const double x = static_cast<double>(v) + 1;
-    canvas.addRect(area.at(x - 0.5 + gap, view.rms_px), area.at(x + 0.5 - gap, 0),
-                   fmt::format("class=\"bar\" data-view=\"{}\" data-rms=\"{:.9g}\"", v, view.rms_px));
+    canvas.addRect(
+        area.at(x - 0.5 + gap, view.rms_px), area.at(x + 0.5 - gap, 0),
+        fmt::format("class=\"bar\" data-view=\"{}\" data-rms=\"{:.9g}\"", data.first_view + v, view.rms_px));
     const double top = std::min(view.max_error_px, 1.06 * most);
     largest += pathThrough({area.at(x - 0.5 + gap, top), area.at(x + 0.5 - gap, top)});
   }

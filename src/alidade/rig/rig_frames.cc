@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <iterator>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -22,6 +24,11 @@ using Keys = std::vector<std::vector<std::string>>;
 
 std::string stemOf(const std::string& image) {
   return std::filesystem::path(image).stem().string();
+}
+
+// "day1/000" of "day1/000.png".
+std::string withoutExtension(const std::string& image) {
+  return std::filesystem::path(image).replace_extension().string();
 }
 
 // All images of a camera that are known, each once.
@@ -59,15 +66,34 @@ bool areUnique(const Keys& keys) {
   });
 }
 
-// How many images have a key that an image of another camera has.
-std::size_t numShared(const Keys& keys) {
+// How many images of each camera have a key that an image of another camera has.
+std::vector<std::size_t> numSharedByCamera(const Keys& keys) {
   std::map<std::string, std::set<std::size_t>> cameras_of;
   for (std::size_t c = 0; c < keys.size(); ++c) {
     for (const std::string& key : keys[c]) cameras_of[key].insert(c);
   }
-  std::size_t count = 0;
-  for (const auto& [key, cameras] : cameras_of) count += cameras.size() > 1 ? cameras.size() : 0;
-  return count;
+  std::vector<std::size_t> counts(keys.size());
+  for (const auto& [key, cameras] : cameras_of) {
+    if (cameras.size() < 2) continue;
+    for (const std::size_t c : cameras) ++counts[c];
+  }
+  return counts;
+}
+
+// The same of all cameras; none where a key does not tell the images of a camera apart.
+std::size_t numShared(const Keys& keys) {
+  if (!areUnique(keys)) return 0;
+  const std::vector<std::size_t> counts = numSharedByCamera(keys);
+  return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+}
+
+// Whether fewer than half of the images of some camera have an equal key elsewhere.
+bool isAnyMostlyAlone(const Keys& keys) {
+  const std::vector<std::size_t> counts = numSharedByCamera(keys);
+  for (std::size_t c = 0; c < keys.size(); ++c) {
+    if (2 * counts[c] < keys[c].size()) return true;
+  }
+  return false;
 }
 
 // The last number of the names that differs between all images of each camera, and relates most images. An
@@ -104,40 +130,93 @@ struct TimedKeys {
   double spread = 0;
 };
 
-// Times next to each other as one key, the first of them.
-TimedKeys byNearestTime(const Keys& times) {
-  struct Shot {
-    long double time;  // nanoseconds since 1970 have 19 digits
-    std::size_t camera;
-    std::size_t image;
-  };
-  std::vector<Shot> shots;
-  std::optional<double> interval;  // the shortest of the cameras' usual ones
-  for (std::size_t c = 0; c < times.size(); ++c) {
-    std::vector<long double> own;
-    for (std::size_t i = 0; i < times[c].size(); ++i) {
-      own.push_back(std::stold(times[c][i]));
-      shots.push_back({.time = own.back(), .camera = c, .image = i});
-    }
-    std::ranges::sort(own);
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < own.size(); ++i) steps.push_back(static_cast<double>(own[i] - own[i - 1]));
-    if (steps.empty()) continue;
-    const double usual = medianOf(std::move(steps));
+struct Shot {
+  long double time;  // nanoseconds since 1970 have 19 digits
+  std::size_t camera;
+  std::size_t image;
+};
+
+// A quarter of the shortest of the cameras' usual intervals: how far apart the times of one frame may be.
+double farthestApart(const std::vector<Shot>& shots, std::size_t num_cameras) {
+  constexpr double kNear = 0.25;
+  std::vector<std::vector<double>> steps(num_cameras);
+  std::vector<std::optional<long double>> last(num_cameras);
+  for (const Shot& shot : shots) {
+    std::optional<long double>& before = last[shot.camera];
+    if (before) steps[shot.camera].push_back(static_cast<double>(shot.time - *before));
+    before = shot.time;
+  }
+  std::optional<double> interval;
+  for (std::vector<double>& of_camera : steps) {
+    if (of_camera.empty()) continue;
+    const double usual = medianOf(std::move(of_camera));
     interval = std::min(interval.value_or(usual), usual);
   }
+  return kNear * interval.value_or(0);
+}
+
+// Two shots of different cameras, by their places in the order of time.
+struct NearShots {
+  std::size_t earlier;
+  std::size_t later;
+  double apart;
+  bool is_same_text;
+};
+
+// Those at most so far apart, the nearest first.
+std::vector<NearShots> nearShots(const std::vector<Shot>& shots, const Keys& times, double most) {
+  std::vector<NearShots> pairs;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    for (std::size_t k = i + 1; k < shots.size(); ++k) {
+      const auto apart = static_cast<double>(shots[k].time - shots[i].time);
+      if (apart > most) break;
+      if (shots[i].camera == shots[k].camera) continue;
+      const bool is_same = times[shots[i].camera][shots[i].image] == times[shots[k].camera][shots[k].image];
+      pairs.push_back({.earlier = i, .later = k, .apart = apart, .is_same_text = is_same});
+    }
+  }
+  std::ranges::stable_sort(pairs, [](const NearShots& a, const NearShots& b) {
+    return a.apart < b.apart || (a.apart == b.apart && a.is_same_text && !b.is_same_text);
+  });
+  return pairs;
+}
+
+// Times near each other as one key, the first of them. The nearest shots are joined first, as long as a frame
+// has one shot of each camera and is short enough.
+TimedKeys byNearestTime(const Keys& times) {
+  std::vector<Shot> shots;
+  for (std::size_t c = 0; c < times.size(); ++c) {
+    for (std::size_t i = 0; i < times[c].size(); ++i)
+      shots.push_back({.time = std::stold(times[c][i]), .camera = c, .image = i});
+  }
   std::ranges::stable_sort(shots, {}, &Shot::time);
-  TimedKeys result{.keys = times};
-  constexpr double kNear = 0.25;
-  const double most = kNear * interval.value_or(0);
-  for (std::size_t i = 0; i < shots.size();) {
+  const double most = farthestApart(shots, times.size());
+  std::vector<std::size_t> group_of(shots.size());
+  std::vector<std::vector<std::size_t>> groups(shots.size());  // of shots, in the order of time
+  for (std::size_t s = 0; s < shots.size(); ++s) {
+    group_of[s] = s;
+    groups[s] = {s};
+  }
+  for (const NearShots& pair : nearShots(shots, times, most)) {
+    const std::size_t into = group_of[pair.earlier];
+    const std::size_t from = group_of[pair.later];
+    if (into == from) continue;
+    std::vector<std::size_t> joined;
+    std::ranges::merge(groups[into], groups[from], std::back_inserter(joined));
     std::set<std::size_t> cameras;
-    const Shot& first = shots[i];
-    for (; i < shots.size() && static_cast<double>(shots[i].time - first.time) <= most &&
-           cameras.insert(shots[i].camera).second;
-         ++i) {
-      result.keys[shots[i].camera][shots[i].image] = times[first.camera][first.image];
-      result.spread = std::max(result.spread, static_cast<double>(shots[i].time - first.time));
+    for (const std::size_t s : joined) cameras.insert(shots[s].camera);
+    const auto length = static_cast<double>(shots[joined.back()].time - shots[joined.front()].time);
+    if (cameras.size() < joined.size() || length > most) continue;
+    for (const std::size_t s : groups[from]) group_of[s] = into;
+    groups[from].clear();
+    groups[into] = std::move(joined);
+  }
+  TimedKeys result{.keys = times};
+  for (const std::vector<std::size_t>& group : groups) {
+    for (const std::size_t s : group) {
+      const Shot& first = shots[group.front()];
+      result.keys[shots[s].camera][shots[s].image] = times[first.camera][first.image];
+      result.spread = std::max(result.spread, static_cast<double>(shots[s].time - first.time));
     }
   }
   return result;
@@ -174,8 +253,29 @@ RigFrames framesByKeys(std::span<const RigViews> cameras, const std::vector<std:
   return frames;
 }
 
+// Two images of one camera with the same name in different folders, "day1/000.png and day2/000.png of left".
+std::string repeatedName(std::span<const RigViews> cameras,
+                         const std::vector<std::vector<std::string>>& images) {
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    std::map<std::string, std::string> first;
+    for (const std::string& image : images[c]) {
+      const auto [at, is_new] = first.emplace(stemOf(image), image);
+      if (!is_new) return at->second + " and " + image + " of " + cameras[c].name;
+    }
+  }
+  return "";
+}
+
 [[noreturn]] void throwUnmatchable(std::span<const RigViews> cameras,
                                    const std::vector<std::vector<std::string>>& images) {
+  const std::string next_step = "rename the images, or say which belong together with --match FRAMES.csv";
+  const std::string repeated = repeatedName(cameras, images);
+  if (!repeated.empty()) {
+    throw inputError({.where = "rig",
+                      .found = "a name that occurs twice in one camera: " + repeated,
+                      .expected = "different names, or the same sub-folders for all cameras",
+                      .next_step = next_step});
+  }
   const auto example = [&](std::size_t c) {
     return images[c].empty() ? cameras[c].name : cameras[c].name + "/" + images[c].front();
   };
@@ -183,15 +283,100 @@ RigFrames framesByKeys(std::span<const RigViews> cameras, const std::vector<std:
                     .found = "no two images with the same name or number in it, for example " + example(0) +
                              " and " + example(1),
                     .expected = "images taken together have the same name or the same number",
-                    .next_step = "rename the images, or say which belong together with --match FRAMES.csv"});
+                    .next_step = next_step});
 }
 
 // A path or its last parts.
-bool isSameImage(const std::string& image, const std::string& named) {
-  const auto endsWith = [](const std::string& whole, const std::string& end) {
-    return whole == end || whole.ends_with("/" + end);
-  };
-  return endsWith(image, named) || endsWith(named, image);
+bool isTail(const std::string& whole, const std::string& tail) {
+  return whole == tail || whole.ends_with("/" + tail);
+}
+
+// Where an image of a camera is, or its name if that is unknown.
+std::map<std::string, std::string> placesOfImages(const RigViews& camera,
+                                                  const std::vector<std::string>& images) {
+  std::map<std::string, std::string> places;
+  for (const std::string& image : images) places[image] = image;
+  for (std::size_t i = 0; i < std::min(camera.images.size(), camera.paths.size()); ++i) {
+    places[camera.images[i]] = std::filesystem::absolute(camera.paths[i]).lexically_normal().generic_string();
+  }
+  return places;
+}
+
+std::size_t columnOf(const FrameTable& table, const std::string& camera) {
+  const auto column = std::ranges::find(table.cameras, camera);
+  if (column == table.cameras.end()) {
+    throw inputError({.where = table.path.empty() ? "--match" : table.path,
+                      .found = "no column '" + camera + "'",
+                      .expected = "a column for each camera; there are " + join(table.cameras, ", ")});
+  }
+  return static_cast<std::size_t>(column - table.cameras.begin());
+}
+
+// "line 8" of its file; "row 7" of a table from no file.
+std::string nameOfRow(const FrameTable& table, std::size_t row) {
+  return table.lines.empty() ? "row " + std::to_string(row + 1) : "line " + std::to_string(table.lines[row]);
+}
+
+// "frames.csv:8".
+std::string placeOfRow(const FrameTable& table, std::size_t row) {
+  return table.lines.empty() ? "--match: " + nameOfRow(table, row)
+                             : table.path + ":" + std::to_string(table.lines[row]);
+}
+
+// For each image of a camera, the row that names it; and the rows that name an image that is not there.
+struct ColumnMatch {
+  std::vector<std::optional<std::size_t>> row_of;
+  std::vector<std::size_t> absent;
+};
+
+ColumnMatch matchColumn(const FrameTable& table, const RigViews& camera,
+                        const std::vector<std::string>& images) {
+  const std::size_t at = columnOf(table, camera.name);
+  const std::map<std::string, std::string> places = placesOfImages(camera, images);
+  const std::vector<std::string> named_places = mapped(table.rows, [&](const std::vector<std::string>& row) {
+    return std::filesystem::path(row[at]).lexically_normal().generic_string();
+  });
+  ColumnMatch match;
+  std::map<std::size_t, std::string> image_of;  // by row
+  for (const std::string& image : images) {
+    std::optional<std::size_t>& row = match.row_of.emplace_back();
+    const std::string& place = places.at(image);
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+      const std::string& named = table.rows[r][at];
+      // Folders that the table adds to a name have to be those in which the image is.
+      if (named.empty() || (!isTail(image, named) && !isTail(place, named_places[r]))) continue;
+      if (row || image_of.contains(r)) {
+        throw inputError({.where = placeOfRow(table, r),
+                          .found = row ? "'" + named + "' of " + camera.name + ", which stands in " +
+                                             nameOfRow(table, *row) + " too"
+                                       : "'" + named + "', which may be " + image_of[r] + " or " + image +
+                                             " of " + camera.name,
+                          .expected = "each image once",
+                          .next_step = "name images with their folders"});
+      }
+      row = r;
+      image_of[r] = image;
+    }
+  }
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    if (!table.rows[r][at].empty() && !image_of.contains(r)) match.absent.push_back(r);
+  }
+  return match;
+}
+
+// Of cameras whose images are all known, a table may name no others; of the rest, not only others.
+void requireImages(const FrameTable& table, const RigViews& camera, const std::vector<std::string>& images,
+                   const ColumnMatch& match) {
+  if (match.absent.empty()) return;
+  const bool is_any_named =
+      std::ranges::any_of(match.row_of, [](const auto& row) { return row.has_value(); });
+  if (camera.images.empty() && (is_any_named || images.empty())) return;
+  const std::size_t row = match.absent.front();
+  throw inputError(
+      {.where = placeOfRow(table, row),
+       .found =
+           "'" + table.rows[row][columnOf(table, camera.name)] + "', which is no image of " + camera.name,
+       .expected = "an image that was given" + (images.empty() ? "" : ", such as '" + images.front() + "'")});
 }
 
 }  // namespace
@@ -199,70 +384,69 @@ bool isSameImage(const std::string& image, const std::string& named) {
 RigFrames matchFrames(std::span<const RigViews> cameras) {
   std::vector<std::vector<std::string>> images;
   for (const RigViews& camera : cameras) images.push_back(imagesOf(camera));
-  Keys stems;
-  std::size_t num_images = 0;
-  for (const std::vector<std::string>& of_camera : images) {
-    stems.push_back(mapped(of_camera, stemOf));
-    num_images += of_camera.size();
-  }
-  const std::size_t num_by_stem = areUnique(stems) ? numShared(stems) : 0;
+  Keys best;
+  std::size_t num_shared = 0;
+  const auto prefer = [&](Keys keys) {
+    const std::size_t count = numShared(keys);
+    if (count <= num_shared) return;
+    num_shared = count;
+    best = std::move(keys);
+  };
   const std::optional<Keys> numbers = numberKeys(images);
-  const std::size_t num_by_number = numbers ? numShared(*numbers) : 0;
-  const bool is_by_stem = num_by_stem > 0 && num_by_stem >= num_by_number;
+  prefer(mapped(images, [](const auto& of_camera) { return mapped(of_camera, withoutExtension); }));
+  prefer(mapped(images, [](const auto& of_camera) { return mapped(of_camera, stemOf); }));
+  if (numbers) prefer(*numbers);
   const bool are_times = numbers && std::ranges::all_of(*numbers, [](const std::vector<std::string>& own) {
                            return std::ranges::all_of(own, isTime);
                          });
-  if (are_times && 2 * std::max(num_by_stem, num_by_number) < num_images) {
+  if (are_times && (num_shared == 0 || isAnyMostlyAlone(best))) {
     const TimedKeys timed = byNearestTime(*numbers);
     RigFrames frames = framesByKeys(cameras, images, timed.keys);
     frames.time_spread = timed.spread;
     return frames;
   }
-  if (num_by_stem == 0 && num_by_number == 0 && (!numbers || areKnown(cameras)))
-    throwUnmatchable(cameras, images);
-  return framesByKeys(cameras, images, is_by_stem ? stems : *numbers);
+  if (num_shared == 0 && (!numbers || areKnown(cameras))) throwUnmatchable(cameras, images);
+  return framesByKeys(cameras, images, num_shared == 0 ? *numbers : best);
 }
 
 RigFrames framesOf(const FrameTable& table, std::span<const RigViews> cameras) {
   std::vector<std::vector<std::string>> images;
   Keys keys;
+  std::vector<RigImage> unmatched;
+  std::vector<std::size_t> num_named(table.rows.size());  // of the cameras that were given
   for (const RigViews& camera : cameras) {
-    const auto column = std::ranges::find(table.cameras, camera.name);
-    if (column == table.cameras.end()) {
-      throw inputError({.where = "--match",
-                        .found = "no column '" + camera.name + "'",
-                        .expected = "a column for each camera; there are " + join(table.cameras, ", ")});
-    }
-    const auto at = static_cast<std::size_t>(column - table.cameras.begin());
-    images.push_back(imagesOf(camera));
+    const std::size_t at = columnOf(table, camera.name);
+    for (std::size_t r = 0; r < table.rows.size(); ++r) num_named[r] += table.rows[r][at].empty() ? 0 : 1;
+  }
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    images.push_back(imagesOf(cameras[c]));
+    const ColumnMatch match = matchColumn(table, cameras[c], images.back());
+    requireImages(table, cameras[c], images.back(), match);
     std::vector<std::string>& own = keys.emplace_back();
-    std::set<std::size_t> used;
-    for (const std::string& image : images.back()) {
-      std::string key = camera.name + "/" + image;  // of an image that is in no row
-      bool is_listed = false;
-      for (std::size_t r = 0; r < table.rows.size(); ++r) {
-        const std::string& named = table.rows[r][at];
-        if (named.empty() || !isSameImage(image, named)) continue;
-        if (used.contains(r) || is_listed) {
-          throw inputError({.where = "--match: " + camera.name,
-                            .found = "'" + named + "' stands for several images, or stands in several rows",
-                            .expected = "each image once",
-                            .next_step = "name images with their folders"});
-        }
-        used.insert(r);
-        is_listed = true;
-        key = "row " + std::to_string(r + 1);
-      }
-      own.push_back(key);
-    }
-    for (std::size_t r = 0; r < table.rows.size() && !camera.images.empty(); ++r) {
-      if (table.rows[r][at].empty() || used.contains(r)) continue;
-      throw inputError({.where = "--match: row " + std::to_string(r + 1),
-                        .found = "'" + table.rows[r][at] + "', which is no image of " + camera.name,
-                        .expected = "an image that was given"});
+    for (std::size_t i = 0; i < images[c].size(); ++i) {
+      const std::optional<std::size_t> row = match.row_of[i];
+      own.push_back(row ? nameOfRow(table, *row) : cameras[c].name + "/" + images[c][i]);
+      // The table knows of the partner, even if that shows no board.
+      if (row && num_named[*row] > 1) continue;
+      unmatched.push_back({.camera = c, .image = images[c][i], .frame = own.back()});
     }
   }
-  return framesByKeys(cameras, images, keys);
+  RigFrames frames = framesByKeys(cameras, images, keys);
+  frames.unmatched = std::move(unmatched);
+  return frames;
+}
+
+std::vector<RigImage> namedWithoutViews(const FrameTable& table, std::span<const RigViews> cameras) {
+  std::vector<RigImage> result;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (!cameras[c].images.empty()) continue;
+    for (const std::size_t row : matchColumn(table, cameras[c], imagesOf(cameras[c])).absent) {
+      result.push_back({.camera = c,
+                        .image = table.rows[row][columnOf(table, cameras[c].name)],
+                        .frame = placeOfRow(table, row)});
+    }
+  }
+  return result;
 }
 
 }  // namespace alidade

@@ -17,13 +17,15 @@ struct RigViews {
   std::string name;                      ///< of the camera
   std::vector<View> views;               ///< of one image size
   std::vector<std::string> images = {};  ///< all that were searched for boards; empty: unknown
+  std::vector<std::string> paths = {};   ///< of these images; empty: unknown
 };
 
 /// The instants at which a rig took images.
 struct RigFrames {
   std::vector<std::string> names;                  ///< in natural order
   std::vector<std::vector<std::size_t>> frame_of;  ///< of each view of each camera, an index into `names`
-  /// Images without one of the same instant by another camera; none if RigViews::images is unknown for any.
+  /// Images without one of the same instant by another camera; without a table, none if RigViews::images is
+  /// unknown for any.
   std::vector<RigImage> unmatched;
   /// The largest difference between the times of one frame, in the unit of the names; 0 if names match
   /// exactly.
@@ -33,15 +35,23 @@ struct RigFrames {
 /// Finds which images were taken at the same time. Images match by the first of these that relates most
 /// images of different cameras:
 ///
+/// - the name with its folders, without the extension ("day1/000.png"),
 /// - the name without folder and extension,
 /// - the last number in it that differs between all images of each camera ("left01.jpg", "right1.png"),
-/// - if these numbers are times (nine digits or a decimal point) and most do not match: the nearest time, at
-///   most a quarter of the usual interval away.
+/// - if these numbers are times (nine digits or a decimal point) and match for fewer than half of the images
+///   of some camera: the nearest time, at most a quarter of the usual interval away.
 /// @throws Error (kInput) if names have no such number
 [[nodiscard]] RigFrames matchFrames(std::span<const RigViews> cameras);
 
-/// The same by a table. An image that is in no row is a frame of its own.
-/// @throws Error (kInput) for a camera without a column, an image in two rows, or one that was not given
+/// The same by a table, which names images as they were given or by the last parts of their paths. An image
+/// that is in no row is a frame of its own.
+/// @throws Error (kInput) for a camera without a column or with a column that names none of its images, an
+/// image in two rows, or one that was not given
 [[nodiscard]] RigFrames framesOf(const FrameTable& table, std::span<const RigViews> cameras);
+
+/// What the table names and no view shows, of cameras whose images are not all known: these images may have
+/// had no board, or be misspelt. RigImage::frame says where the table names them.
+[[nodiscard]] std::vector<RigImage> namedWithoutViews(const FrameTable& table,
+                                                      std::span<const RigViews> cameras);
 
 }  // namespace alidade

@@ -297,7 +297,7 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
                               diagnosis.id == "not_converged" || diagnosis.id == "undetermined" ||
                               diagnosis.id == "unmatched_images" || diagnosis.id == "same_images" ||
                               diagnosis.id == "times_differ" || diagnosis.id == "given_lens_untested" ||
-                              diagnosis.id == "given_lens_verdict" || diagnosis.id == "points_lost";
+                              diagnosis.id == "points_lost";
     if (is_of_frames) diagnoses.push_back(diagnosis);
   }
   std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,8 @@ namespace alidade {
 struct FrameTable {
   std::vector<std::string> cameras = {};            ///< names
   std::vector<std::vector<std::string>> rows = {};  ///< a frame each: the image of each camera; empty: none
+  std::string path = {};                            ///< of the file, for messages; empty: from no file
+  std::vector<std::size_t> lines = {};              ///< where each row stands in the file, from 1; or none
 
   [[nodiscard]] bool empty() const { return rows.empty(); }
 };

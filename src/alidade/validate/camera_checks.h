@@ -10,6 +10,7 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/record/camera_record.h"
+#include "alidade/validate/held_out/held_out_images.h"
 
 namespace alidade {
 
@@ -60,6 +61,7 @@ struct CameraJudgement {
   std::optional<ImageSize> image_size = {};           ///< px; nothing: the file does not state it
   std::optional<CalibrationRecord> calibration = {};  ///< of an Alidade camera file
   std::vector<FileCheck> checks = {};                 ///< at least one
+  std::optional<HeldOutJudgement> held_out = {};      ///< what images say of it, if there are any
   bool can_show_slips = false;  ///< the file itself, or what it was compared with, can show a wrong number
 
   /// The most severe of its checks.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -38,7 +39,7 @@ void testOnImages(const CameraRecord& record, const FileTests& tests, CameraJudg
     return judgement.checks.emplace_back(fileCheck(check));
   };
   const auto& stated = record.calibration;
-  const HeldOutJudgement on_images =
+  HeldOutJudgement on_images =
       judgeOnImages(compared(record), tests.boards, tests.views,
                     {.is_covariance_by_views = stated && stated->is_covariance_by_views,
                      .jobs = tests.jobs,
@@ -64,6 +65,7 @@ void testOnImages(const CameraRecord& record, const FileTests& tests, CameraJudg
   }
   if (stated && !stated->view_centers.empty()) add(ownImagesCheck(stated->view_centers, tests.views));
   judgement.can_show_slips = judgement.can_show_slips || is_decided;
+  judgement.held_out = std::move(on_images);
 }
 
 // Adds the checks on images and against the other camera, as far as they were asked for. Thread-safe

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/bend/uneven_board.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <utility>
 #include <vector>
-
-#include <Eigen/Cholesky>
 
 #include "alidade/adjust/board_offsets.h"
 #include "alidade/adjust/errors.h"
@@ -38,51 +35,13 @@ std::vector<std::size_t> allBoards(const Fit& fit) {
   return boards;
 }
 
-// The share of the offsets' squares that a polynomial of second degree over the board explains.
-double smoothShare(const FitBoard& board) {
-  constexpr Eigen::Index kTerms = 6;
-  const auto count = static_cast<Eigen::Index>(board.shape.offsets_m.size());
-  Eigen::MatrixXd terms(count, kTerms);
-  Eigen::MatrixXd offsets(count, 3);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Vector3d p = board.target.corner(static_cast<int>(i)) - board.target.middle();
-    const double x = p.x() / board.target.middle().x();
-    const double y = p.y() / board.target.middle().y();
-    terms.row(i) << 1, x, y, x * x, x * y, y * y;
-    offsets.row(i) = board.shape.offsets_m[static_cast<std::size_t>(i)];
-  }
-  const Eigen::MatrixXd normal = terms.transpose() * terms;
-  const Eigen::MatrixXd rest = offsets - terms * normal.ldlt().solve(terms.transpose() * offsets);
-  return 1 - rest.squaredNorm() / offsets.squaredNorm();
-}
-
-// Squares that are stretched, graded or twisted as a whole are no unevenness: points that scatter
-// independently would explain them with too small an uncertainty. Tests of their own name them.
-bool isSmooth(const FitBoard& board) {
-  constexpr double kSmooth = 0.6;
-  return board.isUneven() && smoothShare(board) > kSmooth;
-}
-
-// Without those.
-std::optional<Fit> withRoughOffsets(Fit fit, const CancelFlag* cancel) {
-  auto uneven = withOffsets(std::move(fit), OffsetScatter::kEstimate, cancel);
-  while (uneven && std::ranges::any_of(uneven->boards, isSmooth)) {
-    for (FitBoard& board : uneven->boards) {
-      if (isSmooth(board)) makeEven(board);
-    }
-    uneven = solve(*std::move(uneven), {.cancel = cancel});
-    uneven = withOffsets(*std::move(uneven), OffsetScatter::kEstimate, cancel);
-  }
-  return uneven;
-}
-
 // The fit with offsets if the views bear them out.
 std::optional<Fit> ifBorneOut(const Fit& even, UnevenReport& report, const CancelFlag* cancel) {
   const Fit started = startedUneven(even, testableBoards(even));
   // What held-out errors gain the errors in use gain as well.
   if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
     return std::nullopt;
-  auto fit = withRoughOffsets(started, cancel);
+  auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
   if (!fit || !isAnyUneven(*fit)) return std::nullopt;
   const auto larger = betterModel(even, cancel);
   if (larger && larger->rms_px < weightedRms(*fit)) return std::nullopt;

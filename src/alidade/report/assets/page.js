@@ -3,8 +3,16 @@
 (() => {
   const byId = (id) => document.getElementById(id);
   const evidence = JSON.parse(byId('evidence').textContent);
-  const views = evidence.views;
-  const size = evidence.image_size;
+  // Of a calibration, or of all cameras of a validation that were tested on images.
+  const views = evidence.files ? [] : evidence.views || [];
+  for (const file of evidence.files || []) {
+    for (const camera of file.cameras) {
+      for (const view of camera.held_out ? camera.held_out.views : []) {
+        if (view.corners.length) views.push({...view, size: camera.image_size, of: camera.held_out.rms_px});
+      }
+    }
+  }
+  const sizeOf = (view) => view.size || evidence.image_size;
 
   const svgElement = (name, attributes) => {
     const element = document.createElementNS('http://www.w3.org/2000/svg', name);
@@ -20,7 +28,9 @@
 
   const drawView = () => {
     const view = views[shown];
+    const size = sizeOf(view);
     const drawing = byId('viewer-drawing');
+    drawing.setAttribute('viewBox', `-0.5 -0.5 ${size.width} ${size.height}`);
     // A unit of about 2 px on the screen, however large the image is drawn.
     const box = drawing.getBoundingClientRect();
     const unit = 2 * Math.max(size.width / (box.width || 800), size.height / (box.height || 600));
@@ -40,15 +50,32 @@
       const y = c.v + times * c.dy;
       projected += `M${c.u},${c.v}L${x},${y}M${x - unit},${y - unit}l${2 * unit},${2 * unit}m0,${-2 * unit}l${-2 * unit},${2 * unit}`;
     }
+    const outliers = (evidence.outliers || []).filter((o) => o.image === view.image && o.board === view.board && 'u' in o);
+    let rejected = '';
+    for (const o of outliers) {
+      const d = 1.4 * r;
+      rejected += `M${o.u - d},${o.v}l${d},${-d}l${d},${d}l${-d},${d}zM${o.u},${o.v}l${o.dx},${o.dy}`;
+    }
+    drawing.append(path('rejected', rejected, 0.9 * unit));
+    byId('viewer-key').textContent = 'circle: detected; cross: projected' +
+        (outliers.length ? '; diamond: left out as an outlier, its line as long as the error' : '');
     drawing.append(path('detected', detected, 0.7 * unit), path('projected', projected, 0.7 * unit));
     byId('viewer-name').textContent = view.image;
     byId('viewer-words').textContent =
-        `view ${shown + 1} of ${views.length}, ${view.num_corners} corners, RMS ${view.rms_px.toFixed(3)} px, ` +
+        `view ${shown + 1} of ${views.length}, ${view.num_corners} corners${outliers.length ? `, ${outliers.length} left out` : ''}, RMS ${view.rms_px.toFixed(3)} px, ` +
         `largest ${view.max_error_px.toFixed(3)} px`;
   };
   const show = (index) => {
     shown = (index + views.length) % views.length;
-    if (!dialog.open) dialog.showModal();
+    if (!dialog.open) {
+      // Errors are drawn as long as they can be without hiding the board.
+      const size = sizeOf(views[shown]);
+      const longest = 0.03 * Math.max(size.width, size.height);
+      const usual = views[shown].of || evidence.rms_px;
+      const times = byId('viewer-times');
+      times.value = [...times.options].map((o) => o.value).reverse().find((t) => t * usual <= longest) || '1';
+      dialog.showModal();
+    }
     drawView();
   };
   if (dialog) {
@@ -61,10 +88,6 @@
     byId('viewer-before').addEventListener('click', () => show(shown - 1));
     byId('viewer-after').addEventListener('click', () => show(shown + 1));
     byId('viewer-close').addEventListener('click', () => dialog.close());
-    // Errors are drawn as long as they can be without hiding the board.
-    const longest = 0.03 * Math.max(size.width, size.height);
-    const times = byId('viewer-times');
-    times.value = [...times.options].map((o) => o.value).reverse().find((t) => t * evidence.rms_px <= longest) || '1';
     addEventListener('resize', () => { if (dialog.open) drawView(); });
     byId('viewer-times').addEventListener('change', drawView);
     dialog.addEventListener('click', (event) => { if (event.target === dialog) dialog.close(); });
@@ -74,6 +97,15 @@
       if (event.key === 'ArrowRight') show(shown + 1);
     });
   }
+
+  // ---- a file of several ----
+
+  const openFold = () => {
+    const fold = location.hash.startsWith('#file') && byId(location.hash.slice(1));
+    if (fold && fold.tagName === 'DETAILS') { fold.open = true; fold.scrollIntoView(); }
+  };
+  addEventListener('hashchange', openFold);
+  openFold();
 
   // ---- boards and camera in space ----
 
@@ -166,6 +198,7 @@
       const y = (at.y - top) / (bottom - top);
       if (x < 0 || x > 1 || y < 0 || y > 1) { tip.hidden = true; return; }
       const {columns, rows, error_px: errors} = evidence.accuracy;
+      const size = evidence.image_size;
       const error = errors[Math.round(y * (rows - 1)) * columns + Math.round(x * (columns - 1))];
       tell(event, `pixel (${Math.round(x * size.width - 0.5)}, ${Math.round(y * size.height - 0.5)}): ${pixels(error)}`);
     });

@@ -119,7 +119,7 @@ PosedViews poseViews(const ComparedCamera& camera, std::span<const Board> boards
       fit.boards[b].shape = judgement.freed->fit.boards[b].shape;
   }
   for (std::size_t v = 0; v < views.size(); ++v) {
-    judgement.views.push_back({.image = views[v].image});
+    judgement.views.push_back({.image = views[v].image, .board = views[v].board});
     HeldOutView& view = judgement.views.back();
     const FitBoard& of = fit.boards[views[v].board];
     const Board& board = of.target;
@@ -137,6 +137,12 @@ PosedViews poseViews(const ComparedCamera& camera, std::span<const Board> boards
   return posed;
 }
 
+double rmsOf(const FitView& view) {
+  double sum = 0;
+  for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(view.errors.size()));
+}
+
 // Asks what the camera predicts.
 void predictCorners(const PosedViews& held, const PosedViews* freed, HuberLoss loss,
                     HeldOutJudgement& judgement) {
@@ -148,11 +154,17 @@ void predictCorners(const PosedViews& held, const PosedViews* freed, HuberLoss l
   double held_out_sum = 0;
   for (std::size_t i = 0; i < fit.views.size(); ++i) {
     HeldOutView& view = judgement.views[fit.views[i].source];
+    view.camera_from_board = cameraFromBoard(fit, fit.views[i]);
+    view.fixed_rms_px = rmsOf(fit.views[i]);
+    if (freed != nullptr) view.freed_rms_px = rmsOf(freed->fit.views[i]);
     double sum = 0;
-    for (const Eigen::Vector2d& error : held_out->px[i]) {
+    for (std::size_t k = 0; k < held_out->px[i].size(); ++k) {
+      const Eigen::Vector2d& error = held_out->px[i][k];
       if (error.allFinite()) {
         sum += error.squaredNorm();
         ++view.num_corners;
+        const Observation& corner = fit.views[i].corners[k];
+        view.corners.push_back({.id = corner.id, .pixel = corner.pixel, .error_px = error});
       } else if (view.is_testable) {
         ++view.num_unseen;
       }

@@ -24,13 +24,27 @@ struct HeldOutOptions {
   const CancelFlag* cancel = nullptr;
 };
 
+/// A corner that had no part in the pose by which it is predicted.
+struct HeldOutCorner {
+  int id = 0;
+  Eigen::Vector2d pixel{0, 0};     ///< where it was seen
+  Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
+};
+
 /// A view of the board, as the camera that is tested sees it.
 struct HeldOutView {
   std::string image;
+  std::size_t board = 0;    ///< see View
   bool is_testable = true;  ///< see isTestable()
   int num_corners = 0;      ///< with an error
   int num_unseen = 0;       ///< that the camera cannot see from the pose of the others
   double rms_px = std::numeric_limits<double>::quiet_NaN();
+  /// RMS of all corners with the pose fitted to all of them, px: of the camera as it is, and of the freed
+  /// one.
+  double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
+  double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
+  SE3 camera_from_board = {};               ///< fitted to all corners, for the camera as it is
+  std::vector<HeldOutCorner> corners = {};  ///< with an error, in ascending order of id
 };
 
 /// What one number of the camera would have to be changed by.
