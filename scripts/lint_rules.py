@@ -277,8 +277,8 @@ def files_in(folder: str, *suffixes: str) -> list[str]:
 
 
 def sources() -> list[str]:
-    """Returns all C++ files of the library and the program."""
-    return files_in("src", ".h", ".cc") + files_in("apps", ".h", ".cc")
+    """Returns all C++ files of the library, the program and the Python module."""
+    return [path for folder in ("src", "apps", "python") for path in files_in(folder, ".h", ".cc")]
 
 
 @functools.cache
@@ -381,20 +381,23 @@ def links() -> dict[str, set[str]]:
 
 
 def check_layers() -> Iterator[Finding]:
-    """A layer includes only headers of the layers that it links, src/ nothing of apps/, and there is no cycle."""
+    """A layer includes only headers of the layers that it links, nothing includes apps/, and there is no cycle."""
     arrows: dict[str, dict[str, Include]] = {}
     for include in includes():
         here = layer_of(include.path)
         if include.path.startswith("src/") and (include.target is None or not include.target.startswith("src/")):
             yield Finding(include.path, include.line, f'#include "{include.text}" is not a file of src/; src/ may '
                           "include only its own files; move what is needed to a layer in src/")
+        if include.path.startswith("python/") and (include.target or "").startswith("apps/"):
+            yield Finding(include.path, include.line, f'#include "{include.text}" is a file of apps/, which nothing may '
+                          "include; move what is needed to a layer in src/")
         if include.target is None or not include.target.startswith("src/"):
             continue
         there = layer_of(include.target)
         if here == there:
             continue
         arrows.setdefault(here, {}).setdefault(there, include)
-        if here != "apps" and there not in links().get(here, set()):
+        if here not in ("apps", "python") and there not in links().get(here, set()):
             allowed = ", ".join(sorted(links().get(here, set()))) or "none"
             yield Finding(include.path, include.line, f"{here} includes {there}, which it does not link; it links: "
                           f"{allowed}; move the code, or add alidade::{there} to src/alidade/{here}/CMakeLists.txt")

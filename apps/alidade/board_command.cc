@@ -13,9 +13,9 @@
 #include "alidade/files/board_file.h"
 #include "alidade/print/board_sheet.h"
 #include "alidade/print/ink_of_board.h"
+#include "alidade/report/json_output.h"
 #include "alidade/target/board_spec.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 
 namespace alidade {

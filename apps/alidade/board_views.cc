@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/error_text.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -192,12 +193,6 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
   return given;
 }
 
-// Reasons of an image that shows something else than the board.
-bool isElsewhere(DetectionReason reason) {
-  return reason == DetectionReason::kNoBoard || reason == DetectionReason::kUnplaced ||
-         reason == DetectionReason::kLargerBoard || reason == DetectionReason::kOtherBoard;
-}
-
 // What the inputs stand for, with progress on a terminal while videos are read.
 ImageSet openInputs(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel,
                     const ContentCache* cache) {
@@ -365,22 +360,6 @@ void checkDebugFolder(const std::string& folder, const std::string& output) {
   if (folder.empty() || output.empty() || normal(folder) != normal(output)) return;
   throw usageError(
       {.where = "--debug " + folder, .found = "this is also the output", .expected = "a different folder"});
-}
-
-std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys) {
-  std::vector<std::string> lines;
-  for (std::size_t i = 0; i < surveys.front().outcomes.size(); ++i) {
-    const bool is_any_found = std::ranges::any_of(
-        surveys, [&](const BoardSurvey& survey) { return survey.outcomes[i].detection.hasCorners(); });
-    for (const BoardSurvey& survey : surveys) {
-      const ImageOutcome& outcome = survey.outcomes[i];
-      const auto why = diagnosisOf(outcome);
-      if (!why || (is_any_found && isElsewhere(outcome.detection.reason))) continue;
-      const std::string which = surveys.size() > 1 ? fmt::format(" ({})", survey.board.spec()) : "";
-      lines.push_back(oneLine(fmt::format("{}: {}{}: {}", why->cause, why->id, which, why->evidence)));
-    }
-  }
-  return lines;
 }
 
 std::string measuresText(const BoardSurvey& survey) {

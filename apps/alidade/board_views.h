@@ -60,10 +60,6 @@ void requireBoards(const DetectionStage& stage, const CommonOptions& options, bo
 /// Checks before any long work that the debug folder and the output are not the same. @throws Error (kUsage)
 void checkDebugFolder(const std::string& folder, const std::string& output);
 
-/// One line for each image that does not show the whole board, "name: reason: why", for people. Of several
-/// boards each line names its own, and an image that shows one of them need not show the others.
-[[nodiscard]] std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys);
-
 /// The range of each measure over the images that give corners, in a line for people; empty without images.
 [[nodiscard]] std::string measuresText(const BoardSurvey& survey);
 

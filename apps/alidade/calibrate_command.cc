@@ -20,6 +20,7 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/vnl_file.h"
+#include "alidade/report/evidence.h"
 #include "alidade/report/next_view_svg.h"
 #include "alidade/target/board_spec.h"
 #include "board_views.h"
@@ -31,6 +32,13 @@
 
 namespace alidade {
 namespace {
+
+GivenImages imagesOf(const GivenViews& given) {
+  return {.num_images = given.num_images,
+          .num_found = given.num_found,
+          .reasons = given.reasons,
+          .notes = given.notes};
+}
 
 class CalibrateCommand final : public Command {
  public:
@@ -148,8 +156,7 @@ class CalibrateCommand final : public Command {
                                          : fmt::format("{}", fmt::join(given.reasons, "\n        "))});
     }
     const Calibration result = calibrate(given.boards, given.views, options);
-    Advice advice{.coverage = coverageOf(result, given.views), .guidance = {}};
-    advice.guidance = guide(result, advice.coverage, parsePixels(target_sigma_));
+    const Advice advice = adviceOn(result, given.views, parsePixels(target_sigma_));
     if (!next_view_.empty())
       writeFileAtomically(next_view_, nextViewSvg(result, given.views, advice.guidance));
 
@@ -168,7 +175,7 @@ class CalibrateCommand final : public Command {
              (is_verbose_ ? "\n" + detailsText(result, given, advice) : "");
     };
     if (common_.json) {
-      printResult(summaryJson(result, given, advice));
+      printResult(summaryJson(result, imagesOf(given), given.views, advice));
     } else if (to_stdout) {
       if (is_kept) printResult(cameraText(file, format_));
       if (!common_.quiet) printHelp(summary(false));
@@ -215,8 +222,10 @@ class CalibrateCommand final : public Command {
   void writeEvidence(const Calibration& result, const GivenViews& given, const PassingPictures& passing,
                      const Advice& advice, const CLI::App& app) const {
     if (evidence_.empty() && report_.empty()) return;
-    const std::string evidence =
-        evidenceJson(result, given, advice, effectiveSettings(app), *parsePixels(tolerance_));
+    const std::string evidence = evidenceJson(result, imagesOf(given), given.views, advice,
+                                              {.settings = effectiveSettings(app),
+                                               .tolerance_px = *parsePixels(tolerance_),
+                                               .created_by = programName()});
     if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
     if (!report_.empty())
       writeReport(report_, evidence, evidence_,

@@ -203,16 +203,6 @@ Lines toldShortly(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-std::size_t numImagesUsed(const Calibration& result) {
-  const std::vector<FitView>& views = result.fit.views;
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    // Views of one image are neighbours.
-    if (v == 0 || views[v].image != views[v - 1].image) ++count;
-  }
-  return count;
-}
-
 std::string summaryText(const Calibration& result, const GivenViews& given, const Advice& advice,
                         const SummaryStyle& style) {
   Lines lines = wrapped("Verdict", verdictText(result.verdict(), "camera", style.is_coloured));

@@ -14,7 +14,6 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
-#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -100,16 +99,6 @@ void printMessage(const std::string& text) {
 
 void printHelp(std::string_view text) {
   static_cast<void>(std::fwrite(text.data(), 1, text.size(), messageStream()));
-}
-
-std::string oneLine(std::string text) {
-  constexpr std::string_view kNextLine = "\n  next: ";
-  for (std::size_t at = text.find(kNextLine); at != std::string::npos; at = text.find(kNextLine, at))
-    text.replace(at, kNextLine.size(), "; next: ");
-  for (char& c : text) {
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  return text;
 }
 
 std::string printable(std::string_view text) {

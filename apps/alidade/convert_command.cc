@@ -20,8 +20,8 @@
 #include "alidade/files/rig_source.h"
 #include "alidade/geometry/rotation_conversions.h"
 #include "alidade/record/conversion.h"
+#include "alidade/report/json_output.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 #include "rig/rectified_pair.h"
 

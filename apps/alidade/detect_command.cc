@@ -5,15 +5,16 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/error_text.h"
 #include "alidade/core/mapped.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/table_lines.h"
 #include "alidade/files/vnl_file.h"
 #include "alidade/imagery/image_list.h"
+#include "alidade/report/json_output.h"
 #include "board_views.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 
 namespace alidade {

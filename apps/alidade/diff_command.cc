@@ -16,8 +16,8 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/report/difference_svg.h"
+#include "alidade/report/json_output.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 #include "rig/rig_diff.h"
 

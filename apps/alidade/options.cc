@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "alidade/core/error_text.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"

@@ -24,8 +24,8 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/pose_list.h"
 #include "alidade/files/table_lines.h"
+#include "alidade/report/json_output.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 
 // The commands project and unproject.

@@ -19,8 +19,8 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/detect/detect_images.h"
+#include "alidade/report/json_output.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 
 namespace alidade {

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/error_text.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/imagery/image_file.h"

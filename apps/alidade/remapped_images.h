@@ -6,7 +6,7 @@
 
 #include "alidade/core/cancel.h"
 #include "alidade/imagery/remap.h"
-#include "json_output.h"
+#include "alidade/report/json_output.h"
 #include "pending_folder.h"
 
 // Folders of images that a table makes of others.

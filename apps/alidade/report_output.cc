@@ -10,8 +10,8 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
+#include "alidade/report/json_output.h"
 #include "alidade/report/validation_page.h"
-#include "json_output.h"
 
 namespace alidade {
 namespace {

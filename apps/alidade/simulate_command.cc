@@ -11,11 +11,11 @@
 #include "alidade/files/scene_file.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/print/ink_of_board.h"
+#include "alidade/report/json_output.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 #include "pending_folder.h"
 

@@ -14,8 +14,7 @@
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/validate/camera_checks.h"
-#include "alidade/validate/held_out/held_out_checks.h"
-#include "alidade/validate/rig_checks.h"
+#include "alidade/validate/file_tests.h"
 #include "board_views.h"
 #include "console.h"
 #include "options.h"
@@ -32,25 +31,6 @@ bool isJunitReport(const std::string& path) {
     if (line.starts_with("<testsuites")) return true;
   }
   return false;
-}
-
-ComparedCamera compared(const CameraRecord& file) {
-  return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
-}
-
-std::vector<CheckValue> valuesOf(const std::string& id, const HeldOutJudgement& judgement,
-                                 double tolerance_px) {
-  if (id == "held_out_error") {
-    return {{"rms_px", judgement.held_out_rms_px},
-            {"noise_rms_px", judgement.noise_rms_px},
-            {"tolerance_px", tolerance_px},
-            {"num_corners", static_cast<double>(judgement.num_corners)},
-            {"num_views", static_cast<double>(judgement.views.size())}};
-  }
-  if (!judgement.difference) return {};
-  return {{"p95_px", judgement.difference->p95_px},
-          {"tolerance_px", tolerance_px},
-          {"covered_share", judgement.covered_share}};
 }
 
 class ValidateCommand final : public Command {
@@ -97,8 +77,8 @@ class ValidateCommand final : public Command {
     checkReportPath(listed);
     prepareComparisons();
     ValidationResult result = judgeAll(listed);
-    result.tolerance_px = tolerance_px_;
-    if (given_) result.boards = given_->boards;
+    result.tolerance_px = tests_.tolerance_px;
+    result.boards = tests_.boards;
     if (result.files.empty()) {
       throw inputError({.where = files_.front(),
                         .found = fmt::format("no camera file among {} file{}", listed.size(),
@@ -110,7 +90,7 @@ class ValidateCommand final : public Command {
     if (!report_.empty()) {
       PageOptions page{.num_jobs = common_.jobs};
       if (given_) page.pictures = picturesOf(*given_, passing_);
-      writeValidationReport(report_, validationEvidenceJson(result, printable(against_), other_), page);
+      writeValidationReport(report_, validationEvidenceJson(result, printable(against_), tests_.other), page);
     }
     print(result);
     if (!report_.empty() && !common_.quiet) printMessage("report written to " + report_);
@@ -166,124 +146,31 @@ class ValidateCommand final : public Command {
                         .found = "--board without --images",
                         .expected = "--images FOLDER with images of the board"});
     }
-    if (!against_.empty()) other_ = readCameraTelling(against_, {}, common_.quiet);
+    tests_.tolerance_px = tolerance_px_;
+    tests_.jobs = common_.jobs;
+    if (!against_.empty()) tests_.other = readCameraTelling(against_, {}, common_.quiet);
     if (images_.empty()) return;
-    cancel_ = catchInterrupts();
+    tests_.cancel = catchInterrupts();
     given_ = readViews({.command = "validate",
                         .inputs = images_,
                         .boards = boards_,
                         .detection = detection_,
                         .pictures = report_.empty() ? nullptr : &passing_,
                         .image_size = camera_.readOptions().image_size},
-                       common_, cancel_);
+                       common_, tests_.cancel);
+    tests_.boards = given_->boards;
+    tests_.views = given_->views;
     if (common_.quiet) return;
     for (const std::string& reason : given_->reasons) printMessage("  " + reason);
     for (const std::string& note : given_->notes) printMessage("note: " + note);
   }
 
-  void testOnImages(const CameraRecord& record, CameraJudgement& judgement) const {
-    const auto add = [&](const Diagnosis& check) -> FileCheck& {
-      return judgement.checks.emplace_back(fileCheck(check));
-    };
-    const auto& stated = record.calibration;
-    HeldOutJudgement on_images =
-        judgeOnImages(compared(record), given_->boards, given_->views,
-                      {.is_covariance_by_views = stated && stated->is_covariance_by_views,
-                       .jobs = common_.jobs,
-                       .cancel = cancel_});
-    bool is_decided = true;
-    for (const Diagnosis& check : heldOutChecks(on_images, tolerance_px_)) {
-      add(check).values = valuesOf(check.id, on_images, tolerance_px_);
-      is_decided = is_decided && !check.is_undecided;
-    }
-    if (const Slip* const slip = namedSlip(on_images, tolerance_px_)) {
-      judgement.checks.back().slip = slip->id;
-      judgement.checks.back().mended = slip->mended;
-    }
-    if (stated && std::isfinite(stated->accuracy_px) && std::isinf(stated->accuracy_distance_m)) {
-      FileCheck& check = add(statedAccuracyCheck(stated->accuracy_px, on_images));
-      check.values = {{"stated_px", stated->accuracy_px}};
-      if (on_images.difference) check.values.push_back({"measured_px", on_images.difference->p95_px});
-    }
-    if (stated && std::isfinite(stated->accuracy_px) && std::isfinite(stated->accuracy_distance_m)) {
-      add({.severity = Severity::kNote,
-           .id = "stated_accuracy",
-           .cause =
-               fmt::format("not tested: it is stated for points at {:g} m", stated->accuracy_distance_m)});
-    }
-    if (stated && !stated->view_centers.empty()) add(ownImagesCheck(stated->view_centers, given_->views));
-    judgement.can_show_slips = judgement.can_show_slips || is_decided;
-    judgement.held_out = std::move(on_images);
-  }
-
-  // Adds the checks on images and against the other camera, as far as they were asked for. Thread-safe
-  // without images.
-  void compare(const StatedCamera& camera, const std::string& file, CameraJudgement& judgement) const {
-    const auto attempt = [&](const char* id, const auto& addChecks) {
-      try {
-        addChecks(recordOf(camera, file));
-      } catch (const Error& error) {
-        judgement.checks.push_back({.severity = Severity::kFailure, .id = id, .message = error.what()});
-      }
-    };
-    if (given_) {
-      attempt("held_out_error", [&](const CameraRecord& record) { testOnImages(record, judgement); });
-    }
-    if (other_) {
-      attempt("against", [&](const CameraRecord& record) {
-        const Diagnosis check = againstCheck(compared(record), compared(*other_), tolerance_px_);
-        judgement.checks.push_back(fileCheck(check));
-        if (!check.is_undecided) judgement.can_show_slips = true;
-      });
-    }
-  }
-
-  // Files of a folder need not be those that --image-size and --read-as are for: what can be read completely
-  // without them states it itself.
-  [[nodiscard]] CameraSource readListed(const ListedFile& file) const {
-    const ReadOptions options = camera_.readOptions();
-    if (file.is_from_folder && (options.image_size || !options.model.empty())) {
-      try {
-        CameraSource source = readCamerasToJudge(file.path);
-        const bool is_complete = std::all_of(source.cameras.begin(), source.cameras.end(),
-                                             [](const StatedCamera& c) { return c.image_size.has_value(); });
-        if (is_complete) return source;
-      } catch (const NotACameraFile&) {
-        throw;
-      } catch (const Error&) {
-        // The options may be what it lacks.
-      }
-    }
-    return readCamerasToJudge(file.path, options);
-  }
-
-  // Nothing: a file of a folder that is not a camera file.
-  [[nodiscard]] std::optional<FileJudgement> judge(const ListedFile& file) const {
-    FileJudgement judgement{.file = file.path};
-    try {
-      const CameraSource source = readListed(file);
-      judgement.format = source.format;
-      for (const StatedCamera& camera : source.cameras) {
-        judgement.cameras.push_back(judgeCamera(camera, file.path));
-        compare(camera, file.path, judgement.cameras.back());
-      }
-      judgement.rig_checks = judgeRig(source);
-      for (const RefusedCamera& camera : source.refused)
-        judgement.cameras.push_back(judgeRefused(camera, file.path));
-    } catch (const Error& e) {
-      const bool is_other = dynamic_cast<const NotACameraFile*>(&e) != nullptr;
-      if (is_other && file.is_from_folder) return std::nullopt;
-      if (e.code() != ErrorCode::kInput) throw;
-      judgement.error = withoutPath(e.what(), cameraFilePath(file.path));
-    }
-    return judgement;
-  }
-
   [[nodiscard]] ValidationResult judgeAll(const std::vector<ListedFile>& listed) const {
     std::vector<std::optional<FileJudgement>> judgements(listed.size());
     // The checks with images share out their own work.
-    const int num_jobs = given_ ? 1 : common_.jobs;
-    parallelFor(listed.size(), num_jobs, [&](std::size_t i) { judgements[i] = judge(listed[i]); });
+    const int num_jobs = tests_.views.empty() ? common_.jobs : 1;
+    parallelFor(listed.size(), num_jobs,
+                [&](std::size_t i) { judgements[i] = judgeFile(listed[i], camera_.readOptions(), tests_); });
     ValidationResult result{.files = {}, .other_files = {}, .is_strict = is_strict_};
     for (std::size_t i = 0; i < listed.size(); ++i) {
       if (judgements[i]) {
@@ -312,10 +199,9 @@ class ValidateCommand final : public Command {
   DetectionOptions detection_;
   std::string against_;
   double tolerance_px_ = kDefaultTolerancePx;
-  const CancelFlag* cancel_ = nullptr;
+  FileTests tests_;
   std::optional<GivenViews> given_;
   PassingPictures passing_;
-  std::optional<CameraRecord> other_;
 };
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "alidade/report/json_output.h"
 #include "console.h"
-#include "json_output.h"
 #include "validation_output.h"
 
 namespace alidade {

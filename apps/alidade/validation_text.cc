@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <pugixml.hpp>
 
+#include "alidade/core/error_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "console.h"

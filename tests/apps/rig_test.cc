@@ -65,6 +65,16 @@ TEST_F(RigCalibrate, WritesOneJsonDocument) {
   EXPECT_EQ(json.at("cameras").at(1).at("name"), "b");
   EXPECT_EQ(json.at("num_linked"), 12);
   EXPECT_LT(json.at("rms_px").get<double>(), 0.1);
+  // The distance changes by the part of the position that lies along it.
+  const auto& right = json.at("cameras").at(1);
+  const auto position_std_m = right.at("position_std_m").get<std::vector<double>>();
+  ASSERT_EQ(position_std_m.size(), 3u);
+  const double distance_std_m = right.at("distance_std_m");
+  EXPECT_GT(distance_std_m, 0);
+  EXPECT_LE(distance_std_m, std::hypot(position_std_m[0], position_std_m[1], position_std_m[2]));
+  EXPECT_TRUE(json.at("board_shape").at("estimated").is_boolean());
+  EXPECT_EQ(json.at("board_shape").at("uneven"), false);
+  EXPECT_LT(std::abs(json.at("board_shape").at("bend_x_m").get<double>()), 0.001);
 }
 
 // One meaning of a number of frames, whatever other images there are.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/batch.h"
+#include "alidade/camera/batch_rows.h"
 #include "alidade/camera/camera_variant.h"
 
 #include <gtest/gtest.h>
@@ -328,6 +329,61 @@ TEST(Batch, GivesTheSameOfAPointWhereverItStands) {
     }
   }
   EXPECT_EQ(num_checked, 455);
+}
+
+// Rows give what columns give, digit by digit; the count leaves a rest behind whole groups.
+TYPED_TEST(Batch, RowsAgreeWithColumns) {
+  using M = TypeParam;
+  constexpr std::size_t kCount = 1003;
+  const Camera<M> camera(ModelFixture<M>::paramSets().front());
+  const AnyCamera any(camera);
+  const SE3 pose{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};
+  const Points around = pointsAround(camera, 4);
+  Points points(kCount);
+  std::vector<double> rows;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    points.set(i, around.at(i));
+    rows.insert(rows.end(), {points.x[i], points.y[i], points.z[i]});
+  }
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  constexpr std::size_t kByParams = 2 * kNumParams<M>;
+  std::size_t num_ok = 0;
+  Variants().forEach([&] {
+    for (const SE3* const camera_from_points : {static_cast<const SE3*>(nullptr), &pose}) {
+      Pixels expected(kCount);
+      std::vector<double> by_params(kCount * kByParams);
+      std::vector<double> by_params_of_rows(kCount * kByParams);
+      if (camera_from_points == nullptr) {
+        projectBatch(any, points.columns(), expected.results(), {.by_params = by_params.data()});
+      } else {
+        projectBatch(any, pose, points.columns(), expected.results(), {.by_params = by_params.data()});
+      }
+      std::vector<double> pixels(2 * kCount);
+      std::vector<ProjectStatus> status(kCount);
+      projectRows(any, camera_from_points, rows, pixels, status, {.by_params = by_params_of_rows.data()});
+      EXPECT_EQ(status, expected.status);
+      EXPECT_TRUE(std::ranges::equal(by_params_of_rows, by_params, same));
+      for (std::size_t i = 0; i < kCount; ++i) {
+        ASSERT_TRUE(same(pixels[2 * i], expected.u[i]) && same(pixels[2 * i + 1], expected.v[i])) << i;
+        num_ok += status[i] == ProjectStatus::kOk ? 1 : 0;
+      }
+      Points rays(kCount);
+      std::vector<ProjectStatus> ray_status(kCount);
+      std::vector<double> J(6 * kCount);
+      unprojectBatch(any, {expected.u, expected.v}, {rays.x, rays.y, rays.z, ray_status}, J.data());
+      std::vector<double> rays_in_rows(3 * kCount);
+      std::vector<double> J_of_rows(6 * kCount);
+      unprojectRows(any, pixels, rays_in_rows, status, J_of_rows.data());
+      EXPECT_EQ(status, ray_status);
+      EXPECT_TRUE(std::ranges::equal(J_of_rows, J, same));
+      for (std::size_t i = 0; i < kCount; ++i) {
+        ASSERT_TRUE(same(rays_in_rows[3 * i], rays.x[i]) && same(rays_in_rows[3 * i + 1], rays.y[i]) &&
+                    same(rays_in_rows[3 * i + 2], rays.z[i]))
+            << i;
+      }
+    }
+  });
+  EXPECT_GT(num_ok, kCount);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <utility>
@@ -10,16 +9,15 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "alidade/adjust/errors.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
+#include "alidade/report/rig_evidence.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 #include "report_output.h"
 #include "rig/rig_inputs.h"
@@ -27,95 +25,6 @@
 
 namespace alidade {
 namespace {
-
-json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) {
-  json list = json::array();
-  for (const RigImage& image : images) {
-    list.push_back(
-        {{"camera", rig.cameras[image.camera].name}, {"image", image.image}, {"frame", image.frame}});
-  }
-  return list;
-}
-
-// Frames are those with a board that two or more cameras saw, as in the rig file.
-json documentOfRig(const RigCalibration& rig, int num_frames) {
-  json cameras = json::array();
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const RigCamera& camera = rig.cameras[c];
-    const FitCamera& fitted = rig.fit.cameras[c];
-    cameras.push_back(
-        {{"name", camera.name},
-         {"model", fitted.model},
-         {"image_size", {{"width", fitted.size.width}, {"height", fitted.size.height}}},
-         {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
-         {"camera_from_rig", fitted.camera_from_rig},
-         {"translation_std_m",
-          {camera.translation_std_m.x(), camera.translation_std_m.y(), camera.translation_std_m.z()}},
-         {"rotation_std_rad",
-          {camera.rotation_std_rad.x(), camera.rotation_std_rad.y(), camera.rotation_std_rad.z()}},
-         {"rms_px", camera.rms_px},
-         {"alone_rms_px", camera.alone_rms_px},
-         {"transfer_px", camera.transfer_px}});
-  }
-  json motions = json::array();
-  for (const CameraMotion& motion : rig.motions) {
-    motions.push_back({{"camera", rig.cameras[motion.camera].name},
-                       {"from_frame", motion.from_frame},
-                       {"after_from_before", motion.after_from_before},
-                       {"effect_px", motion.effect_px},
-                       {"num_views_after", motion.num_after}});
-  }
-  return {{"verdict", verdictName(rig.verdict())},
-          {"rms_px", rms(rig.fit)},
-          {"num_frames", num_frames},
-          {"num_linked", rig.num_linked},
-          {"num_renumbered", rig.num_renumbered},
-          {"holdout_rms_px", rig.holdout.rms_px},
-          {"time_spread", rig.time_spread},
-          {"unlinked", imagesJson(rig, rig.unlinked)},
-          {"unmatched", imagesJson(rig, rig.unmatched)},
-          {"motions", std::move(motions)},
-          {"cameras", std::move(cameras)},
-          {"diagnoses", rig.diagnoses}};
-}
-
-// The same with boards, frames and the errors of all corners.
-json evidenceOfRig(const RigCalibration& rig, int num_frames, double tolerance_px) {
-  json document = documentOfRig(rig, num_frames);
-  document["kind"] = "rig";
-  document["tolerance_px"] = tolerance_px;
-  document["created_by"] = programName();
-  document["frames"] = rig.frames;
-  json& boards = document["boards"] = json::array();
-  for (const FitBoard& board : rig.fit.boards) boards.push_back(board.target.spec());
-  json& placements = document["placements"] = json::array();
-  for (const FitPlacement& placement : rig.fit.placements) {
-    placements.push_back({{"frame", placement.frame},
-                          {"board", placement.board},
-                          {"rig_from_board", placement.rig_from_board}});
-  }
-  json& views = document["views"] = json::array();
-  for (const FitView& view : rig.fit.views) {
-    json corners = json::array();
-    double sum = 0;
-    for (std::size_t i = 0; i < view.corners.size(); ++i) {
-      const Observation& corner = view.corners[i];
-      sum += view.errors[i].squaredNorm();
-      corners.push_back({{"id", corner.id},
-                         {"u", corner.pixel.x()},
-                         {"v", corner.pixel.y()},
-                         {"dx", view.errors[i].x()},
-                         {"dy", view.errors[i].y()}});
-    }
-    const auto count = static_cast<double>(std::max<std::size_t>(1, view.corners.size()));
-    views.push_back({{"camera", view.camera},
-                     {"placement", view.placement},
-                     {"image", view.image},
-                     {"rms_px", std::sqrt(sum / count)},
-                     {"corners", std::move(corners)}});
-  }
-  return document;
-}
 
 class RigCalibrateCommand final : public Command {
  public:
@@ -190,9 +99,9 @@ class RigCalibrateCommand final : public Command {
     const RigRecord record = recordOf(rig, programName());
     const bool is_kept = rig.isUsable() || keep_;
     if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(record));
-    writeEvidence(rig, record.num_frames, options.camera.tolerance_px);
+    writeEvidence(rig, options.camera.tolerance_px);
     if (common_.json) {
-      printResult(jsonText(documentOfRig(rig, record.num_frames)));
+      printResult(rigSummaryJson(rig));
     } else if (!common_.quiet) {
       const bool is_coloured = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
       printResult(rigSummaryText(rig, given.given, record.num_frames, is_coloured) +
@@ -227,9 +136,9 @@ class RigCalibrateCommand final : public Command {
   }
 
   // The evidence file and the report, as far as they are asked for.
-  void writeEvidence(const RigCalibration& rig, int num_frames, double tolerance_px) const {
+  void writeEvidence(const RigCalibration& rig, double tolerance_px) const {
     if (evidence_.empty() && report_.empty()) return;
-    const std::string evidence = jsonText(evidenceOfRig(rig, num_frames, tolerance_px));
+    const std::string evidence = rigEvidenceJson(rig, tolerance_px, programName());
     if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
     if (report_.empty()) return;
     writeReport(report_, evidence, evidence_, {});

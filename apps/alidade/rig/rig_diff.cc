@@ -12,8 +12,8 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/rig_file.h"
+#include "alidade/report/json_output.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 
 namespace alidade {

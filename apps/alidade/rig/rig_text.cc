@@ -10,7 +10,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "calibration_output.h"
+#include "alidade/report/evidence.h"
 #include "console.h"
 #include "options.h"
 #include "summary_lines.h"

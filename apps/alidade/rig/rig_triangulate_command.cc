@@ -16,8 +16,8 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/files/table_lines.h"
+#include "alidade/report/json_output.h"
 #include "console.h"
-#include "json_output.h"
 #include "options.h"
 #include "rig/rig_inputs.h"
 

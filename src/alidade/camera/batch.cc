@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "alidade/camera/batch_rows.h"
 #include "alidade/camera/camera_variant.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
@@ -17,13 +18,49 @@
 namespace alidade {
 namespace {
 
-// The arrays of one call. Outputs that are null are not wanted.
+// The arrays of one call. Outputs that are null are not wanted. Strides are from one point's coordinate to
+// the next one's: 1 in columns; in rows, the coordinates of a point are neighbours.
 template <std::size_t kNumIn, std::size_t kNumOut>
 struct Arrays {
   std::array<const double*, kNumIn> in;
   std::array<double*, kNumOut> out;
   ProjectStatus* status;
+  std::size_t in_stride = 1;
+  std::size_t out_stride = 1;  // of coordinates; the Jacobians of the points follow each other
 };
+
+ALIDADE_ALWAYS_INLINE Lanes loadStrided(const double* from, std::size_t i, std::size_t stride) {
+  if (stride == 1) return lane::load(from + i);
+#if defined(ALIDADE_HAS_VECTORS)
+  const double* const p = from + i * stride;
+  return Lanes{p[0], p[stride], p[2 * stride], p[3 * stride]};
+#else
+  return from[i * stride];
+#endif
+}
+
+ALIDADE_ALWAYS_INLINE void storeStrided(const Lanes& lanes, double* to, std::size_t i, std::size_t stride) {
+  if (stride == 1) return lane::store(lanes, to + i);
+#if defined(ALIDADE_HAS_VECTORS)
+  for (std::size_t l = 0; l < kNumLanes; ++l) to[(i + l) * stride] = lanes[l];
+#else
+  to[i * stride] = lanes;
+#endif
+}
+
+// A stride of 2 means that u and v are neighbours: half as many stores.
+ALIDADE_ALWAYS_INLINE void storePixels(const Lanes& u, const Lanes& v, double* to_u, double* to_v,
+                                       std::size_t i, std::size_t stride) {
+#if defined(ALIDADE_HAS_VECTORS)
+  if (stride == 2) {
+    lane::store(__builtin_shufflevector(u, v, 0, 4, 1, 5), to_u + 2 * i);
+    lane::store(__builtin_shufflevector(u, v, 2, 6, 3, 7), to_u + 2 * i + kNumLanes);
+    return;
+  }
+#endif
+  storeStrided(u, to_u, i, stride);
+  storeStrided(v, to_v, i, stride);
+}
 
 ALIDADE_ALWAYS_INLINE bool laneOf(const LaneMask& mask, std::size_t l) {
 #if defined(ALIDADE_HAS_VECTORS)
@@ -70,13 +107,17 @@ void runLoop(const Loop& loop, const typename Loop::Columns& arrays, std::size_t
   ProjectStatus status[kNumLanes];
   typename Loop::Columns padded = {.in = {}, .out = {}, .status = status};
   for (std::size_t c = 0; c < arrays.in.size(); ++c) {
-    std::fill_n(std::copy_n(arrays.in[c] + whole, rest, in[c]), kNumLanes - rest, lane::kNaN);
+    std::fill_n(in[c], kNumLanes, lane::kNaN);
+    for (std::size_t l = 0; l < rest; ++l) in[c][l] = arrays.in[c][(whole + l) * arrays.in_stride];
     padded.in[c] = in[c];
   }
   for (std::size_t c = 0; c < kWidths.size(); ++c) padded.out[c] = arrays.out[c] ? out[c] : nullptr;
   runGroups(loop, padded, kNumLanes);
   for (std::size_t c = 0; c < kWidths.size(); ++c) {
-    if (arrays.out[c]) std::copy_n(out[c], rest * kWidths[c], arrays.out[c] + whole * kWidths[c]);
+    if (arrays.out[c] == nullptr) continue;
+    const std::size_t stride = kWidths[c] == 1 ? arrays.out_stride : kWidths[c];
+    for (std::size_t l = 0; l < rest; ++l)
+      std::copy_n(out[c] + l * kWidths[c], kWidths[c], arrays.out[c] + (whole + l) * stride);
   }
   std::copy_n(status, rest, arrays.status + whole);
 }
@@ -104,7 +145,8 @@ class ProjectLoop {
 
   ALIDADE_ALWAYS_INLINE void group(const Columns& a, std::size_t i) const {
     const auto [u, v, by_point_out, by_pose_out, by_params_out] = a.out;
-    const Lanes p[3] = {lane::load(a.in[0] + i), lane::load(a.in[1] + i), lane::load(a.in[2] + i)};
+    const Lanes p[3] = {loadStrided(a.in[0], i, a.in_stride), loadStrided(a.in[1], i, a.in_stride),
+                        loadStrided(a.in[2], i, a.in_stride)};
     Lanes p_cam[3] = {p[0], p[1], p[2]};
     const auto& R = pose_.R;
     if constexpr (kHasPose) {
@@ -132,8 +174,8 @@ class ProjectLoop {
     const Lanes undefined = (px[0] - px[0]) + (px[1] - px[1]);
     is_ok = lane::both(is_ok, undefined == 0.0);
     const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + lane::kNaN);
-    lane::store(lane::select(is_ok, px[0], nothing), u + i);
-    lane::store(lane::select(is_ok, px[1], nothing), v + i);
+    storePixels(lane::select(is_ok, px[0], nothing), lane::select(is_ok, px[1], nothing), u, v, i,
+                a.out_stride);
     std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
     if (!lane::isAll(is_ok)) {
       for (std::size_t l = 0; l < kNumLanes; ++l) {
@@ -192,8 +234,8 @@ class UnprojectLoop {
   ALIDADE_ALWAYS_INLINE void group(const Columns& a, std::size_t i) const {
     const auto [x, y, z, J_ray_pixel] = a.out;
     const double* params = params_.data();
-    const Lanes u = lane::load(a.in[0] + i);
-    const Lanes v = lane::load(a.in[1] + i);
+    const Lanes u = loadStrided(a.in[0], i, a.in_stride);
+    const Lanes v = loadStrided(a.in[1], i, a.in_stride);
     const Lanes m[2] = {(u - params[2]) * (1 / params[0]), (v - params[3]) * (1 / params[1])};
     Lanes ray[3];
     M::quickUnlens(params + 4, start_, m, max_angle_, ray);
@@ -201,16 +243,17 @@ class UnprojectLoop {
     LaneMask is_ok = lane::both(norm2 > 0.5, ray[2] >= cos_max_angle_);
     if constexpr (M::kMaxAngle <= std::numbers::pi / 2) is_ok = lane::both(is_ok, ray[2] > 0.0);
     const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + lane::kNaN);
-    lane::store(ray[0] + nothing, x + i);
-    lane::store(ray[1] + nothing, y + i);
-    lane::store(ray[2] + nothing, z + i);
+    storeStrided(ray[0] + nothing, x, i, a.out_stride);
+    storeStrided(ray[1] + nothing, y, i, a.out_stride);
+    storeStrided(ray[2] + nothing, z, i, a.out_stride);
     std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
     if (!lane::isAll(is_ok)) {
       for (std::size_t l = 0; l < kNumLanes; ++l)
         if (!laneOf(is_ok, l)) tryHarder({u[l], v[l]}, a, i + l);
     }
     if (J_ray_pixel != nullptr) {
-      const Lanes found[3] = {lane::load(x + i), lane::load(y + i), lane::load(z + i)};
+      const Lanes found[3] = {loadStrided(x, i, a.out_stride), loadStrided(y, i, a.out_stride),
+                              loadStrided(z, i, a.out_stride)};
       Lanes J[6];
       rayByPixel<M>(params, found, J);
       scatter<6>(J, 0.0 * found[0], J_ray_pixel + 6 * i);
@@ -223,7 +266,7 @@ class UnprojectLoop {
     const auto ray = camera_.unproject(pixel);
     a.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
     if (!ray) return;
-    for (std::size_t c = 0; c < 3; ++c) a.out[c][i] = (*ray)[static_cast<Eigen::Index>(c)];
+    for (std::size_t c = 0; c < 3; ++c) a.out[c][i * a.out_stride] = (*ray)[static_cast<Eigen::Index>(c)];
   }
 
   const Camera<M>& camera_;
@@ -233,18 +276,9 @@ class UnprojectLoop {
   double cos_max_angle_;
 };
 
-void project(const AnyCamera& camera, const SE3* camera_from_points, const PointColumns& points,
-             const PixelResults& pixels, const PixelJacobians& jacobians) {
-  const std::size_t count = points.x.size();
-  expect(points.y.size() == count && points.z.size() == count && pixels.u.size() == count &&
-             pixels.v.size() == count && pixels.status.size() == count,
-         "the arrays of a batch have one length");
-  const Arrays<3, 5> arrays = {
-      .in = {points.x.data(), points.y.data(), points.z.data()},
-      .out = {pixels.u.data(), pixels.v.data(), jacobians.by_point, jacobians.by_pose, jacobians.by_params},
-      .status = pixels.status.data()};
-  const bool has_jacobians =
-      jacobians.by_point != nullptr || jacobians.by_pose != nullptr || jacobians.by_params != nullptr;
+void project(const AnyCamera& camera, const SE3* camera_from_points, const Arrays<3, 5>& arrays,
+             std::size_t count) {
+  const bool has_jacobians = arrays.out[2] != nullptr || arrays.out[3] != nullptr || arrays.out[4] != nullptr;
   const Pose pose(camera_from_points != nullptr ? *camera_from_points : SE3());
   camera.visit([&](const auto& c) {
     using M = typename std::decay_t<decltype(c)>::Model;
@@ -258,16 +292,30 @@ void project(const AnyCamera& camera, const SE3* camera_from_points, const Point
   });
 }
 
+void projectColumns(const AnyCamera& camera, const SE3* camera_from_points, const PointColumns& points,
+                    const PixelResults& pixels, const PixelJacobians& jacobians) {
+  const std::size_t count = points.x.size();
+  expect(points.y.size() == count && points.z.size() == count && pixels.u.size() == count &&
+             pixels.v.size() == count && pixels.status.size() == count,
+         "the arrays of a batch have one length");
+  project(
+      camera, camera_from_points,
+      {.in = {points.x.data(), points.y.data(), points.z.data()},
+       .out = {pixels.u.data(), pixels.v.data(), jacobians.by_point, jacobians.by_pose, jacobians.by_params},
+       .status = pixels.status.data()},
+      count);
+}
+
 }  // namespace
 
 void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
                   const PixelJacobians& jacobians) {
-  project(camera, nullptr, points_cam, pixels, jacobians);
+  projectColumns(camera, nullptr, points_cam, pixels, jacobians);
 }
 
 void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
                   const PixelResults& pixels, const PixelJacobians& jacobians) {
-  project(camera, &camera_from_points, points, pixels, jacobians);
+  projectColumns(camera, &camera_from_points, points, pixels, jacobians);
 }
 
 void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,
@@ -281,6 +329,35 @@ void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const R
             {.in = {pixels.u.data(), pixels.v.data()},
              .out = {rays.x.data(), rays.y.data(), rays.z.data(), J_ray_pixel},
              .status = rays.status.data()},
+            count);
+  });
+}
+
+void projectRows(const AnyCamera& camera, const SE3* camera_from_points, std::span<const double> points,
+                 std::span<double> pixels, std::span<ProjectStatus> status, const PixelJacobians& jacobians) {
+  const std::size_t count = status.size();
+  expect(points.size() == 3 * count && pixels.size() == 2 * count, "the arrays of a batch have as many rows");
+  project(
+      camera, camera_from_points,
+      {.in = {points.data(), points.data() + 1, points.data() + 2},
+       .out = {pixels.data(), pixels.data() + 1, jacobians.by_point, jacobians.by_pose, jacobians.by_params},
+       .status = status.data(),
+       .in_stride = 3,
+       .out_stride = 2},
+      count);
+}
+
+void unprojectRows(const AnyCamera& camera, std::span<const double> pixels, std::span<double> rays,
+                   std::span<ProjectStatus> status, double* J_ray_pixel) {
+  const std::size_t count = status.size();
+  expect(pixels.size() == 2 * count && rays.size() == 3 * count, "the arrays of a batch have as many rows");
+  camera.visit([&](const auto& c) {
+    runLoop(UnprojectLoop(c),
+            {.in = {pixels.data(), pixels.data() + 1},
+             .out = {rays.data(), rays.data() + 1, rays.data() + 2, J_ray_pixel},
+             .status = status.data(),
+             .in_stride = 2,
+             .out_stride = 3},
             count);
   });
 }

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/error_text.h"
 #include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -202,6 +203,12 @@ void noteBoard(BoardSurvey& survey, std::span<const Board> others) {
   if (hint && hint->is_closed) survey.notes.push_back({.kind = SurveyNote::Kind::kOtherBoard, .hint = hint});
 }
 
+// Reasons of an image that shows something else than the board.
+bool isElsewhere(DetectionReason reason) {
+  return reason == DetectionReason::kNoBoard || reason == DetectionReason::kUnplaced ||
+         reason == DetectionReason::kLargerBoard || reason == DetectionReason::kOtherBoard;
+}
+
 }  // namespace
 
 std::size_t BoardSurvey::numFound() const {
@@ -313,6 +320,22 @@ std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& bo
   refuseOtherSizes(std::span(&outcomes, 1), notes);
   triageBoard(outcomes, board, {}, notes);
   return notes;
+}
+
+std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys) {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < surveys.front().outcomes.size(); ++i) {
+    const bool is_any_found = std::ranges::any_of(
+        surveys, [&](const BoardSurvey& survey) { return survey.outcomes[i].detection.hasCorners(); });
+    for (const BoardSurvey& survey : surveys) {
+      const ImageOutcome& outcome = survey.outcomes[i];
+      const auto why = diagnosisOf(outcome);
+      if (!why || (is_any_found && isElsewhere(outcome.detection.reason))) continue;
+      const std::string which = surveys.size() > 1 ? fmt::format(" ({})", survey.board.spec()) : "";
+      lines.push_back(oneLine(fmt::format("{}: {}{}: {}", why->cause, why->id, which, why->evidence)));
+    }
+  }
+  return lines;
 }
 
 std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Board& asked,

@@ -85,6 +85,10 @@ std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& bo
 [[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
 [[nodiscard]] Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey);
 
+/// One line for each image that does not show the whole board, "name: reason: why", for people. Of several
+/// boards each line names its own, and an image that shows one of them need not show the others.
+[[nodiscard]] std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys);
+
 /// The most common grid other than the expected board among images without corners, preferably one that is
 /// completely visible. std::nullopt if there is none.
 /// @param others  further boards that the images may show

@@ -21,6 +21,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
+#include "alidade/imagery/gray_image.h"
 #include "alidade/imagery/image_container.h"
 #include "alidade/imagery/jpeg_damage.h"
 #include "alidade/imagery/tiff_damage.h"
@@ -112,59 +113,6 @@ cv::Mat decode(const std::string& path, std::string& content, int flags) {
   return image;
 }
 
-/// Both ends of what all but the least and the greatest 0.1 % of the finite samples span, so that a hot or
-/// dead pixel does not decide. Images of up to 1000 pixels lose none.
-std::pair<double, double> robustRange(const cv::Mat& image) {
-  constexpr std::size_t kMaxSamples = 1'000'000;  // of larger images, every k-th pixel
-  constexpr double kTail = 0.001;
-  const std::size_t step = (image.total() + kMaxSamples - 1) / kMaxSamples;
-  const auto num_columns = static_cast<std::size_t>(image.cols);
-  std::vector<double> samples;
-  samples.reserve(std::min(image.total(), kMaxSamples));
-  std::vector<double> row;
-  std::size_t i = 0;
-  for (int y = 0; y < image.rows; ++y) {
-    const std::size_t begin = static_cast<std::size_t>(y) * num_columns;
-    image.row(y).convertTo(row, CV_64F);
-    for (; i < begin + num_columns; i += step) {
-      if (std::isfinite(row[i - begin])) samples.push_back(row[i - begin]);
-    }
-  }
-  if (samples.empty()) return {};
-  const std::size_t last = samples.size() - 1;
-  const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(last));
-  const auto low = samples.begin() + static_cast<std::ptrdiff_t>(tail);
-  const auto high = samples.begin() + static_cast<std::ptrdiff_t>(last - tail);
-  std::nth_element(samples.begin(), low, samples.end());
-  const double low_value = *low;
-  std::nth_element(low, high, samples.end());
-  return {low_value, *high};
-}
-
-GrayImage toGrayImage(const std::string& path, const cv::Mat& image) {
-  if (image.channels() != 1 || image.depth() > CV_64F)
-    throw imageError(path, "samples that cannot be converted to grey", "convert the image to an 8-bit PNG");
-  GrayImage gray{.size = {image.cols, image.rows}, .pixels = std::vector<std::uint8_t>(image.total())};
-  if (image.depth() == CV_8U) {
-    image.copyTo(cv::Mat(image.size(), CV_8UC1, gray.pixels.data()));
-    return gray;
-  }
-  const auto [low, high] = robustRange(image);
-  // Values far apart (doubles) must not overflow in their difference, hence the halves.
-  const double half_range = high / 2 - low / 2;
-  std::uint8_t* out = gray.pixels.data();
-  std::vector<double> row;
-  for (int y = 0; y < image.rows; ++y) {
-    image.row(y).convertTo(row, CV_64F);
-    for (const double sample : row) {
-      const double share = (sample / 2 - low / 2) / half_range;
-      // Samples out of the range are clamped; neither comparison holds for NaN.
-      *out++ = share >= 1.0 ? 255 : share > 0.0 ? static_cast<std::uint8_t>(std::lround(share * 255.0)) : 0;
-    }
-  }
-  return gray;
-}
-
 struct DecodedFile {
   cv::Mat image;
   int exif_orientation = 1;
@@ -231,7 +179,9 @@ void checkDecodedSize(const std::string& path, const ImageSize& size) {
 LoadedImage decodeGrayImage(const std::string& path, std::string bytes) {
   const DecodedFile file = decodeBytes(
       path, std::move(bytes), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
-  return {.image = toGrayImage(path, file.image), .exif_orientation = file.exif_orientation};
+  if (file.image.channels() != 1 || file.image.depth() > CV_64F)
+    throw imageError(path, "samples that cannot be converted to grey", "convert the image to an 8-bit PNG");
+  return {.image = detail::grayFromSamples(file.image), .exif_orientation = file.exif_orientation};
 }
 
 LoadedImage readGrayImage(const std::string& path) {

@@ -152,19 +152,22 @@ RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews>
   return rig;
 }
 
+int numLinkedFrames(const RigCalibration& rig) {
+  std::set<std::size_t> frames;
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(rig.fit)) {
+    if (of_placement.size() > 1)
+      frames.insert(rig.fit.placements[rig.fit.views[of_placement.front()].placement].frame);
+  }
+  return static_cast<int>(frames.size());
+}
+
 RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
   RigRecord record{.cameras = {},
                    .verdict = rig.verdict(),
                    .rms_px = rms(rig.fit),
-                   .num_frames = 0,
+                   .num_frames = numLinkedFrames(rig),
                    .findings = {},
                    .created_by = created_by};
-  std::set<std::size_t> linked_frames;
-  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(rig.fit)) {
-    if (of_placement.size() > 1)
-      linked_frames.insert(rig.fit.placements[rig.fit.views[of_placement.front()].placement].frame);
-  }
-  record.num_frames = static_cast<int>(linked_frames.size());
   for (const Diagnosis& diagnosis : rig.diagnoses) {
     if (std::ranges::find(record.findings, diagnosis.id) == record.findings.end())
       record.findings.push_back(diagnosis.id);

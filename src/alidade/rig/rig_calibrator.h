@@ -34,6 +34,9 @@ struct RigOptions {
 [[nodiscard]] RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews> cameras,
                                           const RigOptions& options = {});
 
+/// The number of frames with a board that two or more cameras saw.
+[[nodiscard]] int numLinkedFrames(const RigCalibration& rig);
+
 /// What a rig file contains. The cameras have parameters, covariance, verdict and accuracy of the joint fit.
 /// A given camera is as it was given.
 [[nodiscard]] RigRecord recordOf(const RigCalibration& rig, const std::string& created_by);

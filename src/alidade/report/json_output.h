@@ -33,6 +33,9 @@ template <class T>
 [[nodiscard]] inline json vectorJson(const Eigen::Vector2d& v) {
   return {v.x(), v.y()};
 }
+[[nodiscard]] inline json vectorJson(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 /// The parameters by name.
 [[nodiscard]] inline json parametersJson(std::span<const std::string_view> names,

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include "alidade/report/evidence.h"
+
+#include <algorithm>
+#include <span>
+
 #include "alidade/adjust/errors.h"
 #include "alidade/core/mapped.h"
 #include "alidade/record/camera_record.h"
-#include "calibration_output.h"
-#include "console.h"
-#include "json_output.h"
+#include "alidade/report/json_output.h"
+#include "alidade/report/shape_json.h"
 
 namespace alidade {
 
@@ -125,21 +129,12 @@ json withBoards(const Calibration& result, const Items& items) {
   return list;
 }
 
-// One value for the only board, or a list with one for each.
-template <class ValueOf>
-json ofEachBoard(const Calibration& result, const ValueOf& valueOf) {
-  if (!hasSeveralBoards(result)) return valueOf(0);
-  json list = json::array();
-  for (std::size_t board = 0; board < result.fit.boards.size(); ++board) list.push_back(valueOf(board));
-  return list;
-}
-
 // With where they were seen: the fit has forgotten that.
-json outliersJson(const Calibration& result, const GivenViews& given) {
+json outliersJson(const Calibration& result, std::span<const View> given) {
   const std::vector<Outlier>& outliers = result.dropped.outliers;
   json list = withBoards(result, outliers);
   for (std::size_t i = 0; i < outliers.size(); ++i) {
-    const std::vector<Corner>& corners = given.views[outliers[i].source].corners;
+    const std::vector<Corner>& corners = given[outliers[i].source].corners;
     const auto seen = std::ranges::find(corners, outliers[i].corner_id, &Corner::id);
     if (seen == corners.end()) continue;
     list[i]["u"] = seen->pixel.x();
@@ -156,7 +151,7 @@ bool isOfBoard(const CommonError& error) {
 json commonErrorsJson(const Calibration& result) {
   json errors = json::object();
   if (hasSeveralBoards(result))
-    errors["boards"] = ofEachBoard(result, [&](std::size_t board) -> json {
+    errors["boards"] = ofEachBoard(result.fit, [&](std::size_t board) -> json {
       return {{"board", specOf(result, board)}};
     });
   for (const CommonError& error : result.uncertainty.common_errors) {
@@ -177,36 +172,18 @@ json weakPriorJson(const FitCamera& camera) {
 
 json boardShapeJson(const Calibration& result, std::size_t board) {
   const ShapeReport& shape = result.choice.shapes[board];
-  const FitBoard& of_board = result.fit.boards[board];
-  const bool is_estimated = !of_board.is_shape_fixed;
-  const BoardShape bend = is_estimated ? of_board.shape : BoardShape{};
   const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m[board];
-  json document = {{"estimated", is_estimated},
-                   {"determined", shape.is_determined},
+  json document = fittedShapeJson(result.fit, board);
+  document.update({{"determined", shape.is_determined},
                    {"f", shape.f},
                    {"by_views", orNull(shape.by_views)},
-                   {"bend_x_m", bend.bend_x_m},
-                   {"bend_y_m", bend.bend_y_m},
                    {"bend_x_std_m", std_m.x()},
                    {"bend_y_std_m", std_m.y()},
                    {"flat_rms_px", shape.flat_rms_px},
-                   {"flat_parameters", shape.flat_params},
-                   {"uneven", of_board.isUneven()}};
-  if (of_board.isUneven()) {
-    const Eigen::Vector2d rms_m = offsetRms(of_board.shape);
-    document["offsets_m"] = mapped(of_board.shape.offsets_m, [](const Eigen::Vector3d& p) {
-      return json{p.x(), p.y(), p.z()};
-    });
-    document["offset_rms_in_plane_m"] = rms_m.x();
-    document["offset_rms_across_m"] = rms_m.y();
-  }
+                   {"flat_parameters", shape.flat_params}});
   if (const auto& even = result.choice.points.even_excess) {
     document["even_excess"] = even->share;
     document["even_excess_std"] = even->std;
-  }
-  if (hasSeveralBoards(result)) {
-    document["board"] = specOf(result, board);
-    document["num_views"] = numViews(result.fit, board);
   }
   return document;
 }
@@ -315,18 +292,15 @@ json uncertaintyJson(const Calibration& result) {
   return document;
 }
 
-}  // namespace
-
-namespace {
-
-json documentOf(const Calibration& result, const GivenViews& given, const Advice& advice) {
+json documentOf(const Calibration& result, const GivenImages& given, std::span<const View> views,
+                const Advice& advice) {
   const Uncertainty& known = result.uncertainty;
   const SolveSummary& solver = result.fit.summary;
   json document = uncertaintyJson(result);
   document.update({
       {"model", onlyCamera(result.fit).model},
       {"image_size", result.imageSize()},
-      {"board", ofEachBoard(result, [&](std::size_t board) { return specOf(result, board); })},
+      {"board", ofEachBoard(result.fit, [&](std::size_t board) { return specOf(result, board); })},
       {"images",
        {{"given", given.num_images},
         {"found", given.num_found},
@@ -349,7 +323,8 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
        {{"max_angle_rad", result.domain.cone.max_angle_rad},
         {"full_image", result.domain.full_image},
         {"min_relative_det", result.domain.min_relative_det}}},
-      {"board_shape", ofEachBoard(result, [&](std::size_t board) { return boardShapeJson(result, board); })},
+      {"board_shape",
+       ofEachBoard(result.fit, [&](std::size_t board) { return boardShapeJson(result, board); })},
       {"weak_prior", weakPriorJson(onlyCamera(result.fit))},
       {"start", result.choice.start},
       {"other_optima", otherOptimaJson(result)},
@@ -360,7 +335,7 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
       {"accuracy", orNull(known.accuracy)},
       {"verdict", verdictName(result.verdict())},
       {"findings", result.diagnoses},
-      {"outliers", outliersJson(result, given)},
+      {"outliers", outliersJson(result, views)},
       {"outlier_share", result.dropped.outlierShare(result.fit)},
       {"excluded_views", withBoards(result, result.dropped.views)},
       {"repeated_views", withBoards(result, result.dropped.repeated)},
@@ -383,13 +358,30 @@ json documentOf(const Calibration& result, const GivenViews& given, const Advice
 
 }  // namespace
 
-std::string summaryJson(const Calibration& result, const GivenViews& given, const Advice& advice) {
-  return jsonText(documentOf(result, given, advice));
+Advice adviceOn(const Calibration& result, const std::vector<View>& views, std::optional<double> target_px) {
+  Advice advice{.coverage = coverageOf(result, views), .guidance = {}};
+  advice.guidance = guide(result, advice.coverage, target_px);
+  return advice;
 }
 
-std::string evidenceJson(const Calibration& result, const GivenViews& given, const Advice& advice,
-                         const std::vector<Setting>& settings, double tolerance_px) {
-  json document = documentOf(result, given, advice);
+std::size_t numImagesUsed(const Calibration& result) {
+  const std::vector<FitView>& views = result.fit.views;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    // Views of one image are neighbours.
+    if (v == 0 || views[v].image != views[v - 1].image) ++count;
+  }
+  return count;
+}
+
+std::string summaryJson(const Calibration& result, const GivenImages& given, std::span<const View> views,
+                        const Advice& advice) {
+  return jsonText(documentOf(result, given, views, advice));
+}
+
+std::string evidenceJson(const Calibration& result, const GivenImages& given, std::span<const View> views,
+                         const Advice& advice, const EvidenceOrigin& origin) {
+  json document = documentOf(result, given, views, advice);
   for (std::size_t v = 0; v < result.fit.views.size(); ++v) {
     const FitView& view = result.fit.views[v];
     json& corners = document["views"][v]["corners"] = json::array();
@@ -403,9 +395,9 @@ std::string evidenceJson(const Calibration& result, const GivenViews& given, con
     }
   }
   document["settings"] = json::object();
-  for (const auto& [name, values] : settings) document["settings"][name] = values;
-  document["tolerance_px"] = tolerance_px;
-  document["created_by"] = programName();
+  for (const auto& [name, values] : origin.settings) document["settings"][name] = values;
+  document["tolerance_px"] = origin.tolerance_px;
+  document["created_by"] = origin.created_by;
   return jsonText(document);
 }
 

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+// What module.cc puts together; one file per concept.
+
+namespace alidade::python {
+
+/// The docstring of a name of the module such as "Camera.project", with its signature, from
+/// alidade/_core.pyi.
+/// @throws std::logic_error for a name that is not there, so that the module cannot be loaded
+[[nodiscard]] const char* doc(const char* name);
+
+void bindErrors(pybind11::module_& module);
+void bindCamera(pybind11::module_& module);
+void bindFiles(pybind11::module_& module);
+void bindDetection(pybind11::module_& module);
+void bindCalibration(pybind11::module_& module);
+void bindRig(pybind11::module_& module);
+void bindChecks(pybind11::module_& module);
+
+}  // namespace alidade::python

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/calibrate/start/options.h"
+#include "alidade/core/diagnosis.h"
+#include "alidade/report/page_shell.h"
+#include "detection.h"
+#include "keywords.h"
+
+namespace alidade::python {
+
+/// What a calibration is made from.
+struct ViewsValue {
+  std::vector<Board> boards;
+  std::vector<View> views;
+  GivenImages given;
+  std::vector<std::pair<std::string, std::string>> paths = {};  ///< as SurveyValue
+  std::vector<std::string> images = {};                         ///< all that were searched; empty: unknown
+};
+
+/// How views are found or read, from the keyword arguments that calibrate() and calibrate_rig() share.
+struct ViewsArguments {
+  SearchArguments search = {};
+  py::object image_size = py::none();
+  py::object sigma_px = py::none();
+};
+[[nodiscard]] ViewsArguments viewsArguments(Keywords& keywords);
+
+/// The views of images, a Survey, detections or corner arrays.
+[[nodiscard]] ViewsValue gatheredViews(const py::object& views, const py::object& board,
+                                       const ViewsArguments& arguments, const py::object& progress);
+
+/// Options of one camera, from the keyword arguments that calibrate() and calibrate_rig() share.
+[[nodiscard]] CalibratorOptions calibratorOptions(Keywords& keywords);
+
+/// A figure of the report, and what it shows.
+struct CaptionedFigure {
+  std::string file;  ///< as FigureFile::name
+  std::string caption;
+};
+
+/// What a notebook shows of a result: title, warnings and some figures of the report.
+[[nodiscard]] py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findings,
+                                 const std::vector<FigureFile>& figures,
+                                 const std::vector<CaptionedFigure>& shown);
+
+/// The findings of at least this severity, as a list for Python.
+[[nodiscard]] py::list findingsFrom(const std::vector<Diagnosis>& findings, Severity least);
+
+/// Refuses to write a rejected result. @throws Error (kVerdict)
+void requireUsable(const std::vector<Diagnosis>& findings, const std::string& path, bool keep_untrustworthy);
+
+}  // namespace alidade::python

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+
+#include "alidade/core/image.h"
+
+namespace cv {
+class Mat;
+}  // namespace cv
+
+namespace alidade {
+
+/// Samples of an image in memory that belongs to the caller.
+struct RasterView {
+  const void* samples = nullptr;  ///< row by row; 16-bit samples in native byte order and aligned
+  ImageSize size;
+  int num_channels = 1;        ///< 1 (grey), 3, or 4 (the last one is alpha, which is ignored)
+  int bits_per_sample = 8;     ///< 8 or 16
+  std::size_t row_bytes = 0;   ///< from one row to the next
+  bool is_blue_first = false;  ///< the channels are blue, green and red, as in OpenCV
+};
+
+/// The grey image that boards are searched in. Samples of 16 bits are scaled as readGrayImage() does.
+[[nodiscard]] GrayImage grayImage(const RasterView& image);
+
+namespace detail {
+/// The same of a matrix of one channel. Samples that are not bytes are scaled so that their 0.1 % quantile
+/// becomes 0 and their 99.9 % quantile 255; NaN becomes 0.
+[[nodiscard]] GrayImage grayFromSamples(const cv::Mat& image);
+}  // namespace detail
+
+}  // namespace alidade

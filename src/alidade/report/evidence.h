@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "alidade/calibrate/calibration.h"
+#include "alidade/guide/coverage.h"
+#include "alidade/guide/guidance.h"
+#include "alidade/target/view.h"
+
+namespace alidade {
+
+/// What a calibration was given, as far as its documents tell about it.
+struct GivenImages {
+  std::size_t num_images = 0;
+  std::size_t num_found = 0;         ///< with a board
+  std::vector<std::string> reasons;  ///< a line for each image without one
+  std::vector<std::string> notes;
+};
+
+/// What a calibration tells about the photographs: those that were taken, and the next one.
+struct Advice {
+  CoverageReport coverage;
+  Guidance guidance;
+};
+
+/// @param target_px  see guide()
+[[nodiscard]] Advice adviceOn(const Calibration& result, const std::vector<View>& views,
+                              std::optional<double> target_px = std::nullopt);
+
+/// The number of images with a view in the fit.
+[[nodiscard]] std::size_t numImagesUsed(const Calibration& result);
+
+/// Everything that a calibration found out, for programs: one JSON document.
+/// @param views  that calibrate() was given
+[[nodiscard]] std::string summaryJson(const Calibration& result, const GivenImages& given,
+                                      std::span<const View> views, const Advice& advice);
+
+/// What made the evidence.
+struct EvidenceOrigin {
+  std::vector<std::pair<std::string, std::vector<std::string>>> settings = {};  ///< names and values
+  double tolerance_px = 1;                                                      ///< see CalibratorOptions
+  std::string created_by = {};                                                  ///< program and version
+};
+
+/// The same with the settings and the errors of all corners: what reportPage() draws.
+[[nodiscard]] std::string evidenceJson(const Calibration& result, const GivenImages& given,
+                                       std::span<const View> views, const Advice& advice,
+                                       const EvidenceOrigin& origin);
+
+}  // namespace alidade

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+#include "alidade/rig/rig_calibration.h"
+
+namespace alidade {
+
+/// Everything that the calibration of a rig found out, for programs: one JSON document.
+[[nodiscard]] std::string rigSummaryJson(const RigCalibration& rig);
+
+/// The same with boards, frames and the errors of all corners: what reportPage() draws.
+/// @param tolerance_px  see CalibratorOptions
+/// @param created_by    program and version
+[[nodiscard]] std::string rigEvidenceJson(const RigCalibration& rig, double tolerance_px,
+                                          const std::string& created_by);
+
+}  // namespace alidade

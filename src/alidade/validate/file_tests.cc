@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/validate/file_tests.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/core/error.h"
+#include "alidade/validate/held_out/held_out_checks.h"
+#include "alidade/validate/rig_checks.h"
+
+namespace alidade {
+namespace {
+
+ComparedCamera compared(const CameraRecord& file) {
+  return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
+}
+
+std::vector<CheckValue> valuesOf(const std::string& id, const HeldOutJudgement& judgement,
+                                 double tolerance_px) {
+  if (id == "held_out_error") {
+    return {{"rms_px", judgement.held_out_rms_px},
+            {"noise_rms_px", judgement.noise_rms_px},
+            {"tolerance_px", tolerance_px},
+            {"num_corners", static_cast<double>(judgement.num_corners)},
+            {"num_views", static_cast<double>(judgement.views.size())}};
+  }
+  if (!judgement.difference) return {};
+  return {{"p95_px", judgement.difference->p95_px},
+          {"tolerance_px", tolerance_px},
+          {"covered_share", judgement.covered_share}};
+}
+
+void testOnImages(const CameraRecord& record, const FileTests& tests, CameraJudgement& judgement) {
+  const auto add = [&](const Diagnosis& check) -> FileCheck& {
+    return judgement.checks.emplace_back(fileCheck(check));
+  };
+  const auto& stated = record.calibration;
+  HeldOutJudgement on_images =
+      judgeOnImages(compared(record), tests.boards, tests.views,
+                    {.is_covariance_by_views = stated && stated->is_covariance_by_views,
+                     .jobs = tests.jobs,
+                     .cancel = tests.cancel});
+  bool is_decided = true;
+  for (const Diagnosis& check : heldOutChecks(on_images, tests.tolerance_px)) {
+    add(check).values = valuesOf(check.id, on_images, tests.tolerance_px);
+    is_decided = is_decided && !check.is_undecided;
+  }
+  if (const Slip* const slip = namedSlip(on_images, tests.tolerance_px)) {
+    judgement.checks.back().slip = slip->id;
+    judgement.checks.back().mended = slip->mended;
+  }
+  if (stated && std::isfinite(stated->accuracy_px) && std::isinf(stated->accuracy_distance_m)) {
+    FileCheck& check = add(statedAccuracyCheck(stated->accuracy_px, on_images));
+    check.values = {{"stated_px", stated->accuracy_px}};
+    if (on_images.difference) check.values.push_back({"measured_px", on_images.difference->p95_px});
+  }
+  if (stated && std::isfinite(stated->accuracy_px) && std::isfinite(stated->accuracy_distance_m)) {
+    add({.severity = Severity::kNote,
+         .id = "stated_accuracy",
+         .cause = fmt::format("not tested: it is stated for points at {:g} m", stated->accuracy_distance_m)});
+  }
+  if (stated && !stated->view_centers.empty()) add(ownImagesCheck(stated->view_centers, tests.views));
+  judgement.can_show_slips = judgement.can_show_slips || is_decided;
+  judgement.held_out = std::move(on_images);
+}
+
+// Adds the checks on images and against the other camera, as far as they were asked for. Thread-safe
+// without images.
+void addTests(const StatedCamera& camera, const std::string& file, const FileTests& tests,
+              CameraJudgement& judgement) {
+  const auto attempt = [&](const char* id, const auto& addChecks) {
+    try {
+      addChecks(recordOf(camera, file));
+    } catch (const Error& error) {
+      judgement.checks.push_back({.severity = Severity::kFailure, .id = id, .message = error.what()});
+    }
+  };
+  if (!tests.views.empty()) {
+    attempt("held_out_error", [&](const CameraRecord& record) { testOnImages(record, tests, judgement); });
+  }
+  if (tests.other) {
+    attempt("against", [&](const CameraRecord& record) {
+      const Diagnosis check = againstCheck(compared(record), compared(*tests.other), tests.tolerance_px);
+      judgement.checks.push_back(fileCheck(check));
+      if (!check.is_undecided) judgement.can_show_slips = true;
+    });
+  }
+}
+
+// Files of a folder need not be those that --image-size and --read-as are for: what can be read completely
+// without them states it itself.
+CameraSource readListed(const ListedFile& file, const ReadOptions& options) {
+  if (file.is_from_folder && (options.image_size || !options.model.empty())) {
+    try {
+      CameraSource source = readCamerasToJudge(file.path);
+      const bool is_complete = std::all_of(source.cameras.begin(), source.cameras.end(),
+                                           [](const StatedCamera& c) { return c.image_size.has_value(); });
+      if (is_complete) return source;
+    } catch (const NotACameraFile&) {
+      throw;
+    } catch (const Error&) {
+      // The options may be what it lacks.
+    }
+  }
+  return readCamerasToJudge(file.path, options);
+}
+
+}  // namespace
+
+std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions& options,
+                                       const FileTests& tests) {
+  FileJudgement judgement{.file = file.path};
+  try {
+    const CameraSource source = readListed(file, options);
+    judgement.format = source.format;
+    for (const StatedCamera& camera : source.cameras) {
+      judgement.cameras.push_back(judgeCamera(camera, file.path));
+      addTests(camera, file.path, tests, judgement.cameras.back());
+    }
+    judgement.rig_checks = judgeRig(source);
+    for (const RefusedCamera& camera : source.refused)
+      judgement.cameras.push_back(judgeRefused(camera, file.path));
+  } catch (const Error& e) {
+    const bool is_other = dynamic_cast<const NotACameraFile*>(&e) != nullptr;
+    if (is_other && file.is_from_folder) return std::nullopt;
+    if (e.code() != ErrorCode::kInput) throw;
+    judgement.error = withoutPath(e.what(), cameraFilePath(file.path));
+  }
+  return judgement;
+}
+
+}  // namespace alidade

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "alidade/core/cancel.h"
+#include "alidade/files/camera_list.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/record/camera_record.h"
+#include "alidade/target/board.h"
+#include "alidade/target/view.h"
+#include "alidade/validate/camera_checks.h"
+#include "alidade/validate/held_out/held_out_checks.h"
+
+namespace alidade {
+
+/// What the cameras of files are tested with, besides what the files state.
+struct FileTests {
+  std::vector<Board> boards = {};
+  std::vector<View> views = {};            ///< of images that the cameras were not made from; none: no test
+  std::optional<CameraRecord> other = {};  ///< to compare with
+  double tolerance_px = kDefaultTolerancePx;
+  int jobs = 0;  ///< threads for the test on images; 0: one per processor
+  const CancelFlag* cancel = nullptr;
+};
+
+/// Reads a camera file and judges all its cameras; a file that cannot be read is a judgement too. Nothing for
+/// a file of a folder that is not a camera file.
+/// @throws Error (kUsage) for options that do not exist; Cancelled
+[[nodiscard]] std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions& options,
+                                                     const FileTests& tests);
+
+}  // namespace alidade
