@@ -10,7 +10,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
+#include "alidade/core/number_text.h"
+#include "alidade/report/distinct_names.h"
 #include "alidade/report/image_figures.h"
 #include "alidade/report/lens_figures.h"
 #include "alidade/report/page_shell.h"
@@ -25,33 +28,49 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kMostOfImage = 0.9;  // within the tolerance, as for a trustworthy camera
+
+bool isMostlyAccurate(const ReportData& data) {
+  return data.accuracy && data.accuracy->shareWithin(data.tolerance_px) >= kMostOfImage;
+}
+
+// "81 % of the image is within 1 px"
+std::string shareSentence(const ReportData& data) {
+  const ReportedAccuracy& accuracy = *data.accuracy;
+  return fmt::format("{} of {} {} within {:g}\u00a0px", percentText(accuracy.shareWithin(data.tolerance_px)),
+                     accuracy.wholeName(), accuracy.hasBlindPixels() ? "are" : "is", data.tolerance_px);
+}
+
 std::string accuracySentence(const ReportData& data) {
   if (!data.accuracy) return "The accuracy is unknown, because the views do not determine the camera.";
   const ReportedAccuracy& accuracy = *data.accuracy;
   const std::string of =
-      std::isinf(accuracy.distance_m) ? "" : fmt::format(" {:g} m away", accuracy.distance_m);
-  return fmt::format(
-      "In 95 of 100 cases a projected point{} is within {} of the truth where boards were seen "
-      "({:.0f}\u00a0% of the image). {:.0f}\u00a0% of the image is within your tolerance of "
-      "{:g}\u00a0px; the worst place is {} off.",
-      of, errorText(accuracy.covered_px), 100 * accuracy.covered_share,
-      100 * accuracy.shareWithin(data.tolerance_px), data.tolerance_px, errorText(accuracy.worst_px));
+      std::isinf(accuracy.distance_m) ? "" : fmt::format(" for points {:g} m away", accuracy.distance_m);
+  std::string text = fmt::format("Accurate to {} (95\u00a0%){} where boards were seen, which is {} of {}.",
+                                 errorText(accuracy.covered_px), of, percentText(accuracy.covered_share),
+                                 accuracy.wholeName());
+  // The headline of reservations has the share already.
+  if (data.verdict != Verdict::kReservations || isMostlyAccurate(data))
+    text += " " + shareSentence(data) + ".";
+  text += fmt::format(" The worst place can be off by up to {}.", errorText(accuracy.worst_px));
+  if (!isMostlyAccurate(data)) text += " Use it inside the thick line of the map.";
+  return text;
 }
 
 std::vector<PageNumber> numbersOf(const ReportData& data) {
   std::vector<PageNumber> numbers;
-  const auto add = [&](const char* name, const std::string& value, const std::string& more) {
-    numbers.push_back({.name = name, .value = value, .more = more});
+  const auto add = [&](const char* name, const std::string& value, const std::string& more,
+                       bool is_accuracy = false) {
+    numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
   };
   if (data.accuracy) {
-    add("Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen");
-    add("Within tolerance", fmt::format("{:.0f} %", 100 * data.accuracy->shareWithin(data.tolerance_px)),
-        fmt::format("of the image, {:g} px", data.tolerance_px));
+    add("Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen", true);
+    add("Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
+        fmt::format("of {}, {:g} px", data.accuracy->wholeName(), data.tolerance_px), true);
   }
-  add("Reprojection error", fmt::format("{:.3f} px", data.rms_px), "RMS of all corners");
-  add("Cross-validation",
-      std::isfinite(data.holdout_rms_px) ? fmt::format("{:.3f} px", data.holdout_rms_px) : "impossible",
+  add("Cross-validation", std::isfinite(data.holdout_rms_px) ? rmsText(data.holdout_rms_px) : "impossible",
       "RMS of unseen corners");
+  add("Reprojection error", rmsText(data.rms_px), "RMS of all corners");
   add("Images", fmt::format("{} of {}", data.num_images_used, data.num_images_given),
       "used for the calibration");
   add("Corners", std::to_string(data.num_corners),
@@ -60,71 +79,61 @@ std::vector<PageNumber> numbersOf(const ReportData& data) {
 }
 
 std::string parametersHtml(const ReportData& data) {
-  std::string html =
-      "<figure id=\"parameters\"><h3>Parameters</h3><div class=\"scroll\"><table><thead><tr><th "
-      "scope=\"col\">Parameter</th><th scope=\"col\">Value</th><th scope=\"col\">Standard deviation</th></tr>"
-      "</thead><tbody>\n";
   const auto names = data.camera.parameterNames();
   const auto values = data.camera.parameters();
+  std::vector<PageRow> rows;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double std = data.parameter_std[i];
     const bool is_fixed = !(std > 0) || !std::isfinite(std);
     const int decimals = is_fixed ? 0 : std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 8);
-    html +=
-        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n", names[i],
-                    is_fixed ? fmt::format("{:.6g}", values[i]) : fmt::format("{:.{}f}", values[i], decimals),
-                    std::isnan(std) ? "unknown"
-                    : is_fixed      ? "fixed"
-                                    : fmt::format("{:.{}f}", std, decimals));
+    const bool is_weak = !is_fixed && std > std::abs(values[i]);
+    rows.push_back(
+        {{std::string(names[i]),
+          is_fixed ? fmt::format("{:.6g}", values[i]) : fmt::format("{:.{}f}", values[i], decimals),
+          std::isnan(std) ? "unknown"
+          : is_fixed      ? "fixed"
+                          : fmt::format("{:.{}f}{}", std, decimals, is_weak ? ", not determined" : "")},
+         is_weak ? "weak" : ""});
   }
-  return html +
-         "</tbody></table></div><figcaption class=\"reading\">The true value lies within two standard "
-         "deviations in 95 of "
-         "100 cases; a parameter whose standard deviation exceeds it is not determined by these photographs."
-         "</figcaption></figure>\n";
+  return tableFigure(
+      "parameters", "Parameters", {{"Parameter"}, {"Value"}, {"Standard deviation"}}, rows,
+      "The true value lies within two standard deviations in 95 of 100 cases. These photographs "
+      "do not determine a parameter whose standard deviation exceeds it.");
+}
+
+// Why the chosen model has another RMS in the table than the camera.
+std::string choiceFootnote(const ReportData& data) {
+  const auto chosen = std::ranges::find(data.models, "chosen", &ReportedModel::verdict);
+  if (chosen == data.models.end()) return "";
+  if (shortNumber(chosen->rms_px) == shortNumber(data.rms_px) &&
+      (!std::isfinite(chosen->holdout_rms_px) ||
+       shortNumber(chosen->holdout_rms_px) == shortNumber(data.holdout_rms_px)))
+    return "";
+  const bool is_uneven = std::ranges::any_of(
+      data.boards, [](const ReportedBoard& board) { return !board.shape.offsets_m.empty(); });
+  return fmt::format(
+      " The models were compared before {}, so the errors of the camera above differ from those in this "
+      "table.",
+      is_uneven ? "the board's points were estimated" : "the last steps of the calibration");
 }
 
 std::string modelsHtml(const ReportData& data) {
   if (data.models.empty()) return "";
-  std::string html =
-      "<figure id=\"models\" class=\"wide\"><h3>Candidate lens models</h3><div "
-      "class=\"scroll\"><table><thead><tr>"
-      "<th scope=\"col\">Model</th><th scope=\"col\">Parameters</th><th scope=\"col\">RMS, px</th><th "
-      "scope=\"col\">"
-      "Cross-validation, px</th><th scope=\"col\" class=\"words\">Result</th></tr></thead><tbody>\n";
-  const auto px = [](double value) {
-    return std::isfinite(value) ? fmt::format("{:.4f}", value) : std::string("–");
-  };
+  const auto px = [](double value) { return std::isfinite(value) ? shortNumber(value) : std::string("–"); };
+  std::vector<PageRow> rows;
   for (const ReportedModel& model : data.models) {
     const bool is_chosen = model.verdict == "chosen";
-    html += fmt::format(
-        "<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"words\">{}</td></tr>\n",
-        is_chosen ? " class=\"chosen\"" : "", escapedMarkup(model.id), model.num_params, px(model.rms_px),
-        px(model.holdout_rms_px), is_chosen ? "chosen" : escapedMarkup(model.reason));
+    rows.push_back({{model.id, std::to_string(model.num_params), px(model.rms_px), px(model.holdout_rms_px),
+                     is_chosen ? "chosen" : model.reason},
+                    is_chosen ? "chosen" : ""});
   }
-  return html +
-         "</tbody></table></div><figcaption class=\"reading\">Cross-validation measures the error on corners "
-         "that were not "
-         "used for the fit: a larger model that does not lower it only fits noise.</figcaption></figure>\n";
-}
-
-// How many bytes all names begin with alike, if they are so many that the rest could hardly be seen; 0 if
-// not.
-std::size_t sharedPrefix(const std::vector<ReportedView>& views) {
-  constexpr std::size_t kLong = 12;
-  if (views.size() < 2) return 0;
-  const std::string& name = views.front().image;
-  std::size_t length = name.size();
-  for (const ReportedView& view : views) {
-    const auto differs = std::ranges::mismatch(view.image, name);
-    length = std::min(length, static_cast<std::size_t>(differs.in1 - view.image.begin()));
-  }
-  // UTF-8 characters stay whole, and numbers too.
-  const auto isWithin = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
-  const auto isDigit = [](char c) { return c >= '0' && c <= '9'; };
-  while (length > 0 && length < name.size() && (isWithin(name[length]) || isDigit(name[length - 1])))
-    --length;
-  return length >= kLong ? length : 0;
+  return tableFigure("models", "Candidate lens models",
+                     {{"Model"}, {"Parameters"}, {"RMS, px"}, {"Cross-validation, px"}, {"Result", true}},
+                     rows,
+                     "Cross-validation measures the error on corners that were not used for the fit: a "
+                     "larger model that does "
+                     "not lower it only fits noise. The smallest model is chosen that no other outperforms." +
+                         choiceFootnote(data));
 }
 
 // Buttons with pictures, the largest error first.
@@ -140,7 +149,10 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
       "(crosses).</figcaption><div class=\"sheet-of-views\">\n";
   constexpr std::size_t kFew = 18;  // are all shown
   const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
-  const std::size_t num_alike = sharedPrefix(data.views);
+  constexpr std::size_t kLong = 12;  // a beginning of which little else could be seen
+  std::vector<std::string> images;
+  for (const ReportedView& view : data.views) images.push_back(view.image);
+  const std::size_t num_alike = sharedPrefix(images) >= kLong ? sharedPrefix(images) : 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i == num_shown)
       html += fmt::format("</div><details><summary>{} more views</summary><div class=\"sheet-of-views\">\n",
@@ -148,7 +160,7 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
     const std::size_t v = order[i];
     const ReportedView& view = data.views[v];
     const std::string name = escapedMarkup(view.image);
-    const std::string words = fmt::format("RMS {:.3f} px", view.rms_px);
+    const std::string words = fmt::format("RMS {}", rmsText(view.rms_px));
     html += fmt::format(
         "<button class=\"thumb\" type=\"button\" data-view=\"{}\" aria-label=\"Open view {}, {}\">", v, name,
         words);
@@ -173,7 +185,8 @@ constexpr std::string_view kViewer =
     "view\">→</button><button class=\"plain\" id=\"viewer-close\" autofocus "
     "type=\"button\">Close</button></span></header><svg id=\"viewer-drawing\" role=\"img\" "
     "aria-labelledby=\"viewer-words\" viewBox=\"-0.5 -0.5 WIDTH HEIGHT\"></svg><footer><span "
-    "id=\"viewer-words\"></span><span>circle: detected; cross: projected</span></footer></div></dialog>\n";
+    "id=\"viewer-words\"></span><span id=\"viewer-key\">circle: detected; cross: "
+    "projected</span></footer></div></dialog>\n";
 
 std::string detailsHtml(const ReportData& data, const json& evidence) {
   std::string html;
@@ -209,7 +222,13 @@ std::string detailsHtml(const ReportData& data, const json& evidence) {
 std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& options) {
   std::vector<PageSection> sections;
   PageSection accuracy{.id = "where", .title = "Where the camera is accurate"};
-  if (data.accuracy) accuracy.figures.push_back(accuracyFigure(data));
+  if (data.accuracy) {
+    accuracy.figures.push_back(accuracyFigure(data));
+  } else {
+    accuracy.more =
+        "<p class=\"reading\">There is no map of the accuracy, because these views do not determine the "
+        "camera.</p>\n";
+  }
   accuracy.figures.push_back(coverageFigure(data));
   sections.push_back(std::move(accuracy));
   PageSection next{.id = "how", .title = "How the board was held"};
@@ -220,6 +239,7 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   sections.push_back(std::move(next));
   PageSection errors{.id = "errors", .title = "Reprojection errors"};
   errors.figures.push_back(imageResidualsFigure(data));
+  errors.figures.push_back(viewErrorsFigure(data));
   for (std::size_t b = 0; b < data.boards.size(); ++b) {
     const bool is_used =
         std::ranges::any_of(data.views, [&](const ReportedView& view) { return view.board == b; });
@@ -228,7 +248,7 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   errors.figures.push_back(histogramFigure(data));
   errors.figures.push_back(normalPlotFigure(data));
   sections.push_back(std::move(errors));
-  sections.push_back({.id = "views", .title = "Views", .figures = {viewErrorsFigure(data)}, .more = {}});
+  sections.push_back({.id = "views", .title = "Views", .figures = {}, .more = {}});
   PageSection lens{
       .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
   if (std::optional<Figure> figure = undistortedFigure(data, options.image_of))
@@ -248,6 +268,16 @@ std::string viewerHtml(const ImageSize& size) {
   return html;
 }
 
+// What the page shows: it suggests no photograph where none can help.
+ReportData readShownData(const json& evidence, const std::string& file) {
+  ReportData data = readReportData(evidence, file);
+  const bool is_in_vain = std::ranges::any_of(data.findings, [](const Diagnosis& finding) {
+    return finding.severity == Severity::kFailure && isWrongInput(finding.id);
+  });
+  if (is_in_vain) data.next_view.reset();
+  return data;
+}
+
 // The page of a rig has neither pictures of views nor another camera.
 void refuseCameraOptions(const std::string& file, const PageOptions& options) {
   if (!options.image_of && !options.rival) return;
@@ -265,7 +295,7 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
     refuseCameraOptions(file, options);
     return rigPage(evidence, file);
   }
-  const ReportData data = readReportData(evidence, file);
+  const ReportData data = readShownData(evidence, file);
   const std::vector<std::string> pictures = viewPictures(data, options.image_of, options.num_jobs);
   PageContent page{
       .title = fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height),
@@ -278,6 +308,8 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
       .details = detailsHtml(data, evidence),
       .dialog = viewerHtml(data.size),
       .created_by = data.created_by};
+  if (data.accuracy && !isMostlyAccurate(data)) page.reservation = "only " + shareSentence(data);
+  for (const ReportedView& view : data.views) page.names.push_back(view.image);
   for (const ReportedBoard& board : data.boards)
     page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();
   if (data.next_view) page.next_text = data.next_view->text;
@@ -294,7 +326,7 @@ std::vector<FigureFile> reportFigures(const json& evidence, const std::string& f
     refuseCameraOptions(file, options);
     return rigFigures(evidence, file);
   }
-  return figureFiles(sectionsOf(readReportData(evidence, file), options));
+  return figureFiles(sectionsOf(readShownData(evidence, file), options));
 }
 
 }  // namespace alidade

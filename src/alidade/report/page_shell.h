@@ -24,7 +24,19 @@ struct PageSection {
 struct PageNumber {
   std::string name;
   std::string value;
-  std::string more;  ///< in small letters
+  std::string more;          ///< in small letters
+  bool is_accuracy = false;  ///< says nothing of a rejected camera
+};
+
+/// A column of a table.
+struct PageColumn {
+  std::string name;
+  bool has_words = false;  ///< instead of numbers
+};
+
+struct PageRow {
+  std::vector<std::string> cells;  ///< one for each column
+  std::string kind = {};           ///< class of the row; may be empty
 };
 
 /// Texts are plain unless they say that they are HTML.
@@ -33,9 +45,10 @@ struct PageContent {
   std::string subtitle = {};
   std::string subject;  ///< of the verdict: "camera"
   Verdict verdict = Verdict::kNo;
-  std::string sentence;  ///< what can be expected
+  std::string reservation = {};  ///< stands behind "usable with reservations"; may be empty
+  std::string sentence;          ///< what can be expected
   std::vector<Diagnosis> findings;
-  std::vector<std::string> names = {};  ///< with which findings may begin, and which keep their letters
+  std::vector<std::string> names = {};  ///< of images and cameras, with which findings may begin
   std::string next_text = {};           ///< the photograph to take next; empty: none
   std::vector<PageNumber> numbers;
   std::vector<PageSection> sections;
@@ -52,6 +65,12 @@ struct FigureFile {
 
 /// An error, with two digits and its unit, as in the summary of a calibration.
 [[nodiscard]] std::string errorText(double px);
+/// An RMS, with three digits and its unit.
+[[nodiscard]] std::string rmsText(double px);
+/// A figure that is a table; narrow screens show it row by row. Texts are plain.
+[[nodiscard]] std::string tableFigure(const std::string& id, const std::string& title,
+                                      const std::vector<PageColumn>& columns,
+                                      const std::vector<PageRow>& rows, const std::string& reading);
 /// A list that opens, as HTML; nothing for an empty one.
 [[nodiscard]] std::string listHtml(const std::string& title, const std::vector<std::string>& lines);
 

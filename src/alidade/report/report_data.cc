@@ -197,6 +197,14 @@ double ReportedAccuracy::shareWithin(double tolerance_px) const {
   return num_with_ray == 0 ? 0 : static_cast<double>(num_within) / num_with_ray;
 }
 
+bool ReportedAccuracy::hasBlindPixels() const {
+  return std::ranges::any_of(error_px, [](double error) { return std::isnan(error); });
+}
+
+const char* ReportedAccuracy::wholeName() const {
+  return hasBlindPixels() ? "the pixels with a ray" : "the image";
+}
+
 ReportData readReportData(const nlohmann::json& evidence, const std::string& file) {
   const JsonNode root(evidence, file);
   ReportData data{.camera = readCamera(root),

@@ -23,17 +23,22 @@ std::size_t readIndex(const JsonNode& node, std::size_t count) {
   return static_cast<std::size_t>(node.whole(0, static_cast<int>(count) - 1));
 }
 
-double lengthOf(const JsonNode& node) {
+Vector3d readVector(const JsonNode& node) {
   node.requireSize(3);
-  return Vector3d(node.at(0).number(), node.at(1).number(), node.at(2).number()).norm();
+  return {node.at(0).number(), node.at(1).number(), node.at(2).number()};
 }
 
 ReportedRigCamera readRigCamera(const JsonNode& node) {
   ReportedRigCamera camera{
       .name = node["name"].text(), .camera = readCamera(node), .size = readSize(node["image_size"])};
   camera.camera_from_rig = readPose(node["camera_from_rig"]);
-  camera.position_std_m = lengthOf(node["translation_std_m"]);
-  camera.rotation_std_rad = lengthOf(node["rotation_std_rad"]);
+  const Vector3d position_std_m = readVector(node["translation_std_m"]);
+  camera.position_std_m = position_std_m.norm();
+  camera.rotation_std_rad = readVector(node["rotation_std_rad"]).norm();
+  // Along the line to the rig's origin, where the first camera is; correlations are small beside it.
+  const Vector3d& to_origin = camera.camera_from_rig.translation;
+  if (to_origin.norm() > 0)
+    camera.distance_std_m = to_origin.normalized().cwiseProduct(position_std_m).norm();
   camera.rms_px = node["rms_px"].number();
   camera.alone_rms_px = node["alone_rms_px"].number();
   camera.transfer_px = node["transfer_px"].number();

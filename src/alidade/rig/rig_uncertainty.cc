@@ -81,10 +81,9 @@ class Transfer {
 };
 
 // See RigCamera::transfer_px: the median over the boards that both cameras saw.
-double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera,
+double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera, std::size_t partner,
                        const Eigen::MatrixXd& covariance) {
   constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
-  const std::size_t partner = partnerOf(fit, camera);
   const Transfer transfer(fit, columns, partner, camera);
   std::vector<double> errors;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
@@ -165,7 +164,8 @@ void setUncertainty(RigCalibration& rig) {
   setCovariance(rig, columns);
   if (rig.covariance.rows() == 0) return;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    rig.cameras[c].transfer_px = transferErrorPx(rig.fit, columns, c, rig.covariance);
+    rig.cameras[c].partner = partnerOf(rig.fit, c);
+    rig.cameras[c].transfer_px = transferErrorPx(rig.fit, columns, c, rig.cameras[c].partner, rig.covariance);
     if (columns.pose[c] < 0) continue;
     const Eigen::VectorXd variances = rig.covariance.view().diagonal().segment<6>(columns.pose[c]);
     rig.cameras[c].position_std_m = variances.head<3>().cwiseMax(0).cwiseSqrt();
