@@ -126,20 +126,24 @@ Figure accuracyFigure(const ReportData& data) {
   // Whole, even if the worst pixel is at the border.
   constexpr double kRing = 5;
   const Vector2d inset = Vector2d::Constant(kRing + 1);
-  canvas.addCircle(plot.area.at(accuracy.worst_pixel).cwiseMax(low + inset).cwiseMin(high - inset), kRing,
-                   "class=\"worst\"");
+  const Vector2d worst = plot.area.at(accuracy.worst_pixel).cwiseMax(low + inset).cwiseMin(high - inset);
+  canvas.addCircle(worst, kRing, "class=\"worst worst-halo\"");
+  canvas.addCircle(worst, kRing, "class=\"worst\"");
   canvas.addImageFrame(plot.area);
   legend.emplace_back("line outline", "boards were seen inside");
   legend.emplace_back("dot worst", fmt::format("worst, {} px", twoDigits(accuracy.worst_px)));
   if (accuracy.hasBlindPixels()) legend.emplace_back("blind", "no ray");
   canvas.addLegend({plot.area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "accuracy", .title = "Accuracy over the image"};
+  const bool has_line =
+      std::ranges::any_of(legend, [](const auto& entry) { return entry.first == "line contour main"; });
   figure.reading = fmt::format(
-      "Each colour is an error that a projected point does not exceed in 95 of 100 cases. The thick line is "
-      "your tolerance of {:g} px: blue is within it, yellow to red is not. The dashed line surrounds the "
-      "part "
-      "where boards were seen.",
-      data.tolerance_px);
+      "Each colour is an error that a projected point does not exceed in 95 of 100 cases. {} your tolerance "
+      "of "
+      "{:g} px: blue is within it, yellow to red is not. The dashed line surrounds the part where boards "
+      "were "
+      "seen.",
+      has_line ? "The thick line is" : "The colours depend on", data.tolerance_px);
   figure.alt = accuracyAlt(data);
   figure.svg = canvas.svg(figure.alt,
                           fmt::format("data-map=\"accuracy\" data-box=\"{} {} {} {}\"", coordinate(low.x()),

@@ -142,12 +142,19 @@ void addAngleLimit(FigureCanvas& canvas, const PlotArea& area, double angle_rad,
   if (!(x > area.low.x() && x <= area.high.x())) return;
   canvas.addLine(area.at(x, area.low.y()), area.at(x, area.high.y()),
                  fmt::format("class=\"limit {}\" data-angle=\"{:.6g}\"", kind, x));
-  legend.emplace_back(fmt::format("line limit {}", kind), fmt::format("{}, {:.1f}°", words, x));
+  legend.emplace_back(fmt::format("line limit {}", kind), fmt::format("{} {:.1f}°", words, x));
 }
 
 std::vector<Vector2d> cornerPixels(const ImageSize& size) {
   const Vector2d high(size.width - 1.0, size.height - 1.0);
   return {{0, 0}, {high.x(), 0}, high, {0, high.y()}};
+}
+
+// The largest distance of these pixels from the principal point.
+double largestRadius(const AnyCamera& camera, const std::vector<Vector2d>& pixels) {
+  double radius = 0;
+  for (const Vector2d& pixel : pixels) radius = std::max(radius, (pixel - principalPoint(camera)).norm());
+  return radius;
 }
 
 bool hasRay(const AnyCamera& camera, const Vector2d& pixel) {
@@ -248,9 +255,7 @@ Figure radialFigure(const ReportData& data) {
   const bool have_rays =
       std::ranges::all_of(corners, [&](const Vector2d& corner) { return hasRay(data.camera, corner); });
   const double image_end = largestAngle(data.camera, have_rays ? corners : borderPixels(data.size));
-  double corner_px = 0;
-  for (const Vector2d& corner : corners)
-    corner_px = std::max(corner_px, (corner - principalPoint(data.camera)).norm());
+  const double corner_px = largestRadius(data.camera, corners);
   double covered_end = 0;
   for (const ReportedView& view : data.views) {
     std::vector<Vector2d> pixels;
@@ -295,9 +300,9 @@ Figure radialFigure(const ReportData& data) {
   LegendEntries legend = {{"line curve", "this lens"}, {"line straight", "no distortion"}};
   if (is_wide) legend.emplace_back("line straight dotted", "equidistant fisheye");
   addAngleLimit(canvas, area, covered_end, "boards seen up to", "covered", legend);
-  addAngleLimit(canvas, area, image_end, have_rays ? "image corner" : "last border pixel with a ray", "image",
-                legend);
-  addAngleLimit(canvas, area, domain_end, "the model ends", "domain", legend);
+  addAngleLimit(canvas, area, image_end, have_rays ? "image corner at" : "last border pixel with a ray at",
+                "image", legend);
+  addAngleLimit(canvas, area, domain_end, "the model ends at", "domain", legend);
   if (!have_rays && corner_px <= area.high.y()) {
     canvas.addLine(area.at(area.low.x(), corner_px), area.at(area.high.x(), corner_px),
                    fmt::format("class=\"limit blind-corner\" data-radius=\"{:.6g}\"", corner_px));

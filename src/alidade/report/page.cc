@@ -53,7 +53,8 @@ std::string accuracySentence(const ReportData& data) {
   if (data.verdict != Verdict::kReservations || isMostlyAccurate(data))
     text += " " + shareSentence(data) + ".";
   text += fmt::format(" The worst place can be off by up to {}.", errorText(accuracy.worst_px));
-  if (!isMostlyAccurate(data)) text += " Use it inside the thick line of the map.";
+  if (!isMostlyAccurate(data) && accuracy.shareWithin(data.tolerance_px) > 0)
+    text += " Use it inside the thick line of the map.";
   return text;
 }
 
@@ -101,20 +102,16 @@ std::string parametersHtml(const ReportData& data) {
       "do not determine a parameter whose standard deviation exceeds it.");
 }
 
-// Why the chosen model has another RMS in the table than the camera.
+// Why the chosen model has other errors in the table than the camera.
 std::string choiceFootnote(const ReportData& data) {
   const auto chosen = std::ranges::find(data.models, "chosen", &ReportedModel::verdict);
   if (chosen == data.models.end()) return "";
-  if (shortNumber(chosen->rms_px) == shortNumber(data.rms_px) &&
-      (!std::isfinite(chosen->holdout_rms_px) ||
-       shortNumber(chosen->holdout_rms_px) == shortNumber(data.holdout_rms_px)))
-    return "";
-  const bool is_uneven = std::ranges::any_of(
-      data.boards, [](const ReportedBoard& board) { return !board.shape.offsets_m.empty(); });
-  return fmt::format(
-      " The models were compared before {}, so the errors of the camera above differ from those in this "
-      "table.",
-      is_uneven ? "the board's points were estimated" : "the last steps of the calibration");
+  const bool is_same = shortNumber(chosen->rms_px) == shortNumber(data.rms_px) &&
+                       shortNumber(chosen->holdout_rms_px) == shortNumber(data.holdout_rms_px);
+  return is_same ? ""
+                 : " The errors of the camera above differ: here each corner counts by its weight, and only "
+                   "corners "
+                   "that all models share are compared.";
 }
 
 std::string modelsHtml(const ReportData& data) {
@@ -127,13 +124,15 @@ std::string modelsHtml(const ReportData& data) {
                      is_chosen ? "chosen" : model.reason},
                     is_chosen ? "chosen" : ""});
   }
-  return tableFigure("models", "Candidate lens models",
-                     {{"Model"}, {"Parameters"}, {"RMS, px"}, {"Cross-validation, px"}, {"Result", true}},
-                     rows,
-                     "Cross-validation measures the error on corners that were not used for the fit: a "
-                     "larger model that does "
-                     "not lower it only fits noise. The smallest model is chosen that no other outperforms." +
-                         choiceFootnote(data));
+  return tableFigure(
+      "models", "Candidate lens models",
+      {{"Model"}, {"Parameters"}, {"Weighted RMS, px"}, {"Cross-validation, px"}, {"Result", true}}, rows,
+      "Cross-validation measures the error on corners that were not used for the fit: a "
+      "larger model that does "
+      "not lower it only fits noise. The smallest model is chosen that no other outperforms; “–” was not "
+      "needed "
+      "for that." +
+          choiceFootnote(data));
 }
 
 // Buttons with pictures, the largest error first.
@@ -275,6 +274,9 @@ ReportData readShownData(const json& evidence, const std::string& file) {
     return finding.severity == Severity::kFailure && isWrongInput(finding.id);
   });
   if (is_in_vain) data.next_view.reset();
+  for (Diagnosis& finding : data.findings)
+    if (finding.id == "poor_coverage" && !data.next_view)
+      finding.next_step.clear();  // "take the suggested view"
   return data;
 }
 

@@ -189,7 +189,9 @@ std::string topHtml(const PageContent& page) {
   std::string sentence = page.sentence;
   if (page.verdict == Verdict::kNo) {
     sentence = rejectionSentence(page) + " " +
-               (doesAccuracyApply(page) ? page.sentence : "The accuracy figures below do not apply.");
+               (doesAccuracyApply(page) || std::ranges::none_of(page.numbers, &PageNumber::is_accuracy)
+                    ? page.sentence
+                    : "The accuracy figures below do not apply.");
   }
   std::string html = fmt::format(
       "<header><p class=\"kicker\">Calibration report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p></header>\n"
@@ -220,9 +222,9 @@ std::string tableFigure(const std::string& id, const std::string& title,
                         const std::string& reading) {
   const auto kindOf = [](const PageColumn& column) { return column.has_words ? " class=\"words\"" : ""; };
   std::string html = fmt::format(
-      "<figure id=\"{}\" class=\"wide\"><h3>{}</h3><div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "<figure id=\"{}\"{}><h3>{}</h3><div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-label=\"{}\"><table class=\"rows\"><thead><tr>",
-      id, escapedMarkup(title), escapedMarkup(title));
+      id, columns.size() > 3 ? " class=\"wide\"" : "", escapedMarkup(title), escapedMarkup(title));
   for (const PageColumn& column : columns)
     html += fmt::format("<th scope=\"col\"{}>{}</th>", kindOf(column), escapedMarkup(column.name));
   html += "</tr></thead><tbody>\n";

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
 #include "alidade/report/json_node.h"
 #include "alidade/target/board_spec.h"
@@ -215,6 +216,7 @@ ReportData readReportData(const nlohmann::json& evidence, const std::string& fil
   data.views = readViews(root, data.boards);
   addOutliers(root, data, data.views);
   data.findings = readFindings(root["findings"]);
+  sortDiagnoses(data.findings);
   data.accuracy = readAccuracy(root["accuracy"]);
   addCoverage(root, data);
   data.rms_px = root["rms_px"].number();

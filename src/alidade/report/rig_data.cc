@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/report/json_node.h"
 #include "alidade/target/board_spec.h"
 
@@ -109,6 +110,7 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
   });
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);
+  sortDiagnoses(rig.findings);
   rig.created_by = root["created_by"].text();
   return rig;
 }

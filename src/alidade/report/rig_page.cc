@@ -73,14 +73,20 @@ std::string camerasTable(const ReportedRig& rig) {
       "the cameras contradict each other.");
 }
 
-std::string rigSentence(const ReportedRig& rig) {
+// Of the errors from camera to camera; 0 if none is known.
+double worstTransferPx(const ReportedRig& rig) {
   double worst = 0;
   for (const ReportedRigCamera& camera : rig.cameras)
     if (std::isfinite(camera.transfer_px)) worst = std::max(worst, camera.transfer_px);
+  return worst;
+}
+
+std::string rigSentence(const ReportedRig& rig) {
+  const double worst = worstTransferPx(rig);
   if (!(worst > 0)) return "How well the cameras agree is unknown.";
   return fmt::format(
-      "A pixel of one camera maps to its neighbour within {} (95\u00a0%), for points at the distance of the "
-      "boards.",
+      "A pixel of one camera maps to its neighbour within {} (95\u00a0%), for points at the boards' "
+      "distance.",
       errorText(worst));
 }
 
@@ -90,6 +96,8 @@ std::vector<PageNumber> rigNumbers(const ReportedRig& rig) {
                        bool is_accuracy = false) {
     numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
   };
+  const double worst = worstTransferPx(rig);
+  if (worst > 0) add("From camera to camera", errorText(worst), "95 %, at the boards' distance", true);
   if (rig.cameras.size() == 2) {
     add("Baseline", distanceText(rig.cameras[1]) + " mm", "with standard deviation", true);
     add("Rotation", turnText(rig.cameras[1]), "between the cameras", true);
