@@ -148,9 +148,10 @@ TEST(DistinctNames, LeaveOutWhatAllNamesShare) {
 
 // Areas by the shoelace formula.
 double areaOf(const std::string& path) {
-  const std::regex point("([ML])([-0-9.]+),([-0-9.]+)");
+  const std::regex point("([MLl]?)([-0-9.]+),([-0-9.]+)");  // without a letter: a step like the last one
   std::vector<Eigen::Vector2d> ring;
   double area = 0;
+  bool is_step = false;
   const auto closeRing = [&] {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const Eigen::Vector2d& a = ring[i];
@@ -161,7 +162,9 @@ double areaOf(const std::string& path) {
   };
   for (std::sregex_iterator i(path.begin(), path.end(), point), end; i != end; ++i) {
     if ((*i)[1] == "M") closeRing();
-    ring.emplace_back(std::stod((*i)[2]), std::stod((*i)[3]));
+    if ((*i)[1] != "") is_step = (*i)[1] == "l";
+    const Eigen::Vector2d from = is_step && !ring.empty() ? ring.back() : Eigen::Vector2d(0, 0);
+    ring.push_back(from + Eigen::Vector2d(std::stod((*i)[2]), std::stod((*i)[3])));
   }
   closeRing();
   return area;

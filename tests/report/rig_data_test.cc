@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/report/rig_data.h"
 
+#include <numbers>
 #include <regex>
 #include <string>
 #include <vector>
@@ -193,6 +194,17 @@ TEST(RigPage, KeepsNamesFromBeingMarkup) {
   EXPECT_THAT(page, testing::AllOf(HasSubstr("left&lt;/script&gt;&lt;b&gt;"),
                                    testing::Not(HasSubstr("left</script>"))));
   EXPECT_EQ(countOf(page, "</script>"), 2u);
+}
+
+TEST(RigPage, StatesTheBaseline) {
+  ReportedRig rig = sideBySide();
+  // A camera that is turned by 90 degrees: deviations are those along the rig's axes.
+  rig.cameras[1].camera_from_rig = {SO3::exp(Eigen::Vector3d(0, 0, 0.5 * std::numbers::pi)), {0, -0.12, 0}};
+  nlohmann::json document = documentOf(rig);
+  document["cameras"][1]["translation_std_m"] = {3e-4, 5e-2, 5e-2};
+  const std::string page = rigPage(document, "rig.json");
+  EXPECT_THAT(page, testing::AllOf(HasSubstr("<dt>Baseline</dt><dd>120.00 ± 0.30 mm"),
+                                   HasSubstr("<dt>Rotation</dt><dd>90.000 ± 0.099°")));
 }
 
 // Every value, replaced by one of another kind, is refused with its place or of no matter; nothing crashes.

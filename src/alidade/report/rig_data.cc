@@ -36,8 +36,9 @@ ReportedRigCamera readRigCamera(const JsonNode& node) {
   const Vector3d position_std_m = readVector(node["translation_std_m"]);
   camera.position_std_m = position_std_m.norm();
   camera.rotation_std_rad = readVector(node["rotation_std_rad"]).norm();
-  // Along the line to the rig's origin, where the first camera is; correlations are small beside it.
-  const Vector3d& to_origin = camera.camera_from_rig.translation;
+  // Along the line to the first camera, which is at the rig's origin: the deviations are those of a small
+  // motion in the rig's frame. Their correlations are left out.
+  const Vector3d to_origin = camera.camera_from_rig.inverse().translation;
   if (to_origin.norm() > 0)
     camera.distance_std_m = to_origin.normalized().cwiseProduct(position_std_m).norm();
   camera.rms_px = node["rms_px"].number();
