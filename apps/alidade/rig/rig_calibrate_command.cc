@@ -53,6 +53,7 @@ json documentOfRig(const RigCalibration& rig, int num_frames) {
           {camera.translation_std_m.x(), camera.translation_std_m.y(), camera.translation_std_m.z()}},
          {"rotation_std_rad",
           {camera.rotation_std_rad.x(), camera.rotation_std_rad.y(), camera.rotation_std_rad.z()}},
+         {"distance_std_m", camera.distance_std_m},
          {"rms_px", camera.rms_px},
          {"alone_rms_px", camera.alone_rms_px},
          {"transfer_px", camera.transfer_px}});
@@ -181,12 +182,7 @@ class RigCalibrateCommand final : public Command {
     options.camera.board_shape = shapeMode(shape_);
     RigInputViews given = readRigViews("rig calibrate", views_, names, common_, options.camera.cancel);
     options.frames = given.frames;
-    RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
-    for (Diagnosis& diagnosis : rig.diagnoses) {
-      if (diagnosis.id == "poor_coverage") {
-        diagnosis.next_step = "run alidade calibrate on the images of this camera to see which view to add";
-      }
-    }
+    const RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
     const RigRecord record = recordOf(rig, programName());
     const bool is_kept = rig.isUsable() || keep_;
     if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(record));
