@@ -8,6 +8,7 @@
 
 #include "alidade/adjust/errors.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "calibration_output.h"
@@ -23,10 +24,11 @@ Lines accuracyLines(const Calibration& result, double tolerance_px) {
   const Accuracy& accuracy = *result.uncertainty.accuracy;
   const std::string where =
       std::isinf(accuracy.distance_m) ? "" : fmt::format(" at {:g} m", accuracy.distance_m);
-  return {fmt::format("{:<{}}within {} (95 %){} where boards were seen ({:.0f} % of the image)", "Accuracy",
-                      kIndent, pixels(accuracy.covered_px), where, 100 * accuracy.covered_share),
-          fmt::format("{:<{}}within {:.3g} px in {:.0f} % of the image; worst {} at pixel ({:.0f}, {:.0f})",
-                      "", kIndent, tolerance_px, 100 * accuracy.shareWithin(tolerance_px),
+  const char* whole = result.domain.full_image ? "the image" : "the pixels with a ray";
+  return {fmt::format("{:<{}}within {} (95 %){} where boards were seen ({} of {})", "Accuracy", kIndent,
+                      pixels(accuracy.covered_px), where, percentText(accuracy.covered_share), whole),
+          fmt::format("{:<{}}within {:.3g} px in {} of {}; worst {} at pixel ({:.0f}, {:.0f})", "", kIndent,
+                      tolerance_px, percentText(accuracy.shareWithin(tolerance_px)), whole,
                       pixels(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y())};
 }
 

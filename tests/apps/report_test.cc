@@ -209,6 +209,78 @@ TEST(Report, ShowsWhyACameraWasRejected) {
   EXPECT_THAT(readFile(path), AllOf(HasSubstr("Rejected: do not use this camera"), HasSubstr("Failure")));
 }
 
+// The page that an evidence document gives.
+std::string pageOf(const json& evidence) {
+  const ScratchFolder scratch;
+  scratch.write("evidence.json", evidence.dump());
+  const std::string path = scratch.path("page.html");
+  EXPECT_THAT(runAlidade({"report", scratch.path("evidence.json"), "-o", path}), EndsWith(0));
+  return readFile(path);
+}
+
+json findingOf(const char* severity, const char* id, const char* cause, const char* details) {
+  return {{"severity", severity}, {"id", id},        {"cause", cause},      {"evidence", details},
+          {"limit", ""},          {"next_step", ""}, {"effect_px", nullptr}};
+}
+
+TEST(Report, SaysWhatAShareIsOf) {
+  EXPECT_THAT(made().page, HasSubstr("<small>of the image, 1 px</small>"));
+  json evidence = made().evidence;
+  json& errors = evidence["accuracy"]["error_px"];
+  for (std::size_t i = 0; i < errors.size(); i += 7) errors[i] = nullptr;
+  const std::string page = pageOf(evidence);
+  EXPECT_THAT(page, HasSubstr("<small>of the pixels with a ray, 1 px</small>"));
+  EXPECT_THAT(page, Not(HasSubstr("of the image is within")));
+}
+
+TEST(Report, NeverRoundsAShareToAllOrNothing) {
+  json evidence = made().evidence;
+  evidence["findings"] = json::array();
+  json& errors = evidence["accuracy"]["error_px"];
+  ASSERT_GT(errors.size(), 300u);
+  for (json& error : errors) error = 0.1;
+  EXPECT_THAT(pageOf(evidence), HasSubstr("<dd>100 %<small>"));
+  errors[0] = 1.5;
+  EXPECT_THAT(pageOf(evidence), HasSubstr("<dd>&gt; 99 %<small>"));
+  for (json& error : errors) error = 1.5;
+  errors[0] = 0.1;
+  EXPECT_THAT(pageOf(evidence), HasSubstr("<dd>&lt; 1 %<small>"));
+}
+
+TEST(Report, SaysHowMuchOfTheImageIsUsable) {
+  json evidence = made().evidence;
+  evidence["verdict"] = "usable_with_reservations";
+  json& errors = evidence["accuracy"]["error_px"];
+  for (std::size_t i = 0; i < errors.size(); ++i) errors[i] = i % 4 == 0 ? 0.2 : 3.0;
+  EXPECT_THAT(pageOf(evidence),
+              HasSubstr("Usable with reservations: only 25 % of the image is within 1\u00a0px"));
+}
+
+TEST(Report, ClaimsNoAccuracyForARejectedCamera) {
+  json evidence = made().evidence;
+  evidence["verdict"] = "rejected";
+  evidence["findings"] = {
+      findingOf("failure", "two_cameras", "the views fall into two groups", "10 of 20 views"),
+      findingOf("failure", "misfit", "the errors are large", "")};
+  const std::string page = pageOf(evidence);
+  EXPECT_THAT(page, HasSubstr("<p>The views fall into two groups: 10 of 20 views (and 1 more failure). The "
+                              "accuracy figures below do not apply.</p>"));
+  EXPECT_THAT(page, HasSubstr("<div class=\"void\"><dt>Accuracy</dt>"));
+  // Nor does another photograph help.
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("id=\"next-view\"")), Not(HasSubstr("take one more"))));
+  EXPECT_THAT(made().page, AllOf(HasSubstr("id=\"next-view\""), Not(HasSubstr("class=\"void\""))));
+}
+
+TEST(Report, KeepsTheLettersOfNames) {
+  json evidence = made().evidence;
+  evidence["views"][0]["image"] = "left";
+  evidence["findings"] = {findingOf("warning", "influential_view", "left", "contradicts the other views"),
+                          findingOf("warning", "view_left_out", "left08.jpg", "does not fit"),
+                          findingOf("warning", "odd_aspect", "pixels are not square", "")};
+  EXPECT_THAT(pageOf(evidence), AllOf(HasSubstr(">left: contradicts"), HasSubstr(">left08.jpg: does not fit"),
+                                      HasSubstr(">Pixels are not square.")));
+}
+
 TEST(Report, RefusesWhatIsNoEvidence) {
   const ScratchFolder scratch;
   const std::string path = scratch.path("page.html");

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <numbers>
 #include <regex>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include "alidade/report/distinct_parts.h"
+#include "alidade/report/lens_figures.h"
 #include "alidade/report/level_map.h"
 #include "alidade/report/residual_figures.h"
 #include "alidade/report/view_figures.h"
@@ -66,11 +70,88 @@ TEST(ViewErrors, DrawABarForEachView) {
   EXPECT_EQ(countOf(viewErrorsFigure(data).svg, "class=\"bar\" data-view"), 4u);
 }
 
+// The numbers of an attribute, in their order.
+std::vector<double> attributesOf(const std::string& text, const std::string& attribute) {
+  std::vector<double> values;
+  const std::regex pattern(attribute + "=\"([-0-9.e]+)\"");
+  for (std::sregex_iterator i(text.begin(), text.end(), pattern), end; i != end; ++i)
+    values.push_back(std::stod((*i)[1]));
+  return values;
+}
+
+double degreesOf(const AnyCamera& camera, const Eigen::Vector2d& pixel) {
+  const auto ray = camera.unproject(pixel);
+  return ray ? std::acos(ray->z()) * 180 / std::numbers::pi : std::nan("");
+}
+
+TEST(RadialFigure, MarksTheAngleOfTheImageCorner) {
+  const ReportData data = withMisplacedPoint(0, {0, 0, 0});
+  double corner_deg = 0;
+  for (const double u : {0.0, 639.0})
+    for (const double v : {0.0, 479.0}) corner_deg = std::max(corner_deg, degreesOf(data.camera, {u, v}));
+  const Figure figure = radialFigure(data);
+  ASSERT_TRUE(std::isfinite(corner_deg));
+  EXPECT_THAT(figure.svg, HasSubstr(fmt::format("image corner at {:.1f}°", corner_deg)));
+  EXPECT_THAT(figure.svg, testing::Not(HasSubstr("no ray")));
+}
+
+TEST(RadialFigure, SaysThatAnImageCornerHasNoRay) {
+  ReportData data = withMisplacedPoint(0, {0, 0, 0});
+  // Its curve turns back inside the image's corners, beyond the middles of its sides.
+  data.camera = AnyCamera::make("kannala_brandt", std::vector<double>{300, 300, 319.5, 239.5, 0, -0.2, 0, 0});
+  ASSERT_TRUE(std::isnan(degreesOf(data.camera, {0, 0})));
+  const Figure figure = radialFigure(data);
+  const double corner_px = std::hypot(319.5, 239.5);
+  const std::vector<double> radii = attributesOf(figure.svg, "data-radius");
+  ASSERT_EQ(radii.size(), 1u);
+  EXPECT_NEAR(radii[0], corner_px, 1e-3);
+  EXPECT_THAT(figure.svg, HasSubstr("image corner, 399 px: no ray"));
+  EXPECT_THAT(figure.svg, testing::AllOf(HasSubstr("last border pixel with a ray"),
+                                         testing::Not(HasSubstr("image corner at"))));
+  EXPECT_THAT(figure.reading, HasSubstr("ends before the image corner"));
+}
+
+TEST(TiltFigure, PlacesAViewTowardsItsNearerSide) {
+  ReportData data = withMisplacedPoint(0, {0, 0, 0});
+  for (ReportedView& view : data.views) view.right_nearer_rad = view.lower_nearer_rad = 0;
+  data.views[2].right_nearer_rad = 0.4;
+  const std::string svg = tiltFigure(data).svg;
+  const std::regex dot("<circle cx=\"([-0-9.]+)\" cy=\"([-0-9.]+)\" r=\"4\" class=\"view\"");
+  std::vector<Eigen::Vector2d> dots;
+  for (std::sregex_iterator i(svg.begin(), svg.end(), dot), end; i != end; ++i)
+    dots.emplace_back(std::stod((*i)[1]), std::stod((*i)[2]));
+  ASSERT_EQ(dots.size(), 4u);
+  // The outer ring is at 75 degrees.
+  const double ring = attributesOf(svg, "r").at(0);
+  EXPECT_NEAR(dots[2].x() - dots[0].x(), ring * 0.4 * 180 / std::numbers::pi / 75, 0.1);
+  EXPECT_NEAR(dots[2].y(), dots[0].y(), 0.01);
+}
+
+TEST(ViewErrors, NameImagesBrieflyAndMarkThoseOfWarnings) {
+  ReportData data = withMisplacedPoint(3, {1e-3, 0, 0});
+  for (std::size_t v = 0; v < 4; ++v) data.views[v].image = fmt::format("left0{}.jpg", v + 1);
+  data.findings = {{.severity = Severity::kWarning, .id = "influential_view", .cause = "left02.jpg"},
+                   {.severity = Severity::kNote, .id = "outliers", .cause = "left03.jpg"}};
+  const std::string svg = viewErrorsFigure(data).svg;
+  EXPECT_THAT(svg, testing::AllOf(HasSubstr(">01<"), HasSubstr(">04<"), HasSubstr("named in a warning")));
+  EXPECT_THAT(svg, HasSubstr("class=\"bar named\" data-view=\"1\""));
+  EXPECT_EQ(countOf(svg, "class=\"bar named\" data-view"), 1u);
+}
+
+TEST(DistinctParts, LeaveOutWhatAllNamesShare) {
+  EXPECT_THAT(distinctParts({"a/left01.jpg", "a/left02.jpg", "a/left10.jpg"}), ElementsAre("01", "02", "10"));
+  EXPECT_THAT(distinctParts({"7", "8", "10"}), ElementsAre("7", "8", "10"));
+  EXPECT_THAT(distinctParts({"left.png", "left2.png"}), ElementsAre("left.png", "left2.png"));
+  EXPECT_THAT(distinctParts({"x.png", "y.jpg"}), ElementsAre("x.png", "y.jpg"));
+  EXPECT_THAT(distinctParts({"one.png"}), ElementsAre("one"));
+}
+
 // Areas by the shoelace formula.
 double areaOf(const std::string& path) {
-  const std::regex point("([ML])([-0-9.]+),([-0-9.]+)");
+  const std::regex point("([MLl]?)([-0-9.]+),([-0-9.]+)");  // without a letter: a step like the last one
   std::vector<Eigen::Vector2d> ring;
   double area = 0;
+  bool is_step = false;
   const auto closeRing = [&] {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const Eigen::Vector2d& a = ring[i];
@@ -81,7 +162,9 @@ double areaOf(const std::string& path) {
   };
   for (std::sregex_iterator i(path.begin(), path.end(), point), end; i != end; ++i) {
     if ((*i)[1] == "M") closeRing();
-    ring.emplace_back(std::stod((*i)[2]), std::stod((*i)[3]));
+    if ((*i)[1] != "") is_step = (*i)[1] == "l";
+    const Eigen::Vector2d from = is_step && !ring.empty() ? ring.back() : Eigen::Vector2d(0, 0);
+    ring.push_back(from + Eigen::Vector2d(std::stod((*i)[2]), std::stod((*i)[3])));
   }
   closeRing();
   return area;

@@ -109,6 +109,18 @@ class PageTest(unittest.TestCase):
                 return a.left < b.left - 2 || a.right > b.right + 2 || a.top < b.top - 2 || a.bottom > b.bottom + 2;
               }).map(t => t.closest('figure').id + ': ' + t.textContent)""")
             self.assertEqual(outside, [], f"at {width} px")
+            smallest = self.run_js("""Math.min(...[...document.querySelectorAll('figure svg text')].map(t =>
+                t.ownerSVGElement.getScreenCTM().a * parseFloat(getComputedStyle(t).fontSize)))""")
+            self.assertGreaterEqual(smallest, 11)
+            hidden = self.run_js("""[...document.querySelectorAll('*')].filter(e => e.scrollWidth > e.clientWidth + 2 &&
+                ['auto', 'scroll'].includes(getComputedStyle(e).overflowX)).map(e => e.parentElement.id)""")
+            self.assertEqual(hidden, [], f"scrolls at {width} px")
+
+    def test_the_keyboard_shows_where_it_is(self) -> None:
+        self.run_js("document.querySelector('nav a:last-child').focus()")
+        self.run_js("document.getElementById('scene-drawing').focus()")
+        self.browser.press("ArrowLeft", 37)
+        self.assertEqual(self.run_js("getComputedStyle(document.getElementById('scene-drawing')).outlineStyle"), "solid")
 
     def test_views_open_and_close_by_mouse(self) -> None:
         self.run_js("document.querySelector('.thumb').click()")
@@ -189,12 +201,12 @@ class PageTest(unittest.TestCase):
     def test_a_validated_folder_opens_its_files(self) -> None:
         self.browser.open(self.folder_page)
         self.assertEqual(self.browser.console, [])
-        names = self.run_js("[...document.querySelectorAll('table.files td.name')].map(n => n.textContent)")
+        names = self.run_js("[...document.querySelectorAll('td.name')].map(n => n.textContent)")
         self.assertEqual(sorted(n.split("/", 3)[-1].split("files/")[-1] for n in names),
                          sorted(n.replace("/", "|") + ".yaml" for n in NAMES))
         self.assertEqual(self.run_js("document.querySelectorAll('img[onerror], script').length"), 2)
         self.assertEqual(self.run_js("document.querySelectorAll('details.file[open]').length"), 0)
-        self.run_js("document.querySelectorAll('table.files a')[2].click()")
+        self.run_js("document.querySelectorAll('td.name a')[2].click()")
         time.sleep(0.2)
         self.assertEqual(self.run_js("document.querySelectorAll('details.file[open]').length"), 1)
         # Each fold has views of its own, which open.

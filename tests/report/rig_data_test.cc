@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/report/rig_data.h"
 
+#include <numbers>
+#include <regex>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/report/rig_figures.h"
 #include "alidade/report/rig_page.h"
 #include "alidade/target/board_spec.h"
 #include "report/svg_checks.h"
@@ -93,6 +97,47 @@ TEST(ReadRig, NamesThePlaceOfWhatIsWrong) {
   EXPECT_THAT(complaintOf({{"kind", "rig"}, {"verdict", "good"}}), HasSubstr("rig.json: verdict"));
 }
 
+std::string groupOf(const std::string& text, const std::string& pattern) {
+  std::smatch found;
+  return std::regex_search(text, found, std::regex(pattern)) ? found[1].str() : "";
+}
+
+TEST(RigFigures, PlaceAFrameAboveItsName) {
+  ReportedRig rig = sideBySide();
+  rig.frames = {"7", "8", "9"};
+  rig.views[2].image = "left_08.png";
+  const std::string lines = epipolarOverTimeFigure(rig, epipolarPairs(rig)).svg;
+  const std::string cells = frameErrorsFigure(rig).svg;
+  int num_checked = 0;
+  for (std::size_t frame = 0; frame < 3; ++frame) {
+    const std::string tick = "<text x=\"([-0-9.]+)\"[^>]*class=\"tick\">" + rig.frames[frame] + "<";
+    const std::string dot = fmt::format("places\" data-frame=\"{}\"[^>]*d=\"M([-0-9.]+)", frame);
+    const std::string cell = fmt::format("<rect x=\"([-0-9.]+)\"[^>]*data-frame=\"{}\"", frame);
+    const std::string width =
+        fmt::format("<rect x=\"[-0-9.]+\" y=\"[-0-9.]+\" width=\"([-0-9.]+)\"[^>]*data-frame=\"{}\"", frame);
+    const double at = std::stod(groupOf(lines, tick));
+    EXPECT_NEAR(std::stod(groupOf(lines, dot)), at, 0.02);
+    EXPECT_NEAR(std::stod(groupOf(cells, tick)), at, 0.02);
+    EXPECT_NEAR(std::stod(groupOf(cells, cell)) + 0.5 * std::stod(groupOf(cells, width)), at, 0.02);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 3);
+  EXPECT_THAT(cells, HasSubstr("left, frame 8: RMS 0 px, left_08.png"));
+  EXPECT_THAT(lines, HasSubstr("left_08.png"));
+}
+
+TEST(RigFigures, BreakALineWhereAFrameHasNoCommonBoard) {
+  ReportedRig rig = sideBySide();
+  const auto numPieces = [&] {
+    const std::string d =
+        groupOf(epipolarOverTimeFigure(rig, epipolarPairs(rig)).svg, "class=\"hue0 course\" d=\"(M[^\"]*)\"");
+    return countOf(d, "M");
+  };
+  EXPECT_EQ(numPieces(), 1u);
+  rig.views.erase(rig.views.begin() + 3);
+  EXPECT_EQ(numPieces(), 2u);
+}
+
 nlohmann::json documentOf(const ReportedRig& rig) {
   const auto pose = [](const SE3& p) -> nlohmann::json {
     const Eigen::Quaterniond& q = p.rotation.quaternion();
@@ -120,6 +165,7 @@ nlohmann::json documentOf(const ReportedRig& rig) {
                                    {"camera_from_rig", pose(camera.camera_from_rig)},
                                    {"translation_std_m", {1e-3, 1e-3, 1e-3}},
                                    {"rotation_std_rad", {1e-3, 1e-3, 1e-3}},
+                                   {"distance_std_m", 1e-3},
                                    {"rms_px", 0.1},
                                    {"alone_rms_px", 0.1},
                                    {"transfer_px", 0.2}});
@@ -149,6 +195,16 @@ TEST(RigPage, KeepsNamesFromBeingMarkup) {
   EXPECT_THAT(page, testing::AllOf(HasSubstr("left&lt;/script&gt;&lt;b&gt;"),
                                    testing::Not(HasSubstr("left</script>"))));
   EXPECT_EQ(countOf(page, "</script>"), 2u);
+}
+
+TEST(RigPage, StatesTheBaseline) {
+  ReportedRig rig = sideBySide();
+  rig.cameras[1].camera_from_rig = {SO3::exp(Eigen::Vector3d(0, 0, 0.5 * std::numbers::pi)), {0, -0.12, 0}};
+  nlohmann::json document = documentOf(rig);
+  document["cameras"][1]["distance_std_m"] = 3e-4;
+  const std::string page = rigPage(document, "rig.json");
+  EXPECT_THAT(page, testing::AllOf(HasSubstr("<dt>Baseline</dt><dd>120.00 ± 0.30 mm"),
+                                   HasSubstr("<dt>Rotation</dt><dd>90.000 ± 0.099°")));
 }
 
 // Every value, replaced by one of another kind, is refused with its place or of no matter; nothing crashes.

@@ -90,12 +90,7 @@ class RigCalibrateCommand final : public Command {
     options.camera.board_shape = shapeMode(shape_);
     RigInputViews given = readRigViews("rig calibrate", views_, names, common_, options.camera.cancel);
     options.frames = given.frames;
-    RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
-    for (Diagnosis& diagnosis : rig.diagnoses) {
-      if (diagnosis.id == "poor_coverage") {
-        diagnosis.next_step = "run alidade calibrate on the images of this camera to see which view to add";
-      }
-    }
+    const RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
     const RigRecord record = recordOf(rig, programName());
     const bool is_kept = rig.isUsable() || keep_;
     if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(record));

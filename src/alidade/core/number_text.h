@@ -1,16 +1,31 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 
 namespace alidade {
 
-/// A number as printf() writes it.
+/// A number as printf() writes it; "110" instead of "1.1e+02".
 [[nodiscard]] inline std::string numberText(const char* format, double value) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
+  const std::string written = text;
+  constexpr double kLong = 1e7;  // longer ones keep their exponent
+  if (written.find("e+") == std::string::npos || !(std::abs(value) < kLong)) return written;
+  std::snprintf(text, sizeof text, "%.0f", std::stod(written));
   return text;
+}
+
+/// A share in percent, without decimals: "81 %". All and nothing are said only of exactly that: otherwise
+/// "> 99 %" and "< 1 %".
+[[nodiscard]] inline std::string percentText(double share) {
+  const double percent = 100 * share;
+  if (percent > 0 && percent < 1) return "< 1 %";
+  if (percent > 99 && percent < 100) return "> 99 %";
+  return numberText("%.0f", std::clamp(percent, 0.0, 100.0)) + " %";
 }
 
 }  // namespace alidade

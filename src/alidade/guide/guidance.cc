@@ -430,9 +430,10 @@ std::string nextViewText(const Guidance& guidance, ImageSize size) {
 std::string shortNextViewText(const Guidance& guidance, ImageSize size) {
   if (!guidance.next) return "no further view of this board would improve the camera";
   const BoardSighting& at = guidance.next->sighting;
-  return fmt::format("put {}{} {} of the image, {:.2g} m away, {}", boardName(guidance),
+  return fmt::format("put {}{} {} {}, {:.2g} m away, {}", boardName(guidance),
                      guidance.next->is_on_end ? " upright" : "", placeName(regionAt(at.middle_px, size)),
-                     at.distance_m, tiltText(at.tilt));
+                     guidance.next->is_whole ? "of the image" : "and beyond the image", at.distance_m,
+                     tiltText(at.tilt));
 }
 
 std::string targetText(const Guidance& guidance) {

@@ -56,13 +56,6 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
   FigureCanvas canvas(plot.legend_top);
   canvas.addRect(area.box.min(), area.box.max(), "class=\"blind\"");
   Figure figure{.id = "difference", .title = "Difference from " + rival.name};
-  figure.reading = fmt::format(
-      "Each colour is the difference between the pixels of a distant point in the two cameras, after the "
-      "best rotation, "
-      "and each arrow leads from this camera's pixel to the other's; beyond your tolerance of {:g} px the "
-      "colours are "
-      "red.",
-      data.tolerance_px);
   std::vector<std::pair<std::string, std::string>> legend;
   if (difference.is_converged && difference.num_compared > 0 && difference.columns > 1 &&
       difference.rows > 1) {
@@ -73,6 +66,10 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
       return area.at(difference.pixels[static_cast<std::size_t>(row * difference.columns + column)]);
     };
     legend = addToleranceMap(map, data.tolerance_px, area, canvas);
+    figure.reading =
+        "Each colour is the difference between the pixels of a distant point in the two cameras, after the "
+        "best rotation, and each arrow leads from this camera's pixel to the other's. " +
+        toleranceSentence(legend, data.tolerance_px);
     constexpr double kRoundingPx = 1e-6;  // nobody needs to see less
     if (difference.p95_px > kRoundingPx) {
       const double times = addDifferenceArrows(difference, area, canvas);
@@ -85,7 +82,7 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
         twoDigits(difference.mean_px), twoDigits(difference.p95_px));
   } else {
     legend.emplace_back("blind", "not comparable");
-    figure.alt = "The two cameras cannot be compared: they have too little in common.";
+    figure.reading = figure.alt = "The two cameras cannot be compared: they have too little in common.";
   }
   canvas.addImageFrame(area);
   canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kLetterWidth = 6.8;  // of a sans-serif font as large as on small screens, on average
+constexpr double kLetterWidth = 7.2;  // of a sans-serif font as large as on small screens, on average
 
 // "0.25" for a step of 0.05: as many decimals as the step has.
 std::string tickText(double value, double step) {
@@ -20,12 +20,20 @@ std::string tickText(double value, double step) {
   return fmt::format("{:.{}f}", value == 0 ? 0.0 : value, decimals);
 }
 
+// At most so many bytes, in whole UTF-8 characters.
+std::string clippedText(const std::string& text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t end = most;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "…";
+}
+
 }  // namespace
 
 Figure withPrefix(Figure figure, const std::string& prefix) {
   figure.id = prefix + figure.id;
   // No text has these letters: its quotation marks are escaped.
-  for (const std::string_view before : {" id=\"", "\"url(#"}) {
+  for (const std::string_view before : {" id=\"", "\"url(#", "href=\"#"}) {
     for (std::size_t at = figure.svg.find(before); at != std::string::npos;
          at = figure.svg.find(before, at + before.size()))
       figure.svg.insert(at + before.size(), prefix);
@@ -183,23 +191,52 @@ void FigureCanvas::addText(const Vector2d& at, std::string_view text, std::strin
 void FigureCanvas::addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name) {
   const Vector2d low = area.box.min();
   const Vector2d high = area.box.max();
-  const auto marks = [](double from, double to, double length, double room) {
-    return roundTicks(from, to, std::max(2, static_cast<int>(length / room)));
-  };
-  const std::vector<double> xs = marks(area.low.x(), area.high.x(), high.x() - low.x(), 50);
-  const std::vector<double> ys = marks(area.low.y(), area.high.y(), high.y() - low.y(), 32);
+  const std::vector<double> xs =
+      roundTicks(area.low.x(), area.high.x(), std::max(2, static_cast<int>((high.x() - low.x()) / 50)));
   for (const double x : xs) {
     const double at = area.at(x, area.low.y()).x();
     addLine({at, low.y()}, {at, high.y()}, "class=\"grid\"");
     addText({at, high.y() + 14}, tickText(x, xs.size() > 1 ? xs[1] - xs[0] : 1), "middle", "class=\"tick\"");
   }
+  addText({area.box.center().x(), high.y() + 29}, x_name, "middle", "class=\"axis\"");
+  addValues(area, y_name);
+}
+
+void FigureCanvas::addNamedAxes(const PlotArea& area, const std::vector<std::string>& names,
+                                std::string_view x_name, std::string_view y_name) {
+  addNames(area, names, x_name);
+  addValues(area, y_name);
+}
+
+void FigureCanvas::addNames(const PlotArea& area, const std::vector<std::string>& names,
+                            std::string_view x_name) {
+  constexpr std::size_t kMostLetters = 12;
+  std::size_t longest = 1;
+  for (const std::string& name : names) longest = std::max(longest, std::min(name.size(), kMostLetters));
+  const double room = area.box.sizes().x() / static_cast<double>(std::max<std::size_t>(1, names.size()));
+  const double width = kLetterWidth * static_cast<double>(longest) + 6;
+  const auto step = static_cast<std::size_t>(std::max(1.0, std::ceil(width / room)));
+  for (std::size_t i = 0; i < names.size(); i += step) {
+    const Vector2d at(area.at(static_cast<double>(i) + 1, area.low.y()).x(), area.box.max().y());
+    const double half = 0.5 * kLetterWidth * static_cast<double>(std::min(names[i].size(), kMostLetters));
+    if (at.x() + half > width_) break;
+    addLine(at, at + Vector2d(0, 3), "class=\"mark\"");
+    addText(at + Vector2d(0, 14), clippedText(names[i], kMostLetters), "middle", "class=\"tick\"");
+  }
+  addText({area.box.center().x(), area.box.max().y() + 29}, x_name, "middle", "class=\"axis\"");
+}
+
+void FigureCanvas::addValues(const PlotArea& area, std::string_view y_name) {
+  const Vector2d low = area.box.min();
+  const Vector2d high = area.box.max();
+  const std::vector<double> ys =
+      roundTicks(area.low.y(), area.high.y(), std::max(2, static_cast<int>((high.y() - low.y()) / 32)));
   for (const double y : ys) {
     const double at = area.at(area.low.x(), y).y();
     addLine({low.x(), at}, {high.x(), at}, "class=\"grid\"");
     addText({low.x() - 5, at + 4}, tickText(y, ys.size() > 1 ? ys[1] - ys[0] : 1), "end", "class=\"tick\"");
   }
   addRect(low, high, "class=\"frame\"");
-  addText({area.box.center().x(), high.y() + 29}, x_name, "middle", "class=\"axis\"");
   addText({low.x(), low.y() - 6}, y_name, "start", "class=\"axis\"");
 }
 
@@ -217,6 +254,7 @@ void FigureCanvas::addImageFrame(const PlotArea& area) {
     addLine({low.x() - 3, at}, {low.x(), at}, "class=\"mark\"");
     addText({low.x() - 5, at + 4}, fmt::format("{:.0f}", y), "end", "class=\"tick\"");
   }
+  addText({low.x() - 8, high.y() + 14}, "px", "end", "class=\"axis\"");
   addRect(low, high, "class=\"frame\"");
 }
 
@@ -226,10 +264,16 @@ void FigureCanvas::addLegend(const Vector2d& at,
   constexpr double kRow = 17;
   Vector2d place = at;
   for (const auto& [shape, words] : class_and_words) {
-    const double length = kSwatch + 5 + kLetterWidth * static_cast<double>(words.size()) + 12;
+    // Arrows are as long as they stand for.
+    const std::size_t end_of_length = shape.starts_with("arrow ") ? shape.find(' ', 6) : 0;
+    const double swatch = end_of_length > 0 ? std::stod(shape.substr(6)) : kSwatch;
+    const double length = swatch + 5 + kLetterWidth * static_cast<double>(words.size()) + 12;
     if (place.x() > at.x() && place.x() + length > width_) place = {at.x(), place.y() + kRow};
     const Vector2d middle = place + Vector2d(0.5 * kSwatch, 0.5 * kSwatch);
-    if (shape.starts_with("line")) {
+    if (end_of_length > 0) {
+      addPath(arrowPath({place.x(), middle.y()}, {swatch, 0}),
+              fmt::format("class=\"{}\"", shape.substr(end_of_length + 1)));
+    } else if (shape.starts_with("line")) {
       addLine(middle - Vector2d(0.5 * kSwatch, 0), middle + Vector2d(0.5 * kSwatch, 0),
               fmt::format("class=\"{}\"", shape.substr(5)));
     } else if (shape.starts_with("star")) {
@@ -239,7 +283,7 @@ void FigureCanvas::addLegend(const Vector2d& at,
     } else {
       addRect(place, place + Vector2d(kSwatch, kSwatch), fmt::format("class=\"{}\"", shape));
     }
-    addText(place + Vector2d(kSwatch + 5, kSwatch - 2), words, "start");
+    addText(place + Vector2d(swatch + 5, kSwatch - 2), words, "start");
     place.x() += length;
   }
   height_ = std::max(height_, place.y() + kRow);

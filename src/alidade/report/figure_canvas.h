@@ -20,7 +20,6 @@ struct Figure {
   std::string reading = {};  ///< a sentence on how to read it
   std::string alt = {};      ///< what it shows, with its numbers, for readers who cannot see it
   std::string svg = {};      ///< an <svg> element whose colours come from the page's style sheet
-  bool is_wide = false;      ///< takes the whole width of the page
 };
 
 /// The figure with other ids, for a page with several of its kind.
@@ -93,9 +92,15 @@ class FigureCanvas {
 
   /// Frame, marks with their values, and names of both axes.
   void addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name);
+  /// The same with names at x = 1, 2, 3 and so on: every n-th where they are many.
+  void addNamedAxes(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name,
+                    std::string_view y_name);
+  /// The names alone.
+  void addNames(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name);
   /// Frame and marks in pixels of an image.
   void addImageFrame(const PlotArea& area);
-  /// Rows of swatches with words; the drawing becomes high enough for them.
+  /// Rows of swatches with words; the drawing becomes high enough for them. The first word of a class may be
+  /// "line", "dot", "star" or, with the length before the class, "arrow 25"; otherwise it is a filled square.
   void addLegend(const Eigen::Vector2d& at,
                  const std::vector<std::pair<std::string, std::string>>& class_and_words);
 
@@ -103,6 +108,9 @@ class FigureCanvas {
   [[nodiscard]] std::string svg(std::string_view alt, std::string_view attributes = "") const;
 
  private:
+  // Frame and marks of y.
+  void addValues(const PlotArea& area, std::string_view y_name);
+
   double width_;
   double height_;
   std::string svg_;

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/number_text.h"
 #include "alidade/core/statistics.h"
 #include "alidade/report/level_map.h"
 #include "alidade/report/tolerance_map.h"
@@ -38,12 +39,12 @@ std::string accuracyAlt(const ReportData& data) {
   const std::string covered =
       accuracy.is_by_covariance
           ? ""
-          : fmt::format("at most {} px where boards were seen, ", shortNumber(accuracy.covered_px));
+          : fmt::format("at most {} px where boards were seen, ", twoDigits(accuracy.covered_px));
   return fmt::format(
-      "Map of the 95 percent error over the image: {}{} px or less in {:.0f} percent of the image, worst {} "
-      "px at pixel ({:.0f}, {:.0f}).",
-      covered, shortNumber(data.tolerance_px), 100 * accuracy.shareWithin(data.tolerance_px),
-      shortNumber(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y());
+      "Map of the 95 percent error over the image: {}{:g} px or less in {} of {}, worst {} px at pixel "
+      "({:.0f}, {:.0f}).",
+      covered, data.tolerance_px, percentText(accuracy.shareWithin(data.tolerance_px)), accuracy.wholeName(),
+      twoDigits(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y());
 }
 
 // A number of cells on a side, with about square cells.
@@ -118,33 +119,38 @@ Figure accuracyFigure(const ReportData& data) {
   const Vector2d high = plot.area.box.max();
   canvas.addRect(low, high, "class=\"blind\"");
   const LevelMap map = errorMap(accuracy, data.size, plot.area);
-  std::vector<std::pair<std::string, std::string>> legend =
-      addToleranceMap(map, data.tolerance_px, plot.area, canvas);
   LevelMap covered = map;
   for (std::size_t i = 0; i < covered.values.size(); ++i) covered.values[i] = accuracy.is_covered[i] ? 1 : 0;
-  canvas.addPath(contourPath(contourAt(covered, 0.5)), "class=\"outline\"");
-  canvas.addCircle(plot.area.at(accuracy.worst_pixel), 5, "class=\"worst\"");
+  const std::vector<ContourSegment> outline = contourAt(covered, 0.5);
+  std::vector<Vector2d> on_outline;
+  for (const auto& [from, to] : outline) on_outline.push_back(from);
+  std::vector<std::pair<std::string, std::string>> legend =
+      addToleranceMap(map, data.tolerance_px, plot.area, canvas, on_outline);
+  canvas.addPath(contourPath(outline), "class=\"outline\"");
+  // Whole, even if the worst pixel is at the border.
+  constexpr double kRing = 5;
+  const Vector2d inset = Vector2d::Constant(kRing + 1);
+  const Vector2d worst = plot.area.at(accuracy.worst_pixel).cwiseMax(low + inset).cwiseMin(high - inset);
+  canvas.addCircle(worst, kRing, "class=\"worst worst-halo\"");
+  canvas.addCircle(worst, kRing, "class=\"worst\"");
   canvas.addImageFrame(plot.area);
   if (std::ranges::find(accuracy.is_covered, true) != accuracy.is_covered.end())
     legend.emplace_back("line outline", "boards were seen inside");
-  legend.emplace_back("dot worst", "worst");
-  if (std::ranges::any_of(accuracy.error_px, [](double e) { return std::isnan(e); }))
-    legend.emplace_back("blind", "no ray");
+  legend.emplace_back("dot worst", fmt::format("worst, {} px", twoDigits(accuracy.worst_px)));
+  if (accuracy.hasBlindPixels()) legend.emplace_back("blind", "no ray");
   canvas.addLegend({plot.area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "accuracy", .title = "Accuracy over the image"};
-  figure.reading = fmt::format(
-      "Each colour is an error in pixels that a projected point does not exceed in 95 of 100 cases; blue is "
-      "within your tolerance of {:g} px, red is not, and the dashed line surrounds the part where boards "
-      "were "
-      "seen.",
-      data.tolerance_px);
-  if (accuracy.is_by_covariance) {
-    figure.reading = fmt::format(
-        "Each colour is an error in pixels that the covariance of the file allows a distant point in 95 of "
-        "100 cases; blue is within the tolerance of {:g} px, red is not. Errors of the lens model are not in "
-        "it.",
-        data.tolerance_px);
-  }
+  const std::string tolerance = toleranceSentence(legend, data.tolerance_px);
+  figure.reading =
+      accuracy.is_by_covariance
+          ? fmt::format(
+                "Each colour is an error that the covariance of the file allows a distant point in 95 of 100 "
+                "cases. {} Errors of the lens model are not in it.",
+                tolerance)
+          : fmt::format(
+                "Each colour is an error that a projected point does not exceed in 95 of 100 cases. {} The "
+                "dashed line surrounds the part where boards were seen.",
+                tolerance);
   figure.alt = accuracyAlt(data);
   if (accuracy.is_by_covariance) {
     figure.svg = canvas.svg(figure.alt);
@@ -224,7 +230,7 @@ Figure imageResidualsFigure(const ReportData& data) {
       canvas.addRect(
           low, low + sides,
           fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" data-rms=\"{:.9g}\"",
-                      most > 0 ? 0.5 * rms / most : 0, cell.count, rms));
+                      0.1 + 0.5 * (most > 0 ? rms / most : 0), cell.count, rms));
       means += arrowPath(low + 0.5 * sides, times * area.scale() / cell.count * cell.sum);
     }
   }
@@ -246,7 +252,9 @@ Figure imageResidualsFigure(const ReportData& data) {
   canvas.addLegend({area.box.min().x(), plot.legend_top},
                    {{"line residuals", fmt::format("single corner ({})", timesLonger(times))},
                     {"line mean", "mean of a cell"},
-                    {"warmth", fmt::format("RMS, darkest {} px", shortNumber(most))}});
+                    {"warmth weak", fmt::format("RMS {} px", shortNumber(most / 3))},
+                    {"warmth middling", fmt::format("{} px", shortNumber(2 * most / 3))},
+                    {"warmth", fmt::format("{} px", shortNumber(most))}});
   Figure figure{.id = "image-residuals", .title = "Reprojection errors over the image"};
   figure.reading =
       "Thin lines lead from each detected corner to where the camera projects it; they should point in all "

@@ -133,15 +133,43 @@ double radiusAt(const AnyCamera& camera, double angle) {
   return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / count;
 }
 
-// A line from the bottom to the top of a chart at x, with words beside it.
-void addLimit(FigureCanvas& canvas, const PlotArea& area, double x, const std::string& words, int row,
-              const char* kind) {
-  if (!(x > area.low.x() && x < area.high.x())) return;
-  const Vector2d top = area.at(x, area.high.y());
-  canvas.addLine(area.at(x, area.low.y()), top, fmt::format("class=\"limit {}\"", kind));
-  const bool is_left = top.x() > area.box.center().x();
-  canvas.addText(Vector2d(top.x() + (is_left ? -5 : 5), area.box.max().y() - 8 - 15 * row), words,
-                 is_left ? "end" : "start", "class=\"halo\"");
+using LegendEntries = std::vector<std::pair<std::string, std::string>>;
+
+// A line from the bottom to the top of a chart at an angle, with its words in the legend.
+void addAngleLimit(FigureCanvas& canvas, const PlotArea& area, double angle_rad, const std::string& words,
+                   const char* kind, LegendEntries& legend) {
+  const double x = angle_rad / kRadPerDegree;
+  if (!(x > area.low.x() && x <= area.high.x())) return;
+  canvas.addLine(area.at(x, area.low.y()), area.at(x, area.high.y()),
+                 fmt::format("class=\"limit {}\" data-angle=\"{:.6g}\"", kind, x));
+  legend.emplace_back(fmt::format("line limit {}", kind), fmt::format("{} {:.1f}°", words, x));
+}
+
+std::vector<Vector2d> cornerPixels(const ImageSize& size) {
+  const Vector2d high(size.width - 1.0, size.height - 1.0);
+  return {{0, 0}, {high.x(), 0}, high, {0, high.y()}};
+}
+
+// The largest distance of these pixels from the principal point.
+double largestRadius(const AnyCamera& camera, const std::vector<Vector2d>& pixels) {
+  double radius = 0;
+  for (const Vector2d& pixel : pixels) radius = std::max(radius, (pixel - principalPoint(camera)).norm());
+  return radius;
+}
+
+bool hasRay(const AnyCamera& camera, const Vector2d& pixel) {
+  return camera.unproject(pixel).has_value();
+}
+
+// Up to which boards were seen; 0 without views.
+double coveredAngle(const ReportData& data) {
+  double angle = 0;
+  for (const ReportedView& view : data.views) {
+    std::vector<Vector2d> pixels;
+    for (const ReportedCorner& corner : view.corners) pixels.push_back(corner.pixel);
+    angle = std::max(angle, largestAngle(data.camera, pixels));
+  }
+  return angle;
 }
 
 void addPrincipalPoint(const ReportData& data, const PlotArea& area, FigureCanvas& canvas) {
@@ -233,13 +261,13 @@ Figure distortionGridFigure(const ReportData& data) {
 }
 
 Figure radialFigure(const ReportData& data) {
-  const double image_end = largestAngle(data.camera, borderPixels(data.size));
-  double covered_end = 0;
-  for (const ReportedView& view : data.views) {
-    std::vector<Vector2d> pixels;
-    for (const ReportedCorner& corner : view.corners) pixels.push_back(corner.pixel);
-    covered_end = std::max(covered_end, largestAngle(data.camera, pixels));
-  }
+  // Dark corners of a fisheye have no ray: then there is no angle at which they are.
+  const std::vector<Vector2d> corners = cornerPixels(data.size);
+  const bool have_rays =
+      std::ranges::all_of(corners, [&](const Vector2d& corner) { return hasRay(data.camera, corner); });
+  const double image_end = largestAngle(data.camera, have_rays ? corners : borderPixels(data.size));
+  const double corner_px = largestRadius(data.camera, corners);
+  const double covered_end = coveredAngle(data);
   const double domain_end = data.camera.cone().max_angle_rad;
   const double end = std::min(std::numbers::pi, 1.08 * std::max(image_end, covered_end));
   std::vector<Vector2d> lens;
@@ -252,8 +280,8 @@ Figure radialFigure(const ReportData& data) {
     lens.emplace_back(angle / kRadPerDegree, radius);
     most = std::max(most, radius);
   }
-  const double corner_px = Vector2d(data.size.width, data.size.height).norm();
-  most = std::clamp(most, 1.0, corner_px);
+  most = std::clamp(most, 1.0, Vector2d(data.size.width, data.size.height).norm());
+  if (!have_rays) most = std::max(most, corner_px);
   const PlotArea area{.box = {Vector2d(44, 24), Vector2d(430, 250)},
                       .low = {0, 0},
                       .high = {end > 0 ? end / kRadPerDegree : 90, 1.1 * most}};
@@ -275,37 +303,39 @@ Figure radialFigure(const ReportData& data) {
   const bool is_wide = image_end > 0.9;
   if (is_wide) canvas.addPath(pathThrough(even), "class=\"straight dotted\"");
   canvas.addPath(pathThrough(curve), "class=\"curve\"");
-  addLimit(canvas, area, covered_end / kRadPerDegree, "boards seen up to here", 0, "covered");
-  addLimit(canvas, area, image_end / kRadPerDegree, "corner of the image", 1, "image");
-  addLimit(canvas, area, domain_end / kRadPerDegree, "the model ends", 2, "domain");
-  std::vector<std::pair<std::string, std::string>> legend = {{"line curve", "this lens"},
-                                                             {"line straight", "no distortion"}};
+  LegendEntries legend = {{"line curve", "this lens"}, {"line straight", "no distortion"}};
   if (is_wide) legend.emplace_back("line straight dotted", "equidistant fisheye");
-  if (domain_end >= end)
-    legend.emplace_back("line limit domain",
-                        fmt::format("the model ends at {:.1f}°, not shown", domain_end / kRadPerDegree));
+  addAngleLimit(canvas, area, covered_end, "boards seen up to", "covered", legend);
+  addAngleLimit(canvas, area, image_end, have_rays ? "image corner at" : "last border pixel with a ray at",
+                "image", legend);
+  addAngleLimit(canvas, area, domain_end, "the model ends at", "domain", legend);
+  if (!have_rays && corner_px <= area.high.y()) {
+    canvas.addLine(area.at(area.low.x(), corner_px), area.at(area.high.x(), corner_px),
+                   fmt::format("class=\"limit blind-corner\" data-radius=\"{:.6g}\"", corner_px));
+    legend.emplace_back("line limit blind-corner", fmt::format("image corner, {:.0f} px: no ray", corner_px));
+  }
   canvas.addLegend({area.box.min().x(), 288}, legend);
   Figure figure{.id = "radial", .title = "Radial curve"};
-  figure.reading =
-      "The curve shows how far from the principal point a direction appears; between the lines for the "
-      "boards and for "
-      "the image corner it is extrapolated, and it must rise up to that corner.";
-  if (covered_end == 0) {
-    figure.reading =
-        "The curve shows how far from the principal point a direction appears; it must rise up to the corner "
-        "of the image.";
-    figure.alt = fmt::format(
-        "Radius over angle: the image goes up to {:.1f} degrees, and the model up to {:.1f} degrees from the "
-        "axis.",
-        image_end / kRadPerDegree, domain_end / kRadPerDegree);
-    figure.svg = canvas.svg(figure.alt);
-    return figure;
+  figure.reading = "The curve shows how far from the principal point a direction appears.";
+  if (covered_end > 0) {
+    figure.reading += " Beyond the line for the boards it is extrapolated";
+    figure.reading += have_rays ? ", and it must rise up to the image corner." : ".";
+  } else if (have_rays) {
+    figure.reading += " It must rise up to the image corner.";
   }
+  if (!have_rays)
+    figure.reading +=
+        " It ends before the image corner, which this model maps to no direction: use only what lies within.";
+  if (domain_end >= end)
+    figure.reading +=
+        fmt::format(" The model ends at {:.1f}°, beyond this figure.", domain_end / kRadPerDegree);
   figure.alt = fmt::format(
-      "Radius over angle: boards were seen up to {:.1f} degrees, the image goes up to {:.1f} degrees, and "
-      "the model up to "
-      "{:.1f} degrees from the axis.",
-      covered_end / kRadPerDegree, image_end / kRadPerDegree, domain_end / kRadPerDegree);
+      "Radius over angle: {}{} {:.1f} degrees, and the model goes up to {:.1f} degrees from the axis.",
+      covered_end > 0 ? fmt::format("boards were seen up to {:.1f} degrees, ", covered_end / kRadPerDegree)
+                      : "",
+      have_rays ? "the image corner is at"
+                : "the image corners have no ray, the last border pixel with one is at",
+      image_end / kRadPerDegree, domain_end / kRadPerDegree);
   figure.svg = canvas.svg(figure.alt);
   return figure;
 }
@@ -351,8 +381,9 @@ Figure correlationFigure(const ReportData& data) {
   Figure figure{.id = "correlations", .title = "Correlations of the parameters"};
   figure.reading =
       "Strong colours are pairs whose errors go together: near 1 or -1 the photographs do not separate the "
-      "two, and "
-      "neither value means much alone.";
+      "two. fx with fy, and k1, k2, k3 with each other, are always strongly related. Look at cx or cy with "
+      "p1 "
+      "or p2: if strong, tilt the board more.";
   figure.alt = fmt::format("Correlations of {} parameters; the strongest is {:.3f}, between {}.",
                            estimated.size(), strongest, pair);
   figure.svg = canvas.svg(figure.alt);

@@ -35,6 +35,22 @@ Vector2d crossing(const MapCorner& a, const MapCorner& b, double level) {
   return a.at + (level - a.value) / (b.value - a.value) * (b.at - a.at);
 }
 
+// A path of small shapes, with steps from point to point: maps have thousands of them.
+std::string shapePath(const std::vector<Vector2d>& points, bool is_closed) {
+  std::string d;
+  Vector2d last(0, 0);
+  for (const Vector2d& point : points) {
+    const Vector2d step = point - last;
+    if (!d.empty() && step.norm() < 0.01) continue;
+    d += (d.empty()                ? "M"
+          : last == points.front() ? "l"
+                                   : " ") +
+         coordinate(step.x()) + "," + coordinate(step.y());
+    last = point;
+  }
+  return is_closed ? d + "Z" : d;
+}
+
 enum class CellKind { kOut, kIn, kMixed };
 
 CellKind kindOf(const std::array<MapCorner, 4>& corners, double level) {
@@ -54,7 +70,7 @@ std::string mixedCell(const std::array<MapCorner, 4>& corners, double level) {
     if (a.value >= level) outline.push_back(a.at);
     if ((a.value >= level) != (b.value >= level)) outline.push_back(crossing(a, b, level));
   }
-  return pathThrough(outline, true);
+  return shapePath(outline, true);
 }
 
 }  // namespace
@@ -65,9 +81,9 @@ std::string areaFrom(const LevelMap& map, double level) {
     int first = -1;  // of a run of whole cells, which become one rectangle
     const auto closeRun = [&](int end) {
       if (first < 0) return;
-      d += pathThrough({map.point_at(first, row), map.point_at(end, row), map.point_at(end, row + 1),
-                        map.point_at(first, row + 1)},
-                       true);
+      d += shapePath({map.point_at(first, row), map.point_at(end, row), map.point_at(end, row + 1),
+                      map.point_at(first, row + 1)},
+                     true);
       first = -1;
     };
     for (int column = 0; column + 1 < map.columns; ++column) {
@@ -103,7 +119,7 @@ std::vector<ContourSegment> contourAt(const LevelMap& map, double level) {
 
 std::string contourPath(const std::vector<ContourSegment>& segments) {
   std::string d;
-  for (const auto& [from, to] : segments) d += pathThrough({from, to});
+  for (const auto& [from, to] : segments) d += shapePath({from, to}, false);
   return d;
 }
 

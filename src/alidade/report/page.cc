@@ -9,10 +9,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
+#include "alidade/core/number_text.h"
 #include "alidade/report/image_figures.h"
 #include "alidade/report/lens_figures.h"
 #include "alidade/report/page_shell.h"
+#include "alidade/report/page_table.h"
 #include "alidade/report/residual_figures.h"
 #include "alidade/report/rig_page.h"
 #include "alidade/report/scene_figure.h"
@@ -25,33 +28,50 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kMostOfImage = 0.9;  // within the tolerance, as for a trustworthy camera
+
+bool isMostlyAccurate(const ReportData& data) {
+  return data.accuracy && data.accuracy->shareWithin(data.tolerance_px) >= kMostOfImage;
+}
+
+// "81 % of the image is within 1 px"
+std::string shareSentence(const ReportData& data) {
+  const ReportedAccuracy& accuracy = *data.accuracy;
+  return fmt::format("{} of {} {} within {:g}\u00a0px", percentText(accuracy.shareWithin(data.tolerance_px)),
+                     accuracy.wholeName(), accuracy.hasBlindPixels() ? "are" : "is", data.tolerance_px);
+}
+
 std::string accuracySentence(const ReportData& data) {
   if (!data.accuracy) return "The accuracy is unknown, because the views do not determine the camera.";
   const ReportedAccuracy& accuracy = *data.accuracy;
   const std::string of =
-      std::isinf(accuracy.distance_m) ? "" : fmt::format(" {:g} m away", accuracy.distance_m);
-  return fmt::format(
-      "In 95 of 100 cases a projected point{} is within {} of the truth where boards were seen "
-      "({:.0f}\u00a0% of the image). {:.0f}\u00a0% of the image is within your tolerance of "
-      "{:g}\u00a0px; the worst place is {} off.",
-      of, errorText(accuracy.covered_px), 100 * accuracy.covered_share,
-      100 * accuracy.shareWithin(data.tolerance_px), data.tolerance_px, errorText(accuracy.worst_px));
+      std::isinf(accuracy.distance_m) ? "" : fmt::format(" for points {:g} m away", accuracy.distance_m);
+  std::string text = fmt::format("Accurate to {} (95\u00a0%){} where boards were seen, which is {} of {}.",
+                                 errorText(accuracy.covered_px), of, percentText(accuracy.covered_share),
+                                 accuracy.wholeName());
+  // The headline of reservations has the share already.
+  if (data.verdict != Verdict::kReservations || isMostlyAccurate(data))
+    text += " " + shareSentence(data) + ".";
+  text += fmt::format(" The worst place can be off by up to {}.", errorText(accuracy.worst_px));
+  if (!isMostlyAccurate(data) && accuracy.shareWithin(data.tolerance_px) > 0)
+    text += " Use it inside the thick line of the map.";
+  return text;
 }
 
 std::vector<PageNumber> numbersOf(const ReportData& data) {
   std::vector<PageNumber> numbers;
-  const auto add = [&](const char* name, const std::string& value, const std::string& more) {
-    numbers.push_back({.name = name, .value = value, .more = more});
+  const auto add = [&](const char* name, const std::string& value, const std::string& more,
+                       bool is_accuracy = false) {
+    numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
   };
   if (data.accuracy) {
-    add("Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen");
-    add("Within tolerance", fmt::format("{:.0f} %", 100 * data.accuracy->shareWithin(data.tolerance_px)),
-        fmt::format("of the image, {:g} px", data.tolerance_px));
+    add("Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen", true);
+    add("Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
+        fmt::format("of {}, {:g} px", data.accuracy->wholeName(), data.tolerance_px), true);
   }
-  add("Reprojection error", fmt::format("{:.3f} px", data.rms_px), "RMS of all corners");
-  add("Cross-validation",
-      std::isfinite(data.holdout_rms_px) ? fmt::format("{:.3f} px", data.holdout_rms_px) : "impossible",
+  add("Cross-validation", std::isfinite(data.holdout_rms_px) ? rmsText(data.holdout_rms_px) : "impossible",
       "RMS of unseen corners");
+  add("Reprojection error", rmsText(data.rms_px), "RMS of all corners");
   add("Images", fmt::format("{} of {}", data.num_images_used, data.num_images_given),
       "used for the calibration");
   add("Corners", std::to_string(data.num_corners),
@@ -60,52 +80,49 @@ std::vector<PageNumber> numbersOf(const ReportData& data) {
 }
 
 std::string parametersHtml(const ReportData& data) {
-  std::string html =
-      "<figure id=\"parameters\"><h3>Parameters</h3><div class=\"scroll\"><table><thead><tr><th "
-      "scope=\"col\">Parameter</th><th scope=\"col\">Value</th><th scope=\"col\">Standard deviation</th></tr>"
-      "</thead><tbody>\n";
   const auto names = data.camera.parameterNames();
   const auto values = data.camera.parameters();
+  std::vector<PageRow> rows;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double std = data.parameter_std[i];
-    const bool is_fixed = !(std > 0) || !std::isfinite(std);
-    const int decimals = is_fixed ? 0 : std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 8);
-    html +=
-        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n", names[i],
-                    is_fixed ? fmt::format("{:.6g}", values[i]) : fmt::format("{:.{}f}", values[i], decimals),
-                    std::isnan(std) ? "unknown"
-                    : is_fixed      ? "fixed"
-                                    : fmt::format("{:.{}f}", std, decimals));
+    rows.push_back({{std::string(names[i]), valueText(values[i], std), deviationText(values[i], std)},
+                    isUndetermined(values[i], std) ? "weak" : ""});
   }
-  return html +
-         "</tbody></table></div><figcaption class=\"reading\">The true value lies within two standard "
-         "deviations in 95 of "
-         "100 cases; a parameter whose standard deviation exceeds it is not determined by these photographs."
-         "</figcaption></figure>\n";
+  return tableFigure(
+      "parameters", "Parameters", {{"Parameter"}, {"Value"}, {"Standard deviation"}}, rows,
+      "The true value lies within two standard deviations in 95 of 100 cases. These photographs "
+      "do not determine a parameter whose standard deviation exceeds it.");
+}
+
+// Why the chosen model has other errors in the table than the camera.
+std::string choiceFootnote(const ReportData& data) {
+  const auto chosen = std::ranges::find(data.models, "chosen", &ReportedModel::verdict);
+  if (chosen == data.models.end()) return "";
+  const bool is_same = shortNumber(chosen->rms_px) == shortNumber(data.rms_px) &&
+                       shortNumber(chosen->holdout_rms_px) == shortNumber(data.holdout_rms_px);
+  return is_same ? ""
+                 : " The errors of the camera above differ: here each corner counts by its weight, and only "
+                   "corners "
+                   "that all models share are compared.";
 }
 
 std::string modelsHtml(const ReportData& data) {
   if (data.models.empty()) return "";
-  std::string html =
-      "<figure id=\"models\" class=\"wide\"><h3>Candidate lens models</h3><div "
-      "class=\"scroll\"><table><thead><tr>"
-      "<th scope=\"col\">Model</th><th scope=\"col\">Parameters</th><th scope=\"col\">RMS, px</th><th "
-      "scope=\"col\">"
-      "Cross-validation, px</th><th scope=\"col\" class=\"words\">Result</th></tr></thead><tbody>\n";
-  const auto px = [](double value) {
-    return std::isfinite(value) ? fmt::format("{:.4f}", value) : std::string("–");
-  };
+  const auto px = [](double value) { return std::isfinite(value) ? shortNumber(value) : std::string("–"); };
+  std::vector<PageRow> rows;
   for (const ReportedModel& model : data.models) {
     const bool is_chosen = model.verdict == "chosen";
-    html += fmt::format(
-        "<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"words\">{}</td></tr>\n",
-        is_chosen ? " class=\"chosen\"" : "", escapedMarkup(model.id), model.num_params, px(model.rms_px),
-        px(model.holdout_rms_px), is_chosen ? "chosen" : escapedMarkup(model.reason));
+    rows.push_back({{model.id, std::to_string(model.num_params), px(model.rms_px), px(model.holdout_rms_px),
+                     is_chosen ? "chosen" : model.reason},
+                    is_chosen ? "chosen" : ""});
   }
-  return html +
-         "</tbody></table></div><figcaption class=\"reading\">Cross-validation measures the error on corners "
-         "that were not "
-         "used for the fit: a larger model that does not lower it only fits noise.</figcaption></figure>\n";
+  return tableFigure(
+      "models", "Candidate lens models",
+      {{"Model"}, {"Parameters"}, {"Weighted RMS, px"}, {"Cross-validation, px"}, {"Result", "words"}}, rows,
+      "Cross-validation measures the error on corners that were not used for the fit: a larger model that "
+      "does not lower it only fits noise. The smallest model is chosen that no other outperforms; “–” was "
+      "not needed for that." +
+          choiceFootnote(data));
 }
 
 std::string detailsHtml(const ReportData& data, const json& evidence) {
@@ -142,7 +159,13 @@ std::string detailsHtml(const ReportData& data, const json& evidence) {
 std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& options) {
   std::vector<PageSection> sections;
   PageSection accuracy{.id = "where", .title = "Where the camera is accurate"};
-  if (data.accuracy) accuracy.figures.push_back(accuracyFigure(data));
+  if (data.accuracy) {
+    accuracy.figures.push_back(accuracyFigure(data));
+  } else {
+    accuracy.more =
+        "<p class=\"reading\">There is no map of the accuracy, because these views do not determine the "
+        "camera.</p>\n";
+  }
   accuracy.figures.push_back(coverageFigure(data));
   sections.push_back(std::move(accuracy));
   PageSection next{.id = "how", .title = "How the board was held"};
@@ -153,6 +176,7 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   sections.push_back(std::move(next));
   PageSection errors{.id = "errors", .title = "Reprojection errors"};
   errors.figures.push_back(imageResidualsFigure(data));
+  errors.figures.push_back(viewErrorsFigure(data));
   for (std::size_t b = 0; b < data.boards.size(); ++b) {
     const bool is_used =
         std::ranges::any_of(data.views, [&](const ReportedView& view) { return view.board == b; });
@@ -161,7 +185,7 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   errors.figures.push_back(histogramFigure(data));
   errors.figures.push_back(normalPlotFigure(data));
   sections.push_back(std::move(errors));
-  sections.push_back({.id = "views", .title = "Views", .figures = {viewErrorsFigure(data)}, .more = {}});
+  sections.push_back({.id = "views", .title = "Views", .figures = {}, .more = {}});
   PageSection lens{
       .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
   if (std::optional<Figure> figure = undistortedFigure(data, options.pictures.image_of))
@@ -172,6 +196,19 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   if (data.covariance) parameters.figures.push_back(correlationFigure(data));
   sections.push_back(std::move(parameters));
   return sections;
+}
+
+// What the page shows: it suggests no photograph where none can help.
+ReportData readShownData(const json& evidence, const std::string& file) {
+  ReportData data = readReportData(evidence, file);
+  const bool is_in_vain = std::ranges::any_of(data.findings, [](const Diagnosis& finding) {
+    return finding.severity == Severity::kFailure && isWrongInput(finding.id);
+  });
+  if (is_in_vain) data.next_view.reset();
+  for (Diagnosis& finding : data.findings)
+    if (finding.id == "poor_coverage" && !data.next_view)
+      finding.next_step.clear();  // "take the suggested view"
+  return data;
 }
 
 // The page of a rig has neither pictures of views nor another camera.
@@ -191,7 +228,7 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
     refuseCameraOptions(file, options);
     return rigPage(evidence, file);
   }
-  const ReportData data = readReportData(evidence, file);
+  const ReportData data = readShownData(evidence, file);
   PageOptions keeping = options;
   keeping.pictures.image_of = keepingOne(options.pictures.image_of, undistortedImageName(data));
   const std::vector<std::string> pictures = viewPictures(data, keeping.pictures, options.num_jobs);
@@ -206,6 +243,8 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
       .details = detailsHtml(data, evidence),
       .dialog = viewerHtml(),
       .created_by = data.created_by};
+  if (data.accuracy && !isMostlyAccurate(data)) page.reservation = "only " + shareSentence(data);
+  for (const ReportedView& view : data.views) page.names.push_back(view.image);
   for (const ReportedBoard& board : data.boards)
     page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();
   if (data.next_view) page.next_text = data.next_view->text;
@@ -222,7 +261,7 @@ std::vector<FigureFile> reportFigures(const json& evidence, const std::string& f
     refuseCameraOptions(file, options);
     return rigFigures(evidence, file);
   }
-  return figureFiles(sectionsOf(readReportData(evidence, file), options));
+  return figureFiles(sectionsOf(readShownData(evidence, file), options));
 }
 
 }  // namespace alidade

@@ -14,22 +14,102 @@ namespace {
 
 using nlohmann::json;
 
-std::string numbersHtml(const std::vector<PageNumber>& numbers) {
+// A sentence about a finding. Names of images and cameras keep their letters.
+std::string sentenceOf(const Diagnosis& finding, const std::vector<std::string>& names) {
+  std::string sentence = finding.message();
+  const bool has_name = std::ranges::any_of(names, [&](const std::string& name) {
+    const bool is_first = !name.empty() && sentence.starts_with(name);
+    return is_first &&
+           (sentence.size() == name.size() || sentence[name.size()] == ':' || sentence[name.size()] == ' ');
+  });
+  const std::string word = sentence.substr(0, sentence.find(' '));
+  const bool is_word = std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
+  if (!has_name && is_word && !sentence.empty()) sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
+  return sentence;
+}
+
+// A sentence that has an end keeps it.
+const char* fullStopOf(const std::string& sentence) {
+  return sentence.ends_with('.') || sentence.ends_with('?') ? "" : ".";
+}
+
+// "Effect on projected points: up to 3 px.", unless the finding says so itself.
+std::string effectText(const Diagnosis& finding) {
+  if (!(std::isfinite(finding.effect_px) && finding.effect_px > 0)) return "";
+  if (finding.message().find(twoDigits(finding.effect_px) + " px") != std::string::npos) return "";
+  return fmt::format(" Effect on projected points: up to {}.", errorText(finding.effect_px));
+}
+
+// Findings of one kind, such as one for each camera of a rig.
+struct FindingGroup {
+  std::vector<const Diagnosis*> findings;
+
+  [[nodiscard]] const Diagnosis& first() const { return *findings.front(); }
+};
+
+std::vector<FindingGroup> grouped(const std::vector<Diagnosis>& findings) {
+  std::vector<FindingGroup> groups;
+  for (const Diagnosis& finding : findings) {
+    const auto like = std::ranges::find_if(groups, [&](const FindingGroup& group) {
+      return group.first().id == finding.id && group.first().severity == finding.severity;
+    });
+    if (like == groups.end()) {
+      groups.push_back({{&finding}});
+    } else {
+      like->findings.push_back(&finding);
+    }
+  }
+  return groups;
+}
+
+std::string groupHtml(const FindingGroup& group, const std::vector<std::string>& names) {
+  const Severity severity = group.first().severity;
+  const char* name = severity == Severity::kFailure ? "Failure"
+                     : severity <= Severity::kNote  ? "Note"
+                                                    : "Warning";
+  std::string sentences;
+  std::vector<std::string> steps;
+  for (const Diagnosis* finding : group.findings) {
+    const std::string sentence = sentenceOf(*finding, names);
+    sentences += fmt::format("{}{}{}{}", sentences.empty() ? "" : "<br>", escapedMarkup(sentence),
+                             fullStopOf(sentence), effectText(*finding));
+    if (!finding->next_step.empty() && std::ranges::find(steps, finding->next_step) == steps.end())
+      steps.push_back(finding->next_step);
+  }
+  std::string html = fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}</span>",
+                                 severityName(severity), name, sentences);
+  if (!steps.empty()) {
+    std::string todo;
+    for (const std::string& step : steps) todo += (todo.empty() ? "" : "; ") + step;
+    html +=
+        fmt::format("<span class=\"todo\">What to do: {}{}</span>", escapedMarkup(todo), fullStopOf(todo));
+  }
+  return html + "</li>\n";
+}
+
+// The accuracy assumes that nothing else is wrong: it holds for a rejected camera only where that is the
+// reason itself.
+bool doesAccuracyApply(const PageContent& page) {
+  return page.verdict != Verdict::kNo || std::ranges::all_of(page.findings, [](const Diagnosis& finding) {
+           return finding.severity < Severity::kFailure || finding.id == "inaccurate";
+         });
+}
+
+std::string numbersHtml(const PageContent& page) {
+  const bool does_apply = doesAccuracyApply(page);
   std::string html = "<dl class=\"numbers\">\n";
-  for (const PageNumber& number : numbers) {
-    html += fmt::format("<div><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n", escapedMarkup(number.name),
-                        escapedMarkup(number.value), escapedMarkup(number.more));
+  for (const PageNumber& number : page.numbers) {
+    html += fmt::format("<div{}><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n",
+                        number.is_accuracy && !does_apply ? " class=\"void\"" : "",
+                        escapedMarkup(number.name), escapedMarkup(number.value), escapedMarkup(number.more));
   }
   return html + "</dl>\n";
 }
 
 std::string figureHtml(const Figure& figure) {
-  // Wide drawings scroll where the page is narrow.
   return fmt::format(
-      "<figure id=\"{}\"{}><h3>{}</h3>\n{}{}{}<figcaption class=\"reading\">{}</figcaption></figure>\n",
-      figure.id, figure.is_wide ? " class=\"wide\"" : "", escapedMarkup(figure.title),
-      figure.is_wide ? "<div class=\"scroll\">" : "", figure.svg, figure.is_wide ? "</div>" : "",
-      escapedMarkup(figure.reading));
+      "<figure id=\"{}\"><h3>{}</h3>\n{}<figcaption class=\"reading\">{}</figcaption></figure>\n", figure.id,
+      escapedMarkup(figure.title), figure.svg, escapedMarkup(figure.reading));
 }
 
 // The evidence as text for a script element. A "<" could end that, and stands in texts alone.
@@ -74,13 +154,24 @@ std::string headHtml(const std::string& title) {
       escapedMarkup(title), paletteCss(), figureCss(), pageCss());
 }
 
+// What can be expected; of what is rejected the reason first.
+std::string verdictSentence(const PageContent& page) {
+  if (page.verdict != Verdict::kNo) return page.sentence;
+  std::string text = mainFindingText(page.findings, page.names);
+  const bool is_void =
+      !doesAccuracyApply(page) && std::ranges::any_of(page.numbers, &PageNumber::is_accuracy);
+  const std::string rest = is_void ? "The accuracy figures below do not apply." : page.sentence;
+  return text + (text.empty() || rest.empty() ? "" : " ") + rest;
+}
+
 std::string topHtml(const PageContent& page) {
   const bool is_good = page.verdict == Verdict::kTrustworthy;
   const bool is_fair = page.verdict == Verdict::kReservations;
-  const std::string words = !page.headline.empty() ? page.headline
-                            : is_good              ? "Trustworthy"
-                            : is_fair              ? "Usable with reservations"
-                                                   : "Rejected: do not use this " + page.subject;
+  std::string words = !page.headline.empty() ? page.headline
+                      : is_good              ? "Trustworthy"
+                      : is_fair              ? "Usable with reservations"
+                                             : "Rejected: do not use this " + page.subject;
+  if (is_fair && !page.reservation.empty()) words += ": " + page.reservation;
   std::string html = fmt::format(
       "<header><p class=\"kicker\">{} report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p></header>\n"
       "<section class=\"verdict {}\" aria-label=\"Verdict\"><strong>{}</strong><p>{}</p></section>\n",
@@ -88,8 +179,8 @@ std::string topHtml(const PageContent& page) {
       is_good   ? "good"
       : is_fair ? "fair"
                 : "bad",
-      escapedMarkup(words), escapedMarkup(page.sentence));
-  html += findingsHtml(page.findings, page.names, page.next_text) + numbersHtml(page.numbers) +
+      escapedMarkup(words), escapedMarkup(verdictSentence(page)));
+  html += findingsHtml(page.findings, page.names, page.next_text) + numbersHtml(page) +
           "<nav aria-label=\"Sections\">";
   for (const PageSection& section : page.sections)
     html += fmt::format("<a href=\"#{}\">{}</a>\n", section.id, section.title);
@@ -99,40 +190,27 @@ std::string topHtml(const PageContent& page) {
 }  // namespace
 
 std::string errorText(double px) {
-  return (px >= 100 ? fmt::format("{:.0f}", px) : twoDigits(px)) + "\u00a0px";
+  return twoDigits(px) + "\u00a0px";
+}
+
+std::string rmsText(double px) {
+  return shortNumber(px) + "\u00a0px";
 }
 
 std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vector<std::string>& names,
                          const std::string& next_text) {
+  constexpr int kMostShown = 8;
   std::string list;
   std::string notes;
   std::string others;  // that open on demand
   int num_notes = 0;
   int num_others = 0;
-  for (const Diagnosis& finding : findings) {
-    const bool is_note = finding.severity <= Severity::kNote;
-    const char* name = finding.severity == Severity::kFailure ? "Failure" : is_note ? "Note" : "Warning";
-    const std::string effect =
-        std::isfinite(finding.effect_px) && finding.effect_px > 0
-            ? fmt::format(" Effect on projected points: up to {}.", errorText(finding.effect_px))
-            : "";
-    std::string sentence = finding.message();
-    const bool has_name = std::ranges::any_of(
-        names, [&](const std::string& known) { return sentence.starts_with(known + ":"); });
-    if (!has_name && !sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z')
-      sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
-    constexpr int kMostShown = 8;
+  for (const FindingGroup& group : grouped(findings)) {
+    const bool is_note = group.first().severity <= Severity::kNote;
     num_notes += is_note ? 1 : 0;
     num_others += is_note ? 0 : 1;
     std::string& to = is_note ? notes : num_others <= kMostShown ? list : others;
-    // A sentence that has an end keeps it.
-    const bool is_ended = !sentence.empty() && (sentence.back() == '.' || sentence.back() == '?');
-    to += fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}{}{}</span>",
-                      severityName(finding.severity), name, escapedMarkup(sentence), is_ended ? "" : ".",
-                      effect);
-    if (!finding.next_step.empty())
-      to += fmt::format("<span class=\"todo\">What to do: {}.</span>", escapedMarkup(finding.next_step));
-    to += "</li>\n";
+    to += groupHtml(group, names);
   }
   if (!next_text.empty()) {
     list += fmt::format(
@@ -142,8 +220,9 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
   }
   std::string html = list.empty() ? "" : "<ul class=\"findings\">\n" + list + "</ul>\n";
   if (!others.empty())
-    html += "<details><summary>All other warnings</summary>\n<ul class=\"findings\">\n" + others +
-            "</ul></details>\n";
+    html += fmt::format(
+        "<details><summary>{} more warning{}</summary>\n<ul class=\"findings\">\n{}</ul></details>\n",
+        num_others - kMostShown, num_others == kMostShown + 1 ? "" : "s", others);
   if (num_notes > 0) {
     html += fmt::format(
         "<details><summary>{} note{} without effect on the verdict</summary>\n<ul class=\"findings\">\n{}"
@@ -151,6 +230,16 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
         num_notes, num_notes == 1 ? "" : "s", notes);
   }
   return html;
+}
+
+std::string mainFindingText(const std::vector<Diagnosis>& findings, const std::vector<std::string>& names) {
+  const auto main = std::ranges::max_element(findings, {}, &Diagnosis::severity);
+  if (main == findings.end() || main->severity < Severity::kWarning) return "";
+  const auto num_more = std::ranges::count(findings, main->severity, &Diagnosis::severity) - 1;
+  const std::string sentence = sentenceOf(*main, names);
+  if (num_more == 0) return sentence + fullStopOf(sentence);
+  return fmt::format("{} (and {} more {}{}).", sentence, num_more, severityName(main->severity),
+                     num_more == 1 ? "" : "s");
 }
 
 std::string figuresHtml(const std::vector<Figure>& figures, const std::string& more) {
@@ -174,10 +263,9 @@ std::string pageText(const PageContent& page, const json& evidence) {
   }
   if (!page.details.empty()) html += "<h2 id=\"details\">Details</h2>\n" + page.details;
   html += "</main>\n" + page.dialog;
-  html += fmt::format(
-      "<footer>Made by {}. The numbers behind this page are part of it: see the element with the id "
-      "“evidence”.</footer>\n",
-      escapedMarkup(page.created_by));
+  html +=
+      fmt::format("<footer>Made by {}. The data are embedded in this file (element “evidence”).</footer>\n",
+                  escapedMarkup(page.created_by));
   html += "<script type=\"application/json\" id=\"evidence\">" + embeddedEvidence(evidence) +
           "</script>\n<script>\n";
   html += pageScript();

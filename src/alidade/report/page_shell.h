@@ -24,7 +24,8 @@ struct PageSection {
 struct PageNumber {
   std::string name;
   std::string value;
-  std::string more;  ///< in small letters
+  std::string more;          ///< in small letters
+  bool is_accuracy = false;  ///< says nothing of a rejected camera
 };
 
 /// Texts are plain unless they say that they are HTML.
@@ -35,9 +36,10 @@ struct PageContent {
   std::string subject = {};   ///< of the verdict: "camera"
   std::string headline = {};  ///< the verdict in words; empty: those of a calibration
   Verdict verdict = Verdict::kNo;
-  std::string sentence = {};  ///< what can be expected
+  std::string reservation = {};  ///< stands behind "usable with reservations"; may be empty
+  std::string sentence = {};     ///< what can be expected; behind the reason of a rejection
   std::vector<Diagnosis> findings = {};
-  std::vector<std::string> names = {};  ///< with which findings may begin, and which keep their letters
+  std::vector<std::string> names = {};  ///< of images and cameras, with which findings may begin
   std::string next_text = {};           ///< the photograph to take next; empty: none
   std::vector<PageNumber> numbers = {};
   std::vector<PageSection> sections = {};
@@ -54,11 +56,17 @@ struct FigureFile {
 
 /// An error, with two digits and its unit, as in the summary of a calibration.
 [[nodiscard]] std::string errorText(double px);
+/// An RMS, with three digits and its unit.
+[[nodiscard]] std::string rmsText(double px);
 /// What was found, failures and warnings first and notes in a list that opens, as HTML.
 /// @param names  see PageContent
 [[nodiscard]] std::string findingsHtml(const std::vector<Diagnosis>& findings,
                                        const std::vector<std::string>& names,
                                        const std::string& next_text = "");
+/// The first of the most severe findings, and how many more of them there are: "The errors are large (and 3
+/// more failures)." Nothing if there are neither failures nor warnings.
+[[nodiscard]] std::string mainFindingText(const std::vector<Diagnosis>& findings,
+                                          const std::vector<std::string>& names);
 /// Figures in two columns, and HTML after them.
 [[nodiscard]] std::string figuresHtml(const std::vector<Figure>& figures, const std::string& more);
 /// A list that opens, as HTML; nothing for an empty one.

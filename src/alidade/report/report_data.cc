@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
 #include "alidade/report/json_node.h"
 #include "alidade/target/board_spec.h"
@@ -195,6 +196,14 @@ double ReportedAccuracy::shareWithin(double tolerance_px) const {
   return num_with_ray == 0 ? 0 : static_cast<double>(num_within) / num_with_ray;
 }
 
+bool ReportedAccuracy::hasBlindPixels() const {
+  return std::ranges::any_of(error_px, [](double error) { return std::isnan(error); });
+}
+
+const char* ReportedAccuracy::wholeName() const {
+  return hasBlindPixels() ? "the pixels with a ray" : "the image";
+}
+
 ReportData readReportData(const nlohmann::json& evidence, const std::string& file) {
   const JsonNode root(evidence, file);
   ReportData data{.camera = readCamera(root),
@@ -205,6 +214,7 @@ ReportData readReportData(const nlohmann::json& evidence, const std::string& fil
   data.views = readViews(root, data.boards);
   addOutliers(root, data, data.views);
   data.findings = readFindings(root["findings"]);
+  sortDiagnoses(data.findings);
   data.accuracy = readAccuracy(root["accuracy"]);
   addCoverage(root, data);
   data.rms_px = root["rms_px"].number();

@@ -68,6 +68,9 @@ struct ReportedAccuracy {
   [[nodiscard]] Eigen::Vector2d pixel(int column, int row, const ImageSize& size) const;
   /// Share of the pixels with a ray whose error is at most this.
   [[nodiscard]] double shareWithin(double tolerance_px) const;
+  [[nodiscard]] bool hasBlindPixels() const;
+  /// Of what the shares are: "the image", or of its pixels with a ray where some have none.
+  [[nodiscard]] const char* wholeName() const;
 };
 
 struct ReportedModel {

@@ -91,6 +91,12 @@ ImagePlot boardPlot(const BoardInk& ink) {
   return plot;
 }
 
+std::string circlePath(const Vector2d& middle, double radius) {
+  return "M" + pointText(middle - Vector2d(radius, 0)) +
+         fmt::format("a{0},{0} 0 1 0 {1},0a{0},{0} 0 1 0 -{1},0Z", coordinate(radius),
+                     coordinate(2 * radius));
+}
+
 std::string inkPath(const BoardInk& ink, const PlotArea& area) {
   std::string d;
   for (const Eigen::AlignedBox2d& box : ink.boxes) {
@@ -99,11 +105,7 @@ std::string inkPath(const BoardInk& ink, const PlotArea& area) {
                      true);
   }
   for (const Eigen::AlignedBox2d& disc : ink.discs) {
-    const double radius = 0.5 * disc.sizes().x() * area.scale();
-    const Vector2d left = area.at(disc.center()) - Vector2d(radius, 0);
-    d +=
-        "M" + pointText(left) +
-        fmt::format("a{0},{0} 0 1 0 {1},0a{0},{0} 0 1 0 -{1},0Z", coordinate(radius), coordinate(2 * radius));
+    d += circlePath(area.at(disc.center()), 0.5 * disc.sizes().x() * area.scale());
   }
   return d;
 }
@@ -132,33 +134,57 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   }
   Figure figure{.id = "board-residuals" + (board == 0 ? "" : std::to_string(board + 1)),
                 .title = "Displacement of the board's points"};
-  figure.reading =
-      "Each arrow shows where the views together see a point of the board, compared with where it should be; "
-      "arrows "
-      "beyond the noise mean that the print is distorted or the board is bent.";
   const BoardShape& shape = data.boards[board].shape;
-  if (!shape.offsets_m.empty())
-    figure.reading += fmt::format(" The calibration allows for them, and for {} mm (RMS) across the board.",
-                                  twoDigits(1e3 * offsetRms(shape).y()));
+  const bool is_uneven = !shape.offsets_m.empty();
+  if (is_uneven) figure.reading = "Already corrected in the calibration. ";
+  figure.reading +=
+      "Each arrow shows where the views together see a point of the board, compared with where it should be. "
+      "Arrows longer than the radius of the circles, which is the noise, mean that the print is distorted or "
+      "the board is bent.";
+  double highest_m = 0;
+  for (const Eigen::Vector3d& offset : shape.offsets_m) highest_m = std::max(highest_m, std::abs(offset.z()));
+  if (is_uneven)
+    figure.reading += fmt::format(
+        " Coloured squares show how far points lie in front of or behind the board's plane: {} mm (RMS).",
+        twoDigits(1e3 * offsetRms(shape).y()));
   const double longest = lengths.empty() ? 0 : *std::ranges::max_element(lengths);
   if (!lengths.empty()) noise_m /= static_cast<double>(lengths.size());
   const double spacing = target.spacing() * area.scale();
   const double times = longest > 0 ? roundBelow(0.9 * spacing / (longest * area.scale())) : 1;
   std::string arrows;
-  std::string dots;
+  std::string circles;
+  const double noise_radius = std::min(times * area.scale() * noise_m, 0.5 * spacing);
   for (std::size_t id = 0; id < points.size(); ++id) {
     const Vector2d at = area.at(target.corners()[id].head<2>());
-    dots += "M" + pointText(at) + "h0";
+    if (is_uneven && highest_m > 0) {
+      const double across_m = shape.offsets_m[id].z();
+      const Vector2d half = Vector2d::Constant(0.28 * spacing);
+      canvas.addRect(
+          at - half, at + half,
+          fmt::format("class=\"{}\" fill-opacity=\"{:.2f}\" data-across-mm=\"{:.4g}\"",
+                      across_m > 0 ? "cold" : "warm", 0.7 * std::abs(across_m) / highest_m, 1e3 * across_m));
+    }
+    circles += circlePath(at, std::max(noise_radius, 0.8));
     if (points[id].count >= 2) arrows += arrowPath(at, times * area.scale() * points[id].mean());
   }
-  canvas.addPath(dots, "class=\"corners\"");
+  canvas.addPath(circles, "class=\"noise\"");
   canvas.addPath(arrows, "class=\"mean halo-line\"");
   canvas.addPath(arrows, "class=\"mean\"");
   canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
-  canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line mean", fmt::format("displacement ({}), longest {} mm", timesLonger(times),
-                                              twoDigits(1e3 * longest))},
-                    {"dot corner", fmt::format("noise about {} mm", twoDigits(1e3 * noise_m))}});
+  std::vector<std::pair<std::string, std::string>> legend;
+  if (longest > 0) {
+    const double scale_m = roundBelow(longest);
+    legend.emplace_back(
+        fmt::format("arrow {:.1f} mean", times * area.scale() * scale_m),
+        fmt::format("{:g} mm; the longest is {} mm", 1e3 * scale_m, twoDigits(1e3 * longest)));
+  }
+  legend.emplace_back("dot noise", fmt::format("noise, {} mm", twoDigits(1e3 * noise_m)));
+  if (is_uneven && highest_m > 0) {
+    legend.emplace_back("warm strong-fill",
+                        fmt::format("{} mm in front of the plane", twoDigits(1e3 * highest_m)));
+    legend.emplace_back("cold strong-fill", "as far behind it");
+  }
+  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   figure.alt = fmt::format("Mean displacement of the points of {}: at most {} mm, with a noise of {} mm.",
                            target.spec(), shortNumber(1e3 * longest), shortNumber(1e3 * noise_m));
   figure.svg = canvas.svg(figure.alt);

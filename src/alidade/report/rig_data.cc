@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/report/json_node.h"
 #include "alidade/target/board_spec.h"
 
@@ -32,8 +33,8 @@ ReportedRigCamera readRigCamera(const JsonNode& node) {
   ReportedRigCamera camera{
       .name = node["name"].text(), .camera = readCamera(node), .size = readSize(node["image_size"])};
   camera.camera_from_rig = readPose(node["camera_from_rig"]);
-  camera.position_std_m = lengthOf(node["translation_std_m"]);
   camera.rotation_std_rad = lengthOf(node["rotation_std_rad"]);
+  camera.distance_std_m = node["distance_std_m"].number();
   camera.rms_px = node["rms_px"].number();
   camera.alone_rms_px = node["alone_rms_px"].number();
   camera.transfer_px = node["transfer_px"].number();
@@ -104,6 +105,7 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
   });
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);
+  sortDiagnoses(rig.findings);
   rig.created_by = root["created_by"].text();
   return rig;
 }

@@ -22,8 +22,8 @@ struct ReportedRigCamera {
   AnyCamera camera;
   ImageSize size;
   SE3 camera_from_rig = {};
-  double position_std_m = 0;    ///< length of the standard deviations of all three coordinates
-  double rotation_std_rad = 0;  ///< the same of the rotation vector
+  double rotation_std_rad = 0;  ///< length of the standard deviations of all three coordinates of the vector
+  double distance_std_m = 0;    ///< of the distance from the first camera
   double rms_px = 0;
   double alone_rms_px = 0;  ///< calibrated alone
   double transfer_px = 0;   ///< see RigCamera

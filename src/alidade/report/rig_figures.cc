@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/report/distinct_parts.h"
 #include "alidade/report/scene_figure.h"
 
 namespace alidade {
@@ -16,7 +17,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kNumHues = 5;  // classes hue0 to hue4 of the style sheet
+constexpr std::size_t kNumHues = 3;  // classes hue0 to hue2 of the style sheet
 
 std::string pairName(const ReportedRig& rig, const EpipolarPair& pair) {
   return rig.cameras[pair.first].name + " – " + rig.cameras[pair.second].name;
@@ -54,7 +55,7 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
   const EpipolarPair& worst = worstOf(pairs);
   const double most = worst.rms_px > 0 ? worst.rms_px : 1;
   const double bottom = 24 + kRow * static_cast<double>(pairs.size());
-  const PlotArea area{.box = {Vector2d(kNames, 14), Vector2d(390, bottom)}, .low = {0, 0}, .high = {most, 1}};
+  const PlotArea area{.box = {Vector2d(kNames, 14), Vector2d(360, bottom)}, .low = {0, 0}, .high = {most, 1}};
   FigureCanvas canvas(bottom + 4);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const EpipolarPair& pair = pairs[i];
@@ -67,7 +68,7 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
         {kNames, top + 3}, {std::max(end, kNames + 1), top + kRow - 3},
         fmt::format("class=\"bar\" data-rms=\"{:.9g}\" data-tell=\"{}\"", pair.rms_px,
                     escapedMarkup(fmt::format("{}: {} corners", pairName(rig, pair), pair.num_corners))));
-    canvas.addText({end + 6, top + 15}, twoDigits(pair.rms_px) + " px", "start", "class=\"tick\"");
+    canvas.addText({end + 6, top + 15}, shortNumber(pair.rms_px) + " px", "start", "class=\"tick\"");
   }
   canvas.addLine({kNames, 12}, {kNames, bottom}, "class=\"frame\"");
   Figure figure{.id = "epipolar", .title = "Epipolar error by pair"};
@@ -76,54 +77,96 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
       "camera; a pair "
       "that stands out is not synchronised, or one of its lenses is wrong.";
   figure.alt = fmt::format("Epipolar errors of {} pairs of cameras; the largest is {} px, of {}.",
-                           pairs.size(), twoDigits(worst.rms_px), pairName(rig, worst));
+                           pairs.size(), shortNumber(worst.rms_px), pairName(rig, worst));
   figure.svg = canvas.svg(figure.alt);
   return figure;
 }
 
+namespace {
+
+// Figures over time stand above each other: all have the frames at the same places.
+constexpr double kTimeLeft = 96;
+constexpr double kTimeRight = 430;
+
+PlotArea timeArea(const ReportedRig& rig, double top, double bottom, double most) {
+  const auto count = static_cast<double>(std::max<std::size_t>(1, rig.frames.size()));
+  return {.box = {Vector2d(kTimeLeft, top), Vector2d(kTimeRight, bottom)},
+          .low = {0.5, 0},
+          .high = {count + 0.5, most}};
+}
+
+double middleOf(std::size_t frame) {
+  return static_cast<double>(frame) + 1;
+}
+
+// A line through the frames in which both cameras saw a board, with a gap where they did not.
+std::string coursePath(const EpipolarPair& pair, const PlotArea& area) {
+  std::string d;
+  std::size_t expected = 0;
+  for (const auto& [frame, rms] : pair.by_frame) {
+    d += (d.empty() || frame != expected ? "M" : "L") + pointText(area.at(middleOf(frame), rms));
+    expected = frame + 1;
+  }
+  return d;
+}
+
+// The names of the images that a camera took in a frame.
+std::string imagesIn(const ReportedRig& rig, std::size_t camera, std::size_t frame) {
+  std::string names;
+  for (const ReportedRigView& view : rig.views) {
+    if (view.camera != camera || rig.placements[view.placement].frame != frame) continue;
+    if (names.find(view.image) == std::string::npos) names += (names.empty() ? "" : ", ") + view.image;
+  }
+  return names;
+}
+
+}  // namespace
+
 Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& pairs) {
+  constexpr std::size_t kMostDots = 1500;
   double most = 0;
-  for (const EpipolarPair& pair : pairs)
+  std::size_t num_dots = 0;
+  for (const EpipolarPair& pair : pairs) {
     for (const auto& [frame, rms] : pair.by_frame) most = std::max(most, rms);
+    num_dots += pair.by_frame.size();
+  }
   if (!(most > 0)) most = 1;
-  const auto count = static_cast<double>(rig.frames.size());
-  const PlotArea area{
-      .box = {Vector2d(44, 24), Vector2d(890, 190)}, .low = {0.5, 0}, .high = {count + 0.5, 1.06 * most}};
-  FigureCanvas canvas(229, 900);
-  canvas.addAxes(area, "frame, in order of names", "epipolar error, px");
-  // Of many pairs those with the largest errors have colours of their own.
+  const PlotArea area = timeArea(rig, 24, 190, 1.06 * most);
+  FigureCanvas canvas(229);
+  canvas.addNamedAxes(area, distinctParts(rig.frames), "frame", "epipolar error, px");
+  // The pairs with the largest errors have colours of their own.
   std::vector<std::size_t> order(pairs.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::ranges::stable_sort(order,
                            [&](std::size_t a, std::size_t b) { return pairs[a].rms_px > pairs[b].rms_px; });
   std::vector<std::pair<std::string, std::string>> legend;
   std::string others;
-  for (std::size_t rank = 0; rank < order.size(); ++rank) {
+  for (std::size_t rank = kNumHues; rank < order.size(); ++rank)
+    others += coursePath(pairs[order[rank]], area);
+  canvas.addPath(others, "class=\"residuals course\"");
+  for (std::size_t rank = 0; rank < std::min(kNumHues, order.size()); ++rank) {
     const EpipolarPair& pair = pairs[order[rank]];
-    std::vector<Vector2d> points;
-    std::string dots;
+    canvas.addPath(coursePath(pair, area), fmt::format("class=\"hue{} course\"", rank));
     for (const auto& [frame, rms] : pair.by_frame) {
-      points.push_back(area.at(static_cast<double>(frame) + 1, rms));
-      dots += "M" + pointText(points.back()) + "h0";
+      const Vector2d at = area.at(middleOf(frame), rms);
+      if (num_dots > kMostDots) continue;
+      canvas.addPath("M" + pointText(at) + "h0",
+                     fmt::format("class=\"hue{} places\" data-frame=\"{}\" data-tell=\"{}\"", rank, frame,
+                                 escapedMarkup(fmt::format("{}, frame {}: {} px; {}, {}", pairName(rig, pair),
+                                                           rig.frames[frame], shortNumber(rms),
+                                                           imagesIn(rig, pair.first, frame),
+                                                           imagesIn(rig, pair.second, frame)))));
     }
-    if (rank >= kNumHues) {
-      others += pathThrough(points);
-      continue;
-    }
-    canvas.addPath(pathThrough(points), fmt::format("class=\"hue{} course\"", rank));
-    canvas.addPath(dots, fmt::format("class=\"hue{} places\"", rank));
     legend.emplace_back(fmt::format("line hue{} course", rank), pairName(rig, pair));
   }
-  canvas.addPath(others, "class=\"residuals\"");
   if (!others.empty()) legend.emplace_back("line residuals", "other pairs");
-  canvas.addLegend({area.box.min().x(), 229}, legend);
-  Figure figure{.id = "epipolar-time", .title = "Epipolar error over time", .is_wide = true};
+  canvas.addLegend({kTimeLeft, 229}, legend);
+  Figure figure{.id = "epipolar-time", .title = "Epipolar error over time"};
   figure.reading =
       "The lines should be level; a step means that a camera moved on the rig, and a single peak that a "
-      "frame was not "
-      "taken at the same time.";
+      "frame was not taken at the same time. Lines are broken where a frame has no common board.";
   figure.alt = fmt::format("Epipolar errors of {} pairs in {} frames, at most {} px.", pairs.size(),
-                           rig.frames.size(), twoDigits(most));
+                           rig.frames.size(), shortNumber(most));
   figure.svg = canvas.svg(figure.alt);
   return figure;
 }
@@ -144,40 +187,42 @@ Figure frameErrorsFigure(const ReportedRig& rig) {
   };
   double most = 0;
   for (const auto& [key, cell] : cells) most = std::max(most, rmsOf(cell));
-  constexpr double kNames = 120;
   constexpr double kRow = 26;
   constexpr double kTop = 10;
-  const auto num_frames = static_cast<double>(std::max<std::size_t>(1, rig.frames.size()));
-  const double width = (890 - kNames) / num_frames;
   const double bottom = kTop + kRow * static_cast<double>(rig.cameras.size());
-  FigureCanvas canvas(bottom + 40, 900);
+  const PlotArea area = timeArea(rig, kTop, bottom, 1);
+  FigureCanvas canvas(bottom + 40);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const double top = kTop + kRow * static_cast<double>(c);
-    canvas.addText({kNames - 8, top + 17}, rig.cameras[c].name.substr(0, 24), "end");
-    canvas.addRect({kNames, top}, {890, top + kRow}, "class=\"empty\"");
+    canvas.addText({kTimeLeft - 6, top + 17}, rig.cameras[c].name.substr(0, 13), "end");
+    canvas.addRect({kTimeLeft, top}, {kTimeRight, top + kRow}, "class=\"empty\"");
   }
   for (const auto& [key, cell] : cells) {
-    const Vector2d low(kNames + width * static_cast<double>(key.second),
-                       kTop + kRow * static_cast<double>(key.first));
+    const auto& [camera, frame] = key;
+    const double top = kTop + kRow * static_cast<double>(camera);
+    const double left = area.at(middleOf(frame) - 0.5, 0).x();
+    const double right = area.at(middleOf(frame) + 0.5, 0).x();
+    const double gap = std::min(0.3, 0.1 * (right - left));
     const double rms = rmsOf(cell);
-    canvas.addRect(
-        low + Vector2d(0.3, 0.5), low + Vector2d(width - 0.3, kRow - 0.5),
-        fmt::format(
-            "class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" data-rms=\"{:.9g}\" data-tell=\"{}\"",
-            most > 0 ? 0.12 + 0.78 * rms / most : 0.12, cell.count, rms,
-            escapedMarkup(fmt::format("{}, frame {}: RMS {} px", rig.cameras[key.first].name,
-                                      rig.frames[key.second], shortNumber(rms)))));
+    canvas.addRect({left + gap, top + 0.5}, {right - gap, top + kRow - 0.5},
+                   fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" "
+                               "data-rms=\"{:.9g}\" data-frame=\"{}\" data-tell=\"{}\"",
+                               0.1 + 0.5 * (most > 0 ? rms / most : 0), cell.count, rms, frame,
+                               escapedMarkup(fmt::format("{}, frame {}: RMS {} px, {}",
+                                                         rig.cameras[camera].name, rig.frames[frame],
+                                                         shortNumber(rms), imagesIn(rig, camera, frame)))));
   }
-  canvas.addText({kNames + 0.5 * (890 - kNames), bottom + 16}, "frame, in order of names", "middle",
-                 "class=\"axis\"");
-  canvas.addLegend(
-      {kNames, bottom + 26},
-      {{"warmth", fmt::format("RMS of an image, darkest {} px", shortNumber(most))}, {"empty", "no board"}});
-  Figure figure{.id = "frame-errors", .title = "Error by camera and frame", .is_wide = true};
+  canvas.addNames(area, distinctParts(rig.frames), "frame");
+  canvas.addLegend({kTimeLeft, bottom + 38},
+                   {{"warmth weak", fmt::format("RMS {} px", shortNumber(most / 3))},
+                    {"warmth middling", fmt::format("{} px", shortNumber(2 * most / 3))},
+                    {"warmth", fmt::format("{} px", shortNumber(most))},
+                    {"empty", "no board"}});
+  Figure figure{.id = "frame-errors", .title = "Error by camera and frame"};
   figure.reading =
-      "Each cell is one image; a dark cell is a bad image, a dark column a frame that was not taken at the "
-      "same time, and a "
-      "dark row a camera with a wrong lens.";
+      "Each cell is one image, and strong colours are large errors: a single strong cell is a bad image, a "
+      "strong column a frame that was not taken at the same time, and a strong row a camera with a wrong "
+      "lens.";
   figure.alt = fmt::format("RMS of {} images of {} cameras in {} frames, at most {} px.", cells.size(),
                            rig.cameras.size(), rig.frames.size(), shortNumber(most));
   figure.svg = canvas.svg(figure.alt);

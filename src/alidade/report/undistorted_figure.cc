@@ -138,14 +138,14 @@ std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfVie
   canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
   canvas.addLegend(
       {area.box.min().x(), plot.legend_top - 12},
-      {{"line ruler", fmt::format("straight lines; corners up to {} px beside them", twoDigits(largest))}});
+      {{"line ruler", fmt::format("largest distance of a corner from its line: {} px", twoDigits(largest))}});
   Figure figure{.id = "undistorted", .title = "An image without distortion"};
-  figure.reading =
-      "The edges of the board should lie on the straight lines over their whole length; if they bow, the "
-      "distortion is "
-      "wrong there.";
+  figure.reading = fmt::format(
+      "This is {}. The edges of the board should lie on the straight lines over their whole "
+      "length; if they bow, the distortion is wrong there.",
+      view.image);
   figure.alt = fmt::format(
-      "{} without distortion: its corners lie up to {} px beside straight lines through rows and "
+      "{} without distortion: its corners lie up to {} px from straight lines through rows and "
       "columns of the board.",
       view.image, twoDigits(largest));
   figure.svg = canvas.svg(figure.alt);

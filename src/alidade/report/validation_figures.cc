@@ -4,33 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/report/difference_figure.h"
+#include "alidade/report/distinct_parts.h"
+#include "alidade/report/page_table.h"
 
 namespace alidade {
-namespace {
-
-using Eigen::Vector2d;
-
-// With as many decimals as the standard deviation makes sense of.
-std::string valueText(double value, double std) {
-  if (!(std > 0) || !std::isfinite(std)) return fmt::format("{:.6g}", value);
-  const std::string text =
-      fmt::format("{:.{}f}", value, std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 8));
-  // No "-0.00".
-  return text.find_first_of("123456789") == std::string::npos && text[0] == '-' ? text.substr(1) : text;
-}
-
-std::string stdText(double std) {
-  if (std::isnan(std)) return "–";
-  if (!(std > 0)) return "fixed";
-  return valueText(std, std);
-}
-
-}  // namespace
 
 Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
   double most = 0;
@@ -39,10 +23,11 @@ Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
       if (std::isfinite(value)) most = std::max(most, value);
   if (!(most > 0)) most = 1;
   const auto count = static_cast<double>(data.views.size());
-  const PlotArea area{
-      .box = {Vector2d(44, 24), Vector2d(890, 190)}, .low = {0.5, 0}, .high = {count + 0.5, 1.06 * most}};
-  FigureCanvas canvas(229, 900);
-  canvas.addAxes(area, "view, in order of image names", "error, px");
+  const PlotArea area{.box = {Eigen::Vector2d(44, 24), Eigen::Vector2d(430, 250)},
+                      .low = {0.5, 0},
+                      .high = {count + 0.5, 1.06 * most}};
+  FigureCanvas canvas(288);
+  canvas.addNamedAxes(area, distinctParts(mapped(data.views, &ReportedView::image)), "image", "error, px");
   const double gap = count <= 120 ? 0.12 : 0;
   std::size_t num_better = 0;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
@@ -60,10 +45,10 @@ Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
     addBar(x, x + 0.5 - gap, freed, "bar freed");
   }
   canvas.addLegend(
-      {area.box.min().x(), 229},
+      {area.box.min().x(), 288},
       {{"bar", fmt::format("camera of the file, {} px RMS", shortNumber(tested.fixed_rms_px))},
        {"bar freed", fmt::format("camera of these images, {} px RMS", shortNumber(tested.freed_rms_px))}});
-  Figure figure{.id = "fixed-freed", .title = "Fixed against freed", .is_wide = true};
+  Figure figure{.id = "fixed-freed", .title = "Fixed against freed"};
   figure.reading =
       "Each pair of bars is a view: its error with the camera of the file, and with the camera that these "
       "images give by themselves. Where the first bars are clearly higher, the file is not of the camera "
@@ -93,27 +78,25 @@ std::string judgedParameters(const ReportedCameraJudgement& judged, const std::s
   const ReportedFreed* const freed =
       judged.held_out && judged.held_out->freed ? &*judged.held_out->freed : nullptr;
   const bool has_std = std::ranges::any_of(data.parameter_std, [](double s) { return !std::isnan(s); });
-  std::string html = fmt::format(
-      "<figure id=\"{}parameters\"{}><h3>{}</h3><div class=\"scroll\"><table><thead><tr><th "
-      "scope=\"col\">Parameter</th><th scope=\"col\">In the file</th>{}{}</tr></thead><tbody>\n",
-      prefix, freed != nullptr ? " class=\"wide\"" : "",
-      freed != nullptr ? "Values in the file and by these images" : "Values in the file",
-      has_std ? "<th scope=\"col\">Standard deviation</th>" : "",
-      freed != nullptr ? "<th scope=\"col\">By these images</th><th scope=\"col\">Standard deviation</th><th "
-                         "scope=\"col\">Difference</th>"
-                       : "");
+  std::vector<PageColumn> columns = {{"Parameter"}, {"In the file"}};
+  if (has_std) columns.push_back({"Standard deviation"});
+  if (freed != nullptr)
+    columns.insert(columns.end(), {{"By these images"}, {"Its standard deviation"}, {"Difference"}});
+  std::vector<PageRow> rows;
   const auto names = data.camera.parameterNames();
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double value = data.camera.parameters()[i];
-    html += fmt::format("<tr><td>{}</td><td>{}</td>", names[i], valueText(value, data.parameter_std[i]));
-    if (has_std) html += fmt::format("<td>{}</td>", stdText(data.parameter_std[i]));
+    const double std = data.parameter_std[i];
+    PageRow row{.cells = {std::string(names[i]), valueText(value, std)},
+                .kind = isUndetermined(value, std) ? "weak" : ""};
+    if (has_std) row.cells.push_back(deviationText(value, std));
     if (freed != nullptr) {
       const double other = freed->camera.parameters()[i];
-      const double std = freed->parameter_std[i];
-      html += fmt::format("<td>{}</td><td>{}</td><td>{}</td>", valueText(other, std), stdText(std),
-                          valueText(other - value, std));
+      const double other_std = freed->parameter_std[i];
+      row.cells.insert(row.cells.end(), {valueText(other, other_std), deviationText(other, other_std),
+                                         valueText(other - value, other_std)});
     }
-    html += "</tr>\n";
+    rows.push_back(std::move(row));
   }
   const char* const reading =
       freed != nullptr
@@ -121,8 +104,9 @@ std::string judgedParameters(const ReportedCameraJudgement& judged, const std::s
             "where the map of the difference shows it."
       : has_std ? "The true value lies within two standard deviations in 95 of 100 cases, as the file states."
                 : "The file states no standard deviations.";
-  return html + fmt::format("</tbody></table></div><figcaption class=\"reading\">{}</figcaption></figure>\n",
-                            reading);
+  return tableFigure(prefix + "parameters",
+                     freed != nullptr ? "Values in the file and by these images" : "Values in the file",
+                     columns, rows, reading);
 }
 
 }  // namespace alidade

@@ -14,10 +14,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
+#include "alidade/core/number_text.h"
 #include "alidade/report/image_figures.h"
 #include "alidade/report/lens_figures.h"
 #include "alidade/report/page_shell.h"
+#include "alidade/report/page_table.h"
 #include "alidade/report/residual_figures.h"
 #include "alidade/report/undistorted_figure.h"
 #include "alidade/report/validation_data.h"
@@ -71,12 +74,13 @@ std::vector<Diagnosis> findingsOf(const ReportedFile& file) {
   std::vector<Diagnosis> found = checksOf(file);
   if (file.error) found.push_back(*file.error);
   std::erase_if(found, [](const Diagnosis& check) { return check.severity == Severity::kPass; });
-  std::ranges::stable_sort(found,
-                           [](const Diagnosis& a, const Diagnosis& b) { return a.severity > b.severity; });
+  sortDiagnoses(found);
   return found;
 }
 
+// With which findings may begin.
 std::vector<std::string> cameraNames(const ReportedFile& file) {
+  if (file.cameras.size() <= 1) return {};
   std::vector<std::string> names = {"rig"};
   for (const ReportedCameraJudgement& camera : file.cameras) names.push_back(camera.name);
   return names;
@@ -85,14 +89,13 @@ std::vector<std::string> cameraNames(const ReportedFile& file) {
 std::string heldOutSentence(const ReportedHeldOut& tested) {
   std::string text = fmt::format(
       "On {} views of a board it predicts corners that had no part in the pose within {} RMS, where noise "
-      "alone "
-      "makes {}",
-      tested.view_fixed_px.size(), errorText(tested.rms_px), errorText(tested.noise_rms_px));
+      "alone makes {}",
+      tested.view_fixed_px.size(), rmsText(tested.rms_px), rmsText(tested.noise_rms_px));
   if (std::isfinite(tested.p95_px)) {
     text += fmt::format(
-        "; the camera that these images give by themselves differs from it by {} (95\u00a0%) over the "
-        "{:.0f}\u00a0% of the image where boards were",
-        errorText(tested.p95_px), 100 * tested.covered_share);
+        "; the camera that these images give by themselves differs from it by {} (95\u00a0%) where boards "
+        "were seen, which is {} of the image",
+        errorText(tested.p95_px), percentText(tested.covered_share));
   }
   return text + ".";
 }
@@ -103,34 +106,24 @@ std::string statementSentence(const ReportedStatement& stated) {
                                  : stated.verdict == Verdict::kReservations ? "usable with reservations"
                                                                             : "rejected");
   if (std::isfinite(stated.accuracy_px)) {
-    text += fmt::format(", within {} (95\u00a0%)", errorText(stated.accuracy_px));
+    text += fmt::format(", accurate to {} (95\u00a0%) where boards were seen", errorText(stated.accuracy_px));
     if (std::isfinite(stated.covered_share))
-      text += fmt::format(" over {:.0f}\u00a0% of the image", 100 * stated.covered_share);
+      text += fmt::format(", which is {} of the image", percentText(stated.covered_share));
   }
   return text + ".";
 }
 
 // The verdict on a file in one or two sentences.
 std::string fileSentence(const ReportedFile& file, bool is_compared) {
-  const std::vector<Diagnosis> findings = findingsOf(file);
-  std::string text;
-  if (file.status >= Severity::kWarning && !findings.empty()) {
-    text = findings.front().cause;
-    const auto num_others =
-        std::ranges::count_if(
-            findings, [](const Diagnosis& finding) { return finding.severity >= Severity::kWarning; }) -
-        1;
-    if (num_others > 0) text += fmt::format(" (and {} more)", num_others);
-    if (text.back() != '.' && text.back() != '?') text += ".";
-    if (file.cameras.size() <= 1 && text[0] >= 'a' && text[0] <= 'z')
-      text[0] = static_cast<char>(text[0] - 'a' + 'A');
-    return text;
+  if (file.status >= Severity::kWarning) {
+    std::string text = mainFindingText(findingsOf(file), cameraNames(file));
+    if (!text.empty()) return text;
   }
   if (file.cameras.size() != 1)
     return fmt::format("The numbers of its {} cameras are sound.", file.cameras.size());
   const ReportedCameraJudgement& camera = file.cameras.front();
   if (camera.held_out) return heldOutSentence(*camera.held_out);
-  text = camera.stated ? statementSentence(*camera.stated) : "Its numbers are sound.";
+  std::string text = camera.stated ? statementSentence(*camera.stated) : "Its numbers are sound.";
   const auto against = std::ranges::find(camera.checks, "against", &Diagnosis::id);
   if (against != camera.checks.end()) text += " Compared with the other camera: " + against->cause + ".";
   if (!is_compared)
@@ -151,16 +144,13 @@ std::string headlineOf(const ReportedFile& file) {
 std::string checksTable(const ReportedFile& file) {
   const std::vector<Diagnosis> checks = checksOf(file);
   if (checks.empty()) return "";
-  std::string html = fmt::format(
-      "<details><summary>All {} checks</summary><div class=\"scroll\"><table><thead><tr><th "
-      "scope=\"col\">Check</th><th scope=\"col\" class=\"words\">Result</th><th scope=\"col\" "
-      "class=\"words\">What was found</th></tr></thead><tbody>\n",
-      checks.size());
-  for (const Diagnosis& check : checks) {
-    html += fmt::format("<tr><td>{}</td><td class=\"words\">{}</td><td class=\"words\">{}</td></tr>\n",
-                        escapedMarkup(check.id), severityName(check.severity), escapedMarkup(check.cause));
-  }
-  return html + "</tbody></table></div></details>\n";
+  std::vector<PageRow> rows;
+  for (const Diagnosis& check : checks)
+    rows.push_back({{check.id, std::string(severityName(check.severity)), check.cause}});
+  return fmt::format(
+      "<details><summary>All {} checks</summary>{}</details>\n", checks.size(),
+      tableHtml("Checks", {{"Check", "words"}, {"Result", "words"}, {"What was found", "words found"}},
+                rows));
 }
 
 // The sections of a camera's figures, apart from pictures of its views.
@@ -202,12 +192,11 @@ std::vector<PageSection> sectionsOf(const ReportedCameraJudgement& camera,
 
 std::vector<PageNumber> numbersOf(const ReportedCameraJudgement& camera) {
   std::vector<PageNumber> numbers;
-  const auto add = [&](const char* name, const std::string& value, const std::string& more) {
-    numbers.push_back({.name = name, .value = value, .more = more});
+  const auto add = [&](const char* name, const std::string& value, const std::string& more,
+                       bool is_accuracy = false) {
+    numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
   };
-  const auto px = [](double value) {
-    return std::isfinite(value) ? fmt::format("{:.3f} px", value) : std::string("unknown");
-  };
+  const auto px = [](double value) { return std::isfinite(value) ? rmsText(value) : std::string("unknown"); };
   if (camera.held_out) {
     const ReportedHeldOut& tested = *camera.held_out;
     add("Held-out error", px(tested.rms_px), fmt::format("RMS; noise alone: {}", px(tested.noise_rms_px)));
@@ -219,14 +208,14 @@ std::vector<PageNumber> numbersOf(const ReportedCameraJudgement& camera) {
     add("Corners", std::to_string(tested.num_corners), "tested");
   }
   if (camera.stated && std::isfinite(camera.stated->accuracy_px))
-    add("Stated accuracy", errorText(camera.stated->accuracy_px), "95 %, where boards were seen");
+    add("Stated accuracy", errorText(camera.stated->accuracy_px), "95 %, where boards were seen", true);
   if (camera.data) {
     const double end = camera.data->camera.cone().max_angle_rad * kDegreesOfPage;
     add("Model ends at", fmt::format("{:.1f}°", end), "from the optical axis");
     if (camera.data->accuracy) {
-      add("Within tolerance",
-          fmt::format("{:.0f} %", 100 * camera.data->accuracy->shareWithin(camera.data->tolerance_px)),
-          fmt::format("of the image, {:g} px", camera.data->tolerance_px));
+      const ReportedAccuracy& accuracy = *camera.data->accuracy;
+      add("Within tolerance", percentText(accuracy.shareWithin(camera.data->tolerance_px)),
+          fmt::format("of {}, {:g} px", accuracy.wholeName(), camera.data->tolerance_px), true);
     }
   }
   return numbers;
@@ -252,20 +241,20 @@ std::string foldedFigures(const ReportedCameraJudgement& camera, const std::opti
 
 std::string filesTable(const std::vector<const ReportedFile*>& files, const std::vector<std::size_t>& numbers,
                        bool is_compared) {
-  std::string html =
-      "<div class=\"scroll\"><table class=\"files\"><thead><tr><th scope=\"col\">Verdict</th><th "
-      "scope=\"col\" class=\"words\">File</th><th scope=\"col\" class=\"words\">Camera</th><th scope=\"col\" "
-      "class=\"words\">What was found</th></tr></thead><tbody>\n";
+  std::vector<PageRow> rows;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const ReportedFile& file = *files[i];
-    html += fmt::format(
-        "<tr data-status=\"{}\"><td class=\"{}\">{}</td><td class=\"words name\"><a "
-        "href=\"#file{}\">{}</a></td><td class=\"words\">{}</td><td class=\"words\">{}</td></tr>\n",
-        severityName(file.status), statusClass(file.status), statusWords(file.status), numbers[i],
-        escapedMarkup(file.name), escapedMarkup(subtitleOf(file)),
-        escapedMarkup(fileSentence(file, is_compared)));
+    rows.push_back(
+        {.cells = {statusWords(file.status), file.name, subtitleOf(file), fileSentence(file, is_compared)},
+         .kind = statusClass(file.status),
+         .link = fmt::format("#file{}", numbers[i])});
   }
-  return html + "</tbody></table></div>\n";
+  return tableHtml("Files",
+                   {{"Verdict", "words status"},
+                    {"File", "words name", true},
+                    {"Camera", "words"},
+                    {"What was found", "words found"}},
+                   rows);
 }
 
 // Files that fail first, otherwise in their order.
@@ -350,7 +339,8 @@ PageContent pageOfOne(const ReportedValidation& validation, bool is_compared, Pi
                    .subtitle = subtitleOf(file),
                    .headline = headlineOf(file),
                    .verdict = verdictFor(file.status),
-                   .sentence = fileSentence(file, is_compared),
+                   // Why a file failed is said of every page.
+                   .sentence = file.status == Severity::kFailure ? "" : fileSentence(file, is_compared),
                    .findings = findingsOf(file),
                    .names = cameraNames(file),
                    .created_by = validation.created_by};

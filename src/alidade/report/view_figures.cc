@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "alidade/print/ink_of_board.h"
+#include "alidade/report/distinct_parts.h"
 
 namespace alidade {
 namespace {
@@ -20,6 +21,13 @@ using Eigen::Vector3d;
 
 constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 constexpr double kMarkedTiltRad = 0.087;  // from 5 degrees on, as in the words for the next view
+
+// Whether a warning or a failure names an image.
+bool isNamed(const ReportData& data, const std::string& image) {
+  return !image.empty() && std::ranges::any_of(data.findings, [&](const Diagnosis& finding) {
+    return finding.severity >= Severity::kWarning && finding.message().find(image) != std::string::npos;
+  });
+}
 
 double totalTilt(double right_rad, double lower_rad) {
   return std::acos(std::clamp(std::cos(right_rad) * std::cos(lower_rad), -1.0, 1.0));
@@ -74,6 +82,25 @@ std::string projectedSheet(const ReportData& data, const SE3& camera_from_board,
   return d;
 }
 
+// The pixels of an image and those around it in which the board lies, up to a part of the image's size.
+Eigen::AlignedBox2d shownPixels(const ReportData& data, const SE3& camera_from_board,
+                                const Eigen::AlignedBox2d& sheet, const Eigen::AlignedBox2d& image) {
+  constexpr double kMostMargin = 0.4;
+  constexpr int kSteps = 12;
+  Eigen::AlignedBox2d shown = image;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int k = 0; k <= kSteps; ++k) {
+      const Vector2d share(static_cast<double>(i) / kSteps, static_cast<double>(k) / kSteps);
+      const Vector2d point = sheet.min() + share.cwiseProduct(sheet.sizes());
+      const Projection seen = data.camera.project(camera_from_board * Vector3d(point.x(), point.y(), 0));
+      if (seen.ok()) shown.extend(seen.pixel);
+    }
+  }
+  const Vector2d most = kMostMargin * image.sizes();
+  Eigen::AlignedBox2d around(image.min() - most, image.max() + most);
+  return shown.intersection(around);
+}
+
 // The sides that are to come nearer, as thick lines with words beside them. Directions are those of the
 // image.
 void addNearerSides(const ReportData& data, const ReportedNextView& next, const BoardInk& ink,
@@ -117,6 +144,11 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
     if (!visible.empty()) place = visible[visible.size() / 2] + direction.cwiseProduct(half + Vector2d(6, 6));
     place = place.cwiseMax(area.box.min() + half + Vector2d(3, 3))
                 .cwiseMin(area.box.max() - half - Vector2d(3, 3));
+    if (visible.empty()) {  // an arrow leads to where it is
+      place -= 26 * direction;
+      canvas.addPath(arrowPath(place + direction.cwiseProduct(half + Vector2d(3, 3)), 22 * direction),
+                     "class=\"nearer\"");
+    }
     canvas.addRect(place - half, place + half, "class=\"plate\" rx=\"4\"");
     canvas.addText(place + Vector2d(0, 4), "this side nearer", "middle", "class=\"nearer-words\"");
   };
@@ -137,32 +169,37 @@ Figure viewErrorsFigure(const ReportData& data) {
   if (!(most > 0)) most = 1;
   const auto count = static_cast<double>(data.views.size());
   const PlotArea area{
-      .box = {Vector2d(44, 24), Vector2d(890, 190)}, .low = {0.5, 0}, .high = {count + 0.5, 1.06 * most}};
-  FigureCanvas canvas(229, 900);
-  canvas.addAxes(area, "view, in order of image names", "error, px");
+      .box = {Vector2d(44, 24), Vector2d(430, 250)}, .low = {0.5, 0}, .high = {count + 0.5, 1.06 * most}};
+  FigureCanvas canvas(288);
+  std::vector<std::string> names;
+  for (const ReportedView& view : data.views) names.push_back(view.image);
+  canvas.addNamedAxes(area, distinctParts(names), "image", "error, px");
   const double gap = count <= 120 ? 0.12 : 0;
   std::string largest;
+  bool is_any_named = false;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     const ReportedView& view = data.views[v];
     const double x = static_cast<double>(v) + 1;
-    canvas.addRect(
-        area.at(x - 0.5 + gap, view.rms_px), area.at(x + 0.5 - gap, 0),
-        fmt::format("class=\"bar\" data-view=\"{}\" data-rms=\"{:.9g}\"", data.first_view + v, view.rms_px));
+    const bool is_named = isNamed(data, view.image);
+    is_any_named = is_any_named || is_named;
+    canvas.addRect(area.at(x - 0.5 + gap, view.rms_px), area.at(x + 0.5 - gap, 0),
+                   fmt::format("class=\"bar{}\" data-view=\"{}\" data-rms=\"{:.9g}\"",
+                               is_named ? " named" : "", data.first_view + v, view.rms_px));
     const double top = std::min(view.max_error_px, 1.06 * most);
     largest += pathThrough({area.at(x - 0.5 + gap, top), area.at(x + 0.5 - gap, top)});
   }
   canvas.addPath(largest, "class=\"largest\"");
   canvas.addLine(area.at(0.5, data.rms_px), area.at(count + 0.5, data.rms_px), "class=\"reference\"");
-  canvas.addLegend({area.box.min().x(), 229},
-                   {{"bar", "RMS of the view"},
-                    {"line largest", "largest error"},
-                    {"line reference", fmt::format("RMS of all, {} px", shortNumber(data.rms_px))}});
+  std::vector<std::pair<std::string, std::string>> legend = {{"bar", "RMS of the view"}};
+  if (is_any_named) legend.emplace_back("bar named", "named in a warning");
+  legend.emplace_back("line largest", "largest error");
+  legend.emplace_back("line reference", fmt::format("RMS of all, {} px", shortNumber(data.rms_px)));
+  canvas.addLegend({area.box.min().x(), 288}, legend);
   const auto worst = std::ranges::max_element(data.views, {}, &ReportedView::rms_px);
-  Figure figure{.id = "view-errors", .title = "Error by view", .is_wide = true};
+  Figure figure{.id = "view-errors", .title = "Error by view"};
   figure.reading =
       "The bars should be about equally high; look at the photograph of one that stands out, for blur, "
-      "movement or "
-      "glare (click a bar to open it).";
+      "movement or glare (click a bar to open it).";
   figure.alt = fmt::format("RMS of {} views.", data.views.size());
   if (worst != data.views.end())
     figure.alt += fmt::format(" The largest is {} px, in {}.", shortNumber(worst->rms_px), worst->image);
@@ -212,8 +249,10 @@ Figure tiltFigure(const ReportData& data) {
   Figure figure{.id = "tilts", .title = "How the board was tilted"};
   figure.reading =
       "Each dot is a view, placed towards the side of the board that was nearer to the camera; dots should "
-      "lie on all "
-      "sides between 20 and 50 degrees.";
+      "lie on all sides between 20 and 50 degrees. Tilt counts from the pose in which this lens shows the "
+      "board square: without distortion that is parallel to the image, and with it a few degrees off towards "
+      "the border.";
+  if (data.next_view) figure.reading += " The star is the next photograph.";
   figure.alt =
       fmt::format("{} of {} views are tilted by more than 15 degrees.", num_tilted, data.views.size());
   figure.svg = canvas.svg(figure.alt);
@@ -253,6 +292,7 @@ Figure distanceFigure(const ReportData& data) {
   canvas.addLegend({44, 305}, legend);
   Figure figure{.id = "distances", .title = "How far away the board was"};
   figure.reading = "Each dot is a view; a good set has near and far boards, and most of them tilted.";
+  if (data.next_view) figure.reading += " The star is the next photograph.";
   figure.alt = fmt::format("Boards were {} to {} m away.", shortNumber(nearest), shortNumber(farthest));
   figure.svg = canvas.svg(figure.alt);
   return figure;
@@ -262,10 +302,24 @@ Figure nextViewFigure(const ReportData& data) {
   const ReportedNextView& next = *data.next_view;
   const Board& target = data.boards[next.board].target;
   const BoardInk ink = inkOf(target);
-  const ImagePlot plot = imagePlot(data.size);
-  const PlotArea& area = plot.area;
+  Eigen::AlignedBox2d sheet = ink.extent;
+  const Vector2d margin = Vector2d::Constant(0.35 * target.spacing());
+  sheet.extend(sheet.min() - margin);
+  sheet.extend(sheet.max() + margin);
+  // The image, and of what surrounds it as much as shows where the board goes on.
+  const Eigen::AlignedBox2d image(Vector2d(-0.5, -0.5),
+                                  Vector2d(data.size.width - 0.5, data.size.height - 0.5));
+  const Eigen::AlignedBox2d shown = shownPixels(data, next.camera_from_board, sheet, image);
+  ImagePlot plot = imagePlot({.width = static_cast<int>(std::lround(shown.sizes().x())),
+                              .height = static_cast<int>(std::lround(shown.sizes().y()))});
+  plot.legend_top -= 12;  // there are no marks
+  PlotArea& area = plot.area;
+  area.low = shown.min();
+  area.high = shown.max();
+  const Vector2d image_low = area.at(image.min());
+  const Vector2d image_high = area.at(image.max());
   FigureCanvas canvas(plot.legend_top);
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"scene\"");
+  canvas.addRect(image_low, image_high, "class=\"scene\"");
   std::string dots;
   for (const ReportedView& view : data.views) {
     // Enough to see where boards were: every corner would make a large file.
@@ -274,11 +328,12 @@ Figure nextViewFigure(const ReportData& data) {
       dots += "M" + pointText(area.at(view.corners[i].pixel)) + "h0";
   }
   canvas.addPath(dots, "class=\"corners faint\"");
-  canvas.open("clip-path=\"url(#next-clip)\"");
-  Eigen::AlignedBox2d sheet = ink.extent;
-  const Vector2d margin = Vector2d::Constant(0.35 * target.spacing());
-  sheet.extend(sheet.min() - margin);
-  sheet.extend(sheet.max() + margin);
+  canvas.addRaw("<clipPath id=\"next-clip\">");
+  canvas.addRect(image_low, image_high, "");
+  canvas.addRaw("</clipPath><clipPath id=\"next-ghost-clip\">");
+  canvas.addRect(area.box.min(), area.box.max(), "");
+  canvas.addRaw("</clipPath>\n<defs>");
+  canvas.open("id=\"next-board\"");
   canvas.addPath(projectedSheet(data, next.camera_from_board, sheet, target.spacing(), area),
                  "class=\"sheet\"");
   std::string dark;
@@ -288,16 +343,23 @@ Figure nextViewFigure(const ReportData& data) {
     dark += projectedDisc(data, next.camera_from_board, disc, area);
   canvas.addPath(dark, "class=\"print\"");
   canvas.close();
-  canvas.addRaw("<clipPath id=\"next-clip\">");
-  canvas.addRect(area.box.min(), area.box.max(), "");
-  canvas.addRaw("</clipPath>\n");
+  canvas.addRaw(
+      "</defs>\n<use href=\"#next-board\" class=\"ghost\" clip-path=\"url(#next-ghost-clip)\"/>"
+      "<use href=\"#next-board\" clip-path=\"url(#next-clip)\"/>\n");
+  canvas.addPath(projectedOutline(data, next.camera_from_board, sheet, 24, area),
+                 "class=\"ghost-outline\" clip-path=\"url(#next-ghost-clip)\"");
+  canvas.addRect(image_low, image_high, "class=\"frame strong-frame\"");
   addNearerSides(data, next, ink, area, canvas);
-  canvas.addImageFrame(area);
-  canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"sheet", "the board in the next photograph"}, {"dot corner", "corners seen so far"}});
+  const bool is_beyond = !image.contains(shown);
+  std::vector<std::pair<std::string, std::string>> legend = {{"sheet", "the board in the next photograph"},
+                                                             {"dot corner", "corners seen so far"}};
+  if (is_beyond) legend.emplace_back("line ghost-outline", "the board beyond the image");
+  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "next-view", .title = "The next photograph"};
   figure.reading =
       "This is what the camera should see: move the board until your picture looks like this one.";
+  if (is_beyond)
+    figure.reading += " A part of the board lies beyond the border of the image; that part is drawn pale.";
   figure.alt = "The suggested next photograph: " + next.text + ".";
   figure.svg = canvas.svg(figure.alt);
   return figure;

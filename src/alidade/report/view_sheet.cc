@@ -8,30 +8,14 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
+#include "alidade/report/distinct_parts.h"
 #include "alidade/report/figure_canvas.h"
+#include "alidade/report/page_shell.h"
 #include "alidade/report/view_figures.h"
 
 namespace alidade {
 namespace {
-
-// How many bytes all names begin with alike, if they are so many that the rest could hardly be seen; 0 if
-// not.
-std::size_t sharedPrefix(const std::vector<ReportedView>& views) {
-  constexpr std::size_t kLong = 12;
-  if (views.size() < 2) return 0;
-  const std::string& name = views.front().image;
-  std::size_t length = name.size();
-  for (const ReportedView& view : views) {
-    const auto differs = std::ranges::mismatch(view.image, name);
-    length = std::min(length, static_cast<std::size_t>(differs.in1 - view.image.begin()));
-  }
-  // UTF-8 characters stay whole, and numbers too.
-  const auto isWithin = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
-  const auto isDigit = [](char c) { return c >= '0' && c <= '9'; };
-  while (length > 0 && length < name.size() && (isWithin(name[length]) || isDigit(name[length - 1])))
-    --length;
-  return length >= kLong ? length : 0;
-}
 
 constexpr std::string_view kViewer =
     "<dialog id=\"viewer\" aria-labelledby=\"viewer-name\"><div class=\"viewer\"><header><h3 "
@@ -60,7 +44,9 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
       "(crosses).</figcaption><div class=\"sheet-of-views\">\n";
   constexpr std::size_t kFew = 18;  // are all shown
   const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
-  const std::size_t num_alike = sharedPrefix(data.views);
+  constexpr std::size_t kLong = 12;  // a beginning of which little else could be seen
+  const std::size_t shared = sharedPrefix(mapped(data.views, &ReportedView::image));
+  const std::size_t num_alike = shared >= kLong ? shared : 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i == num_shown)
       html += fmt::format("</div><details><summary>{} more views</summary><div class=\"sheet-of-views\">\n",
@@ -68,7 +54,7 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
     const std::size_t v = order[i];
     const ReportedView& view = data.views[v];
     const std::string name = escapedMarkup(view.image);
-    const std::string words = fmt::format("RMS {:.3f} px", view.rms_px);
+    const std::string words = "RMS " + rmsText(view.rms_px);
     html += fmt::format(
         "<button class=\"thumb\" type=\"button\" data-view=\"{}\" aria-label=\"Open view {}, {}\">",
         data.first_view + v, name, words);

@@ -36,6 +36,7 @@ struct RigCamera {
   /// The error with which a pixel of the camera that shares most boards with this one, at the distance of the
   /// boards, becomes a pixel of this one: 95 % of the errors are smaller, px. NaN if it is unknown.
   double transfer_px = std::numeric_limits<double>::quiet_NaN();
+  std::size_t partner = 0;      ///< that other camera
   std::size_t num_linked = 0;   ///< views of boards that another camera saw at the same time
   std::size_t num_grazing = 0;  ///< of these: with the board turned by more than kGrazingRad
   /// Standard deviations of the tangent [v, w] of camera_from_rig Exp([v, w]), in the rig's frame. Those of

@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/errors.h"
+#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/rig/joint_fit.h"
 
@@ -124,11 +126,13 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
         {.severity = severity,
          .id = "weak_link",
          .cause =
-             fmt::format("points at the boards' distance move by {:.2f} px (95 %) from another camera to {}",
-                         camera.transfer_px, camera.name),
-         .evidence = are_grazing ? fmt::format("{} of its {} common views are grazing", camera.num_grazing,
-                                               camera.num_linked)
-                                 : "",
+             fmt::format("mapping a point from '{}' to '{}' is uncertain by {:.2f} px (95 %) at the boards' "
+                         "distance",
+                         rig.cameras[camera.partner].name, camera.name, camera.transfer_px),
+         .evidence =
+             are_grazing
+                 ? fmt::format("{} of its {} common views are grazing", camera.num_grazing, camera.num_linked)
+                 : "more than a quarter of the tolerance of " + numberText("%.3g", tolerance_px) + " px",
          .next_step = are_grazing
                           ? "turn the board so that both cameras see it less obliquely"
                           : "take more frames that it shares with other cameras, near and far, tilted",
@@ -277,10 +281,13 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
     for (Diagnosis diagnosis : camera.joint.diagnoses) {
       if (camera.given && isOfLens(diagnosis.id)) continue;
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
+      // A rig suggests no view.
+      if (diagnosis.id == "poor_coverage")
+        diagnosis.next_step = "run alidade calibrate on the images of this camera to see which view to add";
       diagnoses.push_back(std::move(diagnosis));
     }
   }
-  std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);
+  sortDiagnoses(diagnoses);
   return diagnoses;
 }
 

@@ -81,10 +81,9 @@ class Transfer {
 };
 
 // See RigCamera::transfer_px: the median over the boards that both cameras saw.
-double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera,
+double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera, std::size_t partner,
                        const Eigen::MatrixXd& covariance) {
   constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
-  const std::size_t partner = partnerOf(fit, camera);
   const Transfer transfer(fit, columns, partner, camera);
   std::vector<double> errors;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
@@ -185,7 +184,8 @@ void setUncertainty(RigCalibration& rig) {
   }
   if (rig.covariance.rows() == 0) return;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    rig.cameras[c].transfer_px = transferErrorPx(rig.fit, columns, c, rig.covariance);
+    rig.cameras[c].partner = partnerOf(rig.fit, c);
+    rig.cameras[c].transfer_px = transferErrorPx(rig.fit, columns, c, rig.cameras[c].partner, rig.covariance);
     if (columns.pose[c] < 0) continue;
     setPoseStd(rig.covariance.view().block<6, 6>(columns.pose[c], columns.pose[c]),
                rig.fit.cameras[c].camera_from_rig, rig.cameras[c]);

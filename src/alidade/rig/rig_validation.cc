@@ -14,6 +14,7 @@
 #include "alidade/adjust/solve.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/triangulation.h"
+#include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
@@ -300,7 +301,7 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
                               diagnosis.id == "points_lost";
     if (is_of_frames) diagnoses.push_back(diagnosis);
   }
-  std::ranges::stable_sort(diagnoses, std::ranges::greater(), &Diagnosis::severity);
+  sortDiagnoses(diagnoses);
   return diagnoses;
 }
 

@@ -117,7 +117,7 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
          .id = "fronto_parallel",
          .cause =
              "the board is nearly parallel to the image, which hardly separates focal length and distance",
-         .evidence = "median tilt " + numberText("%.1f", tilt) + " degrees" +
+         .evidence = "median angle to the image plane " + numberText("%.1f", tilt) + " degrees" +
                      (std::isfinite(focal_std)
                           ? ", focal length known to " + numberText("%.2g", 100 * focal_std) + " %"
                           : ""),
@@ -161,9 +161,8 @@ void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   diagnoses.push_back({.severity = Severity::kFailure,
                        .id = "inaccurate",
                        .cause = "the camera is inaccurate even where boards were seen",
-                       .evidence = "only " + numberText("%.0f", 100 * share) +
-                                   " % of that region is known to within " + numberText("%.3g", limit) +
-                                   " px",
+                       .evidence = "only " + percentText(share) + " of that region is known to within " +
+                                   numberText("%.3g", limit) + " px",
                        .next_step = "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
                        .effect_px = accuracy.covered_px});
 }
@@ -279,13 +278,14 @@ void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const double share = accuracy.shareWithin(of.tolerance_px);
   // Where boards were is worth a word only if something is known there.
   if (share >= kMostOfImage || isInaccurate(accuracy, of.tolerance_px)) return;
-  diagnoses.push_back({.severity = Severity::kWarning,
-                       .id = "poor_coverage",
-                       .cause = "only " + numberText("%.0f", 100 * share) +
-                                " % of the image is known to within " + numberText("%.3g", of.tolerance_px) +
-                                " px",
-                       .next_step = "take the suggested view",
-                       .effect_px = accuracy.worst_px});
+  diagnoses.push_back(
+      {.severity = Severity::kWarning,
+       .id = "poor_coverage",
+       .cause = "only " + percentText(share) +
+                (of.domain.full_image ? " of the image is" : " of the pixels with a ray are") +
+                " known to within " + numberText("%.3g", of.tolerance_px) + " px",
+       .next_step = "take the suggested view",
+       .effect_px = accuracy.worst_px});
 }
 
 }  // namespace alidade

@@ -10,6 +10,7 @@
 #include "alidade/adjust/errors.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/diagnosis_order.h"
 
 namespace alidade {
 namespace {
@@ -62,8 +63,7 @@ constexpr Judgement kJudgements[] = {
 std::vector<Diagnosis> judge(const Evidence& evidence) {
   std::vector<Diagnosis> diagnoses;
   for (const Judgement judgement : kJudgements) judgement(evidence, diagnoses);
-  std::stable_sort(diagnoses.begin(), diagnoses.end(),
-                   [](const Diagnosis& a, const Diagnosis& b) { return a.severity > b.severity; });
+  sortDiagnoses(diagnoses);
   return diagnoses;
 }
 

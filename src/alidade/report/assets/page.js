@@ -2,6 +2,7 @@
 // The page shows everything without this script. The script opens views, and tells values under the pointer.
 (() => {
   const byId = (id) => document.getElementById(id);
+  const threeDigits = (value) => value === 0 ? '0' : value.toFixed(Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(Math.abs(value))))));
   const evidence = JSON.parse(byId('evidence').textContent);
   // Of a calibration, or of all cameras of a validation that were tested on images.
   const views = evidence.files ? [] : evidence.views || [];
@@ -57,13 +58,14 @@
       rejected += `M${o.u - d},${o.v}l${d},${-d}l${d},${d}l${-d},${d}zM${o.u},${o.v}l${o.dx},${o.dy}`;
     }
     drawing.append(path('rejected', rejected, 0.9 * unit));
-    byId('viewer-key').textContent = 'circle: detected; cross: projected' +
+    byId('viewer-key').textContent =
+        (times > 1 ? `circle: detected; cross: end of its error, drawn ${times} times longer` : 'circle: detected; cross: projected') +
         (outliers.length ? '; diamond: left out as an outlier, its line as long as the error' : '');
     drawing.append(path('detected', detected, 0.7 * unit), path('projected', projected, 0.7 * unit));
     byId('viewer-name').textContent = view.image;
     byId('viewer-words').textContent =
-        `view ${shown + 1} of ${views.length}, ${view.num_corners} corners${outliers.length ? `, ${outliers.length} left out` : ''}, RMS ${view.rms_px.toFixed(3)} px, ` +
-        `largest ${view.max_error_px.toFixed(3)} px`;
+        `view ${shown + 1} of ${views.length}, ${view.num_corners} corners${outliers.length ? `, ${outliers.length} left out` : ''}, ` +
+        `RMS ${threeDigits(view.rms_px)} px, largest ${threeDigits(view.max_error_px)} px`;
   };
   const show = (index) => {
     shown = (index + views.length) % views.length;
@@ -175,6 +177,17 @@
     });
   }
 
+  // ---- paper shows all ----
+
+  const closed = [];
+  addEventListener('beforeprint', () => {
+    for (const details of document.querySelectorAll('details:not([open])')) {
+      details.open = true;
+      closed.push(details);
+    }
+  });
+  addEventListener('afterprint', () => { for (const details of closed.splice(0)) details.open = false; });
+
   // ---- the value under the pointer ----
 
   const tip = document.createElement('div');
@@ -211,7 +224,7 @@
       tell(event, teller.dataset.tell);
     } else if (bar) {
       const view = views[Number(bar.dataset.view)];
-      tell(event, `${view.image}: RMS ${view.rms_px.toFixed(3)} px, largest ${view.max_error_px.toFixed(3)} px`);
+      tell(event, `${view.image}: RMS ${threeDigits(view.rms_px)} px, largest ${threeDigits(view.max_error_px)} px`);
     } else if (!event.target.closest('[data-map]')) {
       tip.hidden = true;
     }
