@@ -169,8 +169,8 @@ int printTimes() {
     options.camera.board_shape = BoardShapeMode::kFlat;
     const Board board = kBoard;
     const double whole =
-        leastMilliseconds([&] { rig = calibrateRig(std::span(&board, 1), problem.views, options); });
-    std::printf("  rig        %9.1f ms  RMS %.5f px  (calibrateRig, whole)\n", whole, rms(rig.fit));
+        leastMilliseconds([&] { rig = calibrate(std::span(&board, 1), problem.views, options); });
+    std::printf("  rig        %9.1f ms  RMS %.5f px  (calibrate, whole)\n", whole, rms(rig.fit));
     if (num_cameras == 2) printStereo(problem);
     std::printf("  mrcal (ms, MB, RMS, fx) ");
     std::fflush(stdout);
@@ -261,7 +261,7 @@ int printCoverage(int num_sets) {
       constexpr int kFrames = 12;
       const std::vector<RigViews> views =
           mixedViews(truth, board, kFrames, 0.2, static_cast<std::uint64_t>(1000 * num_cameras + set));
-      const RigCalibration rig = calibrateRig(std::span(&board, 1), views, options);
+      const RigCalibration rig = calibrate(std::span(&board, 1), views, options);
       named += rig.unlinked.empty() && rig.motions.empty() ? 0 : 1;
       for (std::size_t c = 1; c < truth.cameras.size(); ++c) {
         Eigen::Matrix<double, 6, 1> std;

@@ -62,7 +62,7 @@ RigValue calibratedRig(const py::dict& views, const py::object& board, const py:
   runInterruptibly(progress, [&](const CancelFlag* cancel, const ReportProgress& report) {
     report("calibrating", 0, 1);
     options.camera.cancel = cancel;
-    value.result = calibrateRig(boards, std::move(cameras), options);
+    value.result = calibrate(boards, std::move(cameras), options);
     value.record = recordOf(value.result, creatorName());
     report("calibrating", 1, 1);
   });
@@ -77,11 +77,11 @@ std::vector<CameraValue> camerasOf(const RigValue& self) {
   return cameras;
 }
 
-void saveRig(const RigValue& self, const py::object& path, bool keep_untrustworthy) {
+void saveRigOf(const RigValue& self, const py::object& path, bool keep_untrustworthy) {
   const std::string file = pathOf(path);
   requireUsable(self.result.diagnoses, file, keep_untrustworthy);
   const py::gil_scoped_release without_lock;
-  writeFileAtomically(file, rigFileText(self.record));
+  saveRig(file, self.record);
 }
 
 void writeRigReport(const RigValue& self, const py::object& path) {
@@ -131,7 +131,7 @@ void bindRig(py::module_& module) {
           "evidence",
           [](const RigValue& self) { return py::module_::import("json").attr("loads")(self.evidence()); },
           doc("RigCalibration.evidence"))
-      .def("save", &saveRig, "path"_a, py::kw_only(), "keep_untrustworthy"_a = false,
+      .def("save", &saveRigOf, "path"_a, py::kw_only(), "keep_untrustworthy"_a = false,
            doc("RigCalibration.save"))
       .def("report", &writeRigReport, "path"_a, doc("RigCalibration.report"))
       .def("__repr__",

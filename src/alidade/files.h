@@ -6,7 +6,7 @@
 /// loadCamera() reads the only camera of a file of any format, or the camera selected by FILE#NAME.
 /// loadCameras() reads all cameras, with remarks. saveCamera() writes a camera in any format. The
 /// content of a file is a CameraRecord: camera, image size and calibration data, such as statedCovariance().
-/// loadRig() reads several cameras and where they are; rigFileText() is the text of a rig file.
+/// loadRig() reads several cameras and where they are; saveRig() writes a rig file.
 /// readCornersFile(), readPoseList() and readBoard() read the other input files. Errors are thrown as
 /// alidade::Error (kInput); the message names the file, line and key.
 #include "alidade/core/error.h"

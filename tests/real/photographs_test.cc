@@ -171,9 +171,9 @@ TEST(Photographs, OfAStereoPairGiveARig) {
       {{"left", kOpencvData + "left[0-9][0-9].jpg"}, {"right", kOpencvData + "right[0-9][0-9].jpg"}}, board);
   RigOptions options;
   options.camera.model = "radtan";
-  const RigCalibration bent = calibrateRig(std::span(&board, 1), all, options);
+  const RigCalibration bent = calibrate(std::span(&board, 1), all, options);
   options.camera.board_shape = BoardShapeMode::kFlat;
-  const RigCalibration flat = calibrateRig(std::span(&board, 1), all, options);
+  const RigCalibration flat = calibrate(std::span(&board, 1), all, options);
   EXPECT_EQ(numCorners(flat.fit), 2u * 13 * 54);
   EXPECT_LE(rms(flat.fit), 0.18);
   EXPECT_LT(rms(bent.fit), 0.65 * rms(flat.fit));
@@ -181,7 +181,7 @@ TEST(Photographs, OfAStereoPairGiveARig) {
   std::array<std::vector<RigViews>, 2> halves = {all, all};
   for (RigViews& camera : halves[0]) camera.views.resize(7);
   for (RigViews& camera : halves[1]) camera.views.erase(camera.views.begin(), camera.views.begin() + 7);
-  const RigRecord rig = recordOf(calibrateRig(std::span(&board, 1), halves[0], options), "");
+  const RigRecord rig = recordOf(calibrate(std::span(&board, 1), halves[0], options), "");
   const RigValidation held_out = validateRig(rig, std::span(&board, 1), halves[1], options);
   std::printf("opencv-doc: RMS %.4f px, flat %.4f px; epipolar error of other pairs %.4f px\n", rms(bent.fit),
               rms(flat.fit), held_out.epipolar_px);
@@ -196,9 +196,9 @@ TEST(Photographs, OfABumblebeeGiveItsBaseline) {
   if (!fs::exists(folder)) GTEST_SKIP() << "no photographs of the stereo pair";
   const Board board = parseBoardSpec("checkerboard:4x6:30mm");
   const RigCalibration rig =
-      calibrateRig(std::span(&board, 1),
-                   rigViews({{"left", folder + "left*.jpg"}, {"right", folder + "right*.jpg"}}, board),
-                   {.camera = {.model = "radtan"}});
+      calibrate(std::span(&board, 1),
+                rigViews({{"left", folder + "left*.jpg"}, {"right", folder + "right*.jpg"}}, board),
+                {.camera = {.model = "radtan"}});
   const double baseline_mm = 1000 * rig.fit.cameras[1].camera_from_rig.translation.norm();
   std::printf("bumblebee2: baseline %.2f mm, RMS %.4f px\n", baseline_mm, rms(rig.fit));
   EXPECT_EQ(rig.num_linked, 11u);
@@ -216,9 +216,9 @@ TEST(Photographs, OfFourCamerasGiveOneRig) {
   for (const char* name : {"back", "mid", "side", "top"})
     inputs.emplace_back(name, folder + name + "/calibration_images");
   const std::vector<RigViews> views = rigViews(inputs, board);
-  const RigCalibration bent = calibrateRig(
+  const RigCalibration bent = calibrate(
       std::span(&board, 1), views, {.camera = {.model = "radtan", .board_shape = BoardShapeMode::kWarp}});
-  const RigCalibration rig = calibrateRig(std::span(&board, 1), views, {.camera = {.model = "radtan"}});
+  const RigCalibration rig = calibrate(std::span(&board, 1), views, {.camera = {.model = "radtan"}});
   for (const RigCalibration* of : {&bent, &rig}) {
     EXPECT_GE(of->num_linked, 15u);
     EXPECT_TRUE(of->unlinked.empty());

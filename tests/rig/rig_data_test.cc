@@ -55,11 +55,11 @@ RigScene twice(const RigScene& scene, const std::vector<std::vector<int>>& takes
 
 TEST(RigData, FramesOfABoardThatStoodStillAreOne) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 16, kNoise, 61);
-  const RigCalibration once = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration once = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   ASSERT_GT(once.num_linked, 10U);
   // The first camera has both copies, the second one the first, the third one the other.
   const RigScene series = twice(scene, {{0, 1}, {0}, {1}});
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), series.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), series.views, optionsFor(scene));
   EXPECT_EQ(rig.num_linked, once.num_linked);
   EXPECT_EQ(rig.num_common_views, once.num_common_views);
   EXPECT_TRUE(rig.unlinked.empty());
@@ -73,7 +73,7 @@ TEST(RigData, FramesThatACameraTellsApartAreTwo) {
     const int number = std::stoi(view.image.substr(std::string("frame").size()));
     for (Corner& corner : view.corners) corner.pixel.x() += number % 2 == 1 ? 3 : 0;
   }
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), series.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), series.views, optionsFor(scene));
   EXPECT_GT(rig.num_linked, 10U);
   EXPECT_TRUE(rig.unlinked.empty()) << rig.unlinked.size();
 }
@@ -82,7 +82,7 @@ TEST(RigData, TheSameImagesTwiceAreNoRig) {
   RigScene scene = sceneOf(threeCameras(), kCharuco, 16, kNoise, 67);
   scene.views[1].views = scene.views[0].views;
   scene.cameras[1] = scene.cameras[0];
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_THAT(rig.diagnoses, hasId("same_images"));
   EXPECT_EQ(rig.verdict(), Verdict::kNo);
 }
@@ -105,7 +105,7 @@ TEST(RigData, OneBadViewOfManyIsAWarning) {
       corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
     }
   }
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_GE(rig.unlinked.size(), 4U);
   EXPECT_LT(5 * rig.num_lone_views, rig.num_common_views);
   const auto found = std::ranges::find(rig.diagnoses, "not_simultaneous", &Diagnosis::id);
@@ -122,7 +122,7 @@ TEST(RigData, ViewsThatAreLeftAloneFitAsAlone) {
   const std::size_t half = second.size() / 2;
   // Half of the frames show the board of the next frame.
   for (std::size_t i = half; i + 1 < second.size(); ++i) second[i].corners = second[i + 1].corners;
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_GE(rig.unlinked.size(), 4U);
   std::size_t num_alone = 0;
   for (const RigImage& image : rig.unlinked) {
@@ -141,20 +141,20 @@ TEST(RigData, ErrorsOfHeldOutFramesAreJudged) {
   cameras.pop_back();
   const RigScene few = sceneOf(cameras, kCharuco, 4, 0.5, 79);
   RigOptions options = optionsFor(few);
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), few.views, options);
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), few.views, options);
   EXPECT_TRUE(rig.holdout.num_corners == 0 || rig.holdout.rms_px > 1.05 * rms(rig.fit));
   options.camera.tolerance_px = 0.1;
-  const RigCalibration strict = calibrateRig(std::span(&kCharuco, 1), few.views, options);
+  const RigCalibration strict = calibrate(std::span(&kCharuco, 1), few.views, options);
   EXPECT_THAT(strict.diagnoses, testing::AnyOf(hasId("holdout_error"), hasId("no_holdout")));
   const RigScene many = sceneOf(cameras, kCharuco, 30, kNoise, 83);
-  const RigCalibration good = calibrateRig(std::span(&kCharuco, 1), many.views, optionsFor(many));
+  const RigCalibration good = calibrate(std::span(&kCharuco, 1), many.views, optionsFor(many));
   EXPECT_THAT(good.diagnoses, Not(hasId("holdout_error")));
   EXPECT_THAT(good.diagnoses, Not(hasId("no_holdout")));
 }
 
 TEST(RigData, AnUnknownUncertaintyIsNotZero) {
   RigScene scene = sceneOf(threeCameras(), kCharuco, 16, kNoise, 89);
-  RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_EQ(rig.cameras[0].position_std_m, Eigen::Vector3d(0, 0, 0));
   EXPECT_GT(rig.cameras[1].position_std_m.minCoeff(), 0);
   EXPECT_GT(rig.cameras[1].distance_std_m, 0);
@@ -169,8 +169,7 @@ TEST(RigData, GivenLensesCountWithTheirUncertainty) {
   for (std::uint64_t seed = 0; seed < kNumSets; ++seed) {
     const RigScene first = sceneOf(threeCameras(), kCharuco, 7, 0.3, 300 + seed);
     const RigScene other = sceneOf(threeCameras(), kCharuco, 30, 0.3, 400 + seed);
-    const RigRecord record =
-        recordOf(calibrateRig(std::span(&kCharuco, 1), first.views, optionsFor(first)), "");
+    const RigRecord record = recordOf(calibrate(std::span(&kCharuco, 1), first.views, optionsFor(first)), "");
     const RigValidation validation =
         validateRig(record, std::span(&kCharuco, 1), other.views, optionsFor(other));
     for (const Diagnosis& diagnosis : validation.diagnoses) {
@@ -184,7 +183,7 @@ TEST(RigData, AnUnevenBoardContradictsNoRigThatWasMadeFromIt) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 30, 0.05, 97, unevenShape(5));
   RigOptions options = optionsFor(scene);
   options.camera.board_shape = BoardShapeMode::kAuto;
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
   ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
   const RigValidation validation =
       validateRig(recordOf(rig, ""), std::span(&kCharuco, 1), scene.views, options);
@@ -197,8 +196,7 @@ TEST(RigData, AnUnevenBoardContradictsNoRigThatWasMadeFromIt) {
 TEST(RigData, PosesAreTestedInAnyFrame) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 12, kNoise, 101);
   const RigScene other = sceneOf(threeCameras(), kCharuco, 30, kNoise, 103);
-  const RigRecord record =
-      recordOf(calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene)), "");
+  const RigRecord record = recordOf(calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene)), "");
   const RigValidation plain = validateRig(record, std::span(&kCharuco, 1), other.views, optionsFor(other));
   // The same rig in a frame far off: tangents are those of a small motion there.
   const SE3 rig_from_frame(SO3::exp(Eigen::Vector3d(0.4, -1.1, 0.3)), Eigen::Vector3d(2, -1, 3));

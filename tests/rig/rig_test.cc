@@ -51,7 +51,7 @@ TEST(BoardTurns, ExchangePointsThatLookTheSame) {
 
 TEST(Rig, FindsExactCamerasFromExactCorners) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0, 3);
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_LT(rms(rig.fit), 1e-6);
   EXPECT_TRUE(rig.unlinked.empty());
   EXPECT_GE(rig.num_linked, 15u);
@@ -73,7 +73,7 @@ TEST(Rig, FindsThePointsOfAnUnevenBoard) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, kNoise, 3, shape);
   RigOptions options = optionsFor(scene);
   options.camera.board_shape = BoardShapeMode::kAuto;
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
   ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
   EXPECT_TRUE(rig.unlinked.empty());
   EXPECT_NEAR(rms(rig.fit), std::sqrt(2.0) * kNoise, 0.1 * kNoise);
@@ -93,13 +93,15 @@ TEST(Rig, FindsThePointsOfAnUnevenBoard) {
 TEST(Rig, JudgesItsCamerasByTheJointFit) {
   RigScene scene = sceneOf(threeCameras(), kCharuco, 24, 0.1, 9);
   scene.views[2].views.resize(6);
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   const RigCamera& few = rig.cameras[2];
-  ASSERT_TRUE(few.alone.uncertainty.accuracy && few.joint.uncertainty.accuracy);
-  EXPECT_LT(few.joint.uncertainty.accuracy->covered_px, 0.8 * few.alone.uncertainty.accuracy->covered_px);
+  ASSERT_TRUE(few.alone.uncertainty.accuracy && few.calibration.uncertainty.accuracy);
+  EXPECT_LT(few.calibration.uncertainty.accuracy->covered_px,
+            0.8 * few.alone.uncertainty.accuracy->covered_px);
   for (const RigCamera& camera : rig.cameras) {
-    EXPECT_EQ(onlyCamera(camera.joint.fit).params, rig.fit.cameras[&camera - rig.cameras.data()].params);
-    EXPECT_NEAR(rms(camera.joint.fit), camera.rms_px, 1e-12);
+    EXPECT_EQ(onlyCamera(camera.calibration.fit).params,
+              rig.fit.cameras[&camera - rig.cameras.data()].params);
+    EXPECT_NEAR(rms(camera.calibration.fit), camera.rms_px, 1e-12);
   }
 }
 
@@ -114,7 +116,7 @@ TEST(Rig, StatesItsUncertainty) {
   constexpr int kNumSets = 60;
   for (std::uint64_t seed = 0; seed < kNumSets; ++seed) {
     const RigScene scene = sceneOf(cameras, kCharuco, 30, 0.2, 100 + seed);
-    const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+    const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
     ASSERT_GT(rig.covariance.rows(), 0) << seed;
     num_by_frames += rig.is_by_frames ? 1 : 0;
     for (std::size_t c = 1; c < 3; ++c) {
@@ -161,7 +163,7 @@ TEST(Rig, NumbersAmbiguousBoardsAlike) {
     }
     ASSERT_GT(num_here, 10);
     num_turned += num_here;
-    const RigCalibration rig = calibrateRig(std::span(&board, 1), scene.views, optionsFor(scene));
+    const RigCalibration rig = calibrate(std::span(&board, 1), scene.views, optionsFor(scene));
     EXPECT_GT(rig.num_renumbered, 5u);
     EXPECT_TRUE(rig.unlinked.empty());
     EXPECT_NEAR(rms(rig.fit), 0.1 * std::sqrt(2), 0.02);
@@ -182,12 +184,12 @@ TEST(Rig, LinksCamerasThroughOthers) {
   };
   keep(1, true);
   keep(2, false);
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   for (std::size_t c = 1; c < 3; ++c) EXPECT_LT(poseError(scene, rig, c).norm(), 0.02);
   // Without the first camera nothing links them.
   scene.views.erase(scene.views.begin());
   scene.cameras.erase(scene.cameras.begin());
-  EXPECT_THAT(messageOf([&] { (void)calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene)); }),
+  EXPECT_THAT(messageOf([&] { (void)calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene)); }),
               AllOf(HasSubstr("nothing links: camera1 | camera2"), HasSubstr("next: ")));
 }
 
@@ -197,7 +199,7 @@ TEST(Rig, FindsFramesThatWereNotTakenTogether) {
   std::vector<View>& views = scene.views[1].views;
   std::swap(views[2].corners, views[9].corners);
   const std::vector<std::string> wrong = {views[2].image, views[9].image};
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   ASSERT_EQ(rig.unlinked.size(), 2u);
   for (const RigImage& view : rig.unlinked) {
     EXPECT_EQ(view.camera, 1u);
@@ -235,7 +237,7 @@ TEST(Rig, FindsACameraThatMoved) {
         std::erase_if(view.corners, [&](const Corner& c) { return !isInOrNearImage(c.pixel, view.size); });
         if (view.corners.size() >= 12) scene.views[mover].views.push_back(std::move(view));
       }
-      const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+      const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
       ASSERT_EQ(rig.motions.size(), 1u) << angle_rad << " " << mover;
       const CameraMotion& found = rig.motions.front();
       EXPECT_EQ(found.camera, mover);
@@ -252,14 +254,13 @@ TEST(Rig, FindsACameraThatMoved) {
 TEST(Rig, FindsNoMotionWhereThereIsNone) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0.2, 400 + seed);
-    EXPECT_TRUE(calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene)).motions.empty())
-        << seed;
+    EXPECT_TRUE(calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene)).motions.empty()) << seed;
   }
 }
 
 TEST(Rig, ValidatesWithFramesThatItDidNotUse) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 30, 0.2, 43);
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_EQ(rig.holdout.num_folds, 5);
   EXPECT_GT(rig.holdout.num_corners, 3000);
   EXPECT_GT(rig.holdout.rms_px, rms(rig.fit));
@@ -269,10 +270,10 @@ TEST(Rig, ValidatesWithFramesThatItDidNotUse) {
 TEST(Rig, KeepsLensesThatAreGiven) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0.1, 47);
   RigOptions options = optionsFor(scene);
-  const RigCalibration free = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  const RigCalibration free = calibrate(std::span(&kCharuco, 1), scene.views, options);
   options.given = {recordOf(free, "").cameras[0].camera, std::nullopt,
                    bareRecord(scene.cameras[2].camera, scene.cameras[2].size, "")};
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
   EXPECT_EQ(rig.fit.cameras[0].params, free.fit.cameras[0].params);
   EXPECT_THAT(rig.fit.cameras[2].params, testing::ElementsAreArray(scene.cameras[2].camera.parameters()));
   EXPECT_FALSE(rig.cameras[0].misfit);
@@ -289,7 +290,7 @@ TEST(Rig, KeepsLensesThatAreGiven) {
   wrong[0] *= 1.03;
   wrong[1] *= 1.03;
   options.given[2] = bareRecord(AnyCamera::make("pinhole", wrong), scene.cameras[2].size, "");
-  const RigCalibration contradicted = calibrateRig(std::span(&kCharuco, 1), scene.views, options);
+  const RigCalibration contradicted = calibrate(std::span(&kCharuco, 1), scene.views, options);
   ASSERT_TRUE(contradicted.cameras[2].misfit);
   EXPECT_GT(contradicted.cameras[2].misfit->effect_px, 1);
   EXPECT_THAT(contradicted.diagnoses, Contains(Field(&Diagnosis::id, "given_lens_misfits")));
@@ -299,7 +300,7 @@ TEST(Rig, NeedsTwoCameras) {
   RigScene scene = sceneOf(threeCameras(), kCharuco, 6, 0.1, 29);
   scene.views.resize(1);
   try {
-    (void)calibrateRig(std::span(&kCharuco, 1), scene.views, {});
+    (void)calibrate(std::span(&kCharuco, 1), scene.views, {});
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kUsage);
@@ -348,7 +349,7 @@ TEST(RigValidation, TellsARightRigFromAWrongOne) {
 
 TEST(RigFile, HoldsItsCameras) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 15, 0.1, 31);
-  const RigCalibration rig = calibrateRig(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   const std::string text = rigFileText(recordOf(rig, "a test"));
   const CameraSource source = parseCameras(text, "rig.yaml");
   ASSERT_EQ(source.cameras.size(), 3u);

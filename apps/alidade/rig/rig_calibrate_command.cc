@@ -90,10 +90,10 @@ class RigCalibrateCommand final : public Command {
     options.camera.board_shape = shapeMode(shape_);
     RigInputViews given = readRigViews("rig calibrate", views_, names, common_, options.camera.cancel);
     options.frames = given.frames;
-    const RigCalibration rig = calibrateRig(given.boards, std::move(given.cameras), options);
+    const RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
     const RigRecord record = recordOf(rig, programName());
     const bool is_kept = rig.isUsable() || keep_;
-    if (!output_.empty() && is_kept) writeFileAtomically(output_, rigFileText(record));
+    if (!output_.empty() && is_kept) saveRig(output_, record);
     writeEvidence(rig, options.camera.tolerance_px);
     if (common_.json) {
       printResult(rigSummaryJson(rig));

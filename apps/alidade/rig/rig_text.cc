@@ -60,7 +60,7 @@ std::string fitTextOfRig(const RigCalibration& rig, int num_frames) {
 }
 
 std::string imagesText(const RigCamera& camera, const GivenViews& given) {
-  return fmt::format("corners in {} of {} images", numImagesUsed(camera.joint), given.num_images);
+  return fmt::format("corners in {} of {} images", numImagesUsed(camera.calibration), given.num_images);
 }
 
 std::string cameraText(const RigCalibration& rig, std::size_t index, const GivenViews& given) {
@@ -149,11 +149,11 @@ std::string rigDetailsText(const RigCalibration& rig, const std::vector<GivenVie
     const RigCamera& camera = rig.cameras[c];
     text += fmt::format("{}\n", printable(camera.name));
     Lines lines = wrapped("Images", fmt::format("{} given, {} with a board, {} used", given[c].num_images,
-                                                given[c].num_found, numImagesUsed(camera.joint)));
-    append(lines, parameterLines(camera.joint));
+                                                given[c].num_found, numImagesUsed(camera.calibration)));
+    append(lines, parameterLines(camera.calibration));
     if (c > 0) append(lines, wrapped("Pose", poseText(camera, rig.fit.cameras[c].camera_from_rig)));
     for (const std::string& note : given[c].notes) append(lines, wrapped("Note", note));
-    text += join(lines, "\n") + "\n" + listed(given[c].reasons) + outliersText(camera.joint);
+    text += join(lines, "\n") + "\n" + listed(given[c].reasons) + outliersText(camera.calibration);
   }
   text += imageList(rig, "Images without one of another camera", rig.unmatched);
   text += imageList(rig, "Views that contradict their frames", rig.unlinked);

@@ -4,7 +4,6 @@
 // readCornersFile() or finds them with surveyImages().
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -57,9 +56,9 @@ int main(int argc, char** argv) {
     cameras.push_back({.name = camera.name, .views = viewsOf(camera, board)});
 
   const alidade::RigCalibration rig =
-      alidade::calibrateRig(std::span(&board, 1), std::move(cameras), {.camera = {.model = "radtan"}});
+      alidade::calibrate(board, std::move(cameras), {.camera = {.model = "radtan"}});
   for (const alidade::Diagnosis& diagnosis : rig.diagnoses) std::puts(diagnosis.message().c_str());
-  std::ofstream(folder + "/rig.yaml") << alidade::rigFileText(alidade::recordOf(rig, "my program"));
+  alidade::saveRig(folder + "/rig.yaml", alidade::recordOf(rig, "my program"));
 
   const alidade::AnyRig read = alidade::rigOf(alidade::loadRig(folder + "/rig.yaml"));
   const Eigen::Vector3d point(0.05, 0.02, 0.8);

@@ -5,6 +5,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
+#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/file_text.h"
@@ -142,6 +143,10 @@ std::string rigFileText(const RigRecord& rig) {
   if (!rig.created_by.empty()) writeEntries(out, "created_by", rig.created_by);
   out << YAML::EndMap;
   return text + detail::withBytesShown(detail::documentText(out)) + rig.user_keys;
+}
+
+void saveRig(const std::string& path, const RigRecord& rig) {
+  writeFileAtomically(path, rigFileText(rig));
 }
 
 }  // namespace alidade

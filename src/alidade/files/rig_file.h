@@ -23,4 +23,8 @@ void requirePose(const StatedCamera& camera, const std::string& path);
 /// reads the cameras of a rig file.
 [[nodiscard]] std::string rigFileText(const RigRecord& rig);
 
+/// Writes a rig file: it is there as a whole or not at all.
+/// @throws Error (kInput) if it cannot be written
+void saveRig(const std::string& path, const RigRecord& rig);
+
 }  // namespace alidade

@@ -26,7 +26,7 @@ std::vector<Eigen::Vector2d> someCorners(const Fit& fit, std::size_t camera) {
 
 std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCalibration& rig,
                                           std::size_t camera) {
-  const Calibration& freed = rig.cameras[camera].joint;
+  const Calibration& freed = rig.cameras[camera].calibration;
   if (!freed.uncertainty.covariance) return std::nullopt;
   const AnyCamera freed_camera = freed.camera();
   const ComparedCamera a{

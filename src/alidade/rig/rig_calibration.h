@@ -29,9 +29,10 @@ struct RigCamera {
   std::string name;
   std::optional<CameraRecord> given = {};  ///< whose lens was kept; empty: calibrated
   std::optional<LensMisfit> misfit = {};   ///< of the given lens
-  Calibration alone = {};                  ///< from its own views alone
-  Calibration joint = {};                  ///< as the joint fit has it, see jointCamera()
-  double rms_px = 0;                       ///< in the joint fit
+  /// As the joint fit has it, see jointCamera(): the one to use.
+  Calibration calibration = {};
+  Calibration alone = {};  ///< from its own views alone: where the joint fit began
+  double rms_px = 0;       ///< in the joint fit
   double alone_rms_px = 0;
   /// The error with which a pixel of the camera that shares most boards with this one, at the distance of the
   /// boards, becomes a pixel of this one: 95 % of the errors are smaller, px. NaN if it is unknown.

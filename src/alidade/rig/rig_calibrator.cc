@@ -90,7 +90,7 @@ std::optional<RigCalibration> freedRig(std::span<const Board> boards, const std:
   freed.models.clear();
   for (std::size_t c = 0; c < cameras.size(); ++c) freed.models.push_back(optionsOf(c, options).model);
   try {
-    return calibrateRig(boards, cameras, freed);
+    return calibrate(boards, cameras, freed);
   } catch (const Error&) {
     return std::nullopt;
   }
@@ -110,8 +110,8 @@ void countCommonViews(const JointViews& views, RigCalibration& rig) {
 
 }  // namespace
 
-RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews> cameras,
-                            const RigOptions& options) {
+RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> cameras,
+                         const RigOptions& options) {
   requireCounts(cameras.size(), options);
   const RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
   RigCalibration rig;
@@ -141,7 +141,7 @@ RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews>
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) rig.cameras[c].rms_px = rmsOfCamera(rig.fit, c);
   setUncertainty(rig);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-    rig.cameras[c].joint = jointCamera(rig, c, options.camera.tolerance_px, options.camera.distance_m);
+    rig.cameras[c].calibration = jointCamera(rig, c, options.camera.tolerance_px, options.camera.distance_m);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     RigCamera& camera = rig.cameras[c];
     if (camera.given && freed) camera.misfit = givenLensMisfit(*camera.given, *freed, c);
@@ -159,6 +159,10 @@ int numLinkedFrames(const RigCalibration& rig) {
       frames.insert(rig.fit.placements[rig.fit.views[of_placement.front()].placement].frame);
   }
   return static_cast<int>(frames.size());
+}
+
+RigCalibration calibrate(const Board& board, std::vector<RigViews> cameras, const RigOptions& options) {
+  return calibrate(std::span(&board, 1), std::move(cameras), options);
 }
 
 RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
@@ -189,7 +193,7 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
     }
     CameraName name;
     name.name = camera.name;
-    CameraRecord of_camera = recordOf(camera.joint, {.created_by = "", .name = std::move(name)});
+    CameraRecord of_camera = recordOf(camera.calibration, {.created_by = "", .name = std::move(name)});
     if (of_camera.calibration && rig.covariance.rows() > 0)
       of_camera.calibration->is_covariance_by_views = rig.is_by_frames;
     record.cameras.push_back({.camera = std::move(of_camera),

@@ -31,8 +31,10 @@ struct RigOptions {
 /// @param cameras  two or more, in the order of the result
 /// @throws Error as calibrate(), with the camera's name; Error (kInput) for cameras that nothing links, and
 /// for images that cannot be matched
-[[nodiscard]] RigCalibration calibrateRig(std::span<const Board> boards, std::vector<RigViews> cameras,
-                                          const RigOptions& options = {});
+[[nodiscard]] RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> cameras,
+                                       const RigOptions& options = {});
+[[nodiscard]] RigCalibration calibrate(const Board& board, std::vector<RigViews> cameras,
+                                       const RigOptions& options = {});
 
 /// The number of frames with a board that two or more cameras saw.
 [[nodiscard]] int numLinkedFrames(const RigCalibration& rig);

@@ -278,7 +278,7 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeBoards(rig, diagnoses);
   judgeGivenLenses(rig, tolerance_px, diagnoses);
   for (const RigCamera& camera : rig.cameras) {
-    for (Diagnosis diagnosis : camera.joint.diagnoses) {
+    for (Diagnosis diagnosis : camera.calibration.diagnoses) {
       if (camera.given && isOfLens(diagnosis.id)) continue;
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
       // A rig suggests no view.

@@ -315,7 +315,7 @@ RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, s
   kept.given =
       mapped(rig.cameras, [](const RigCameraRecord& camera) { return std::optional(camera.camera); });
   RigValidation result;
-  result.freed = calibrateRig(boards, std::move(cameras), kept);
+  result.freed = calibrate(boards, std::move(cameras), kept);
   const Fit stated = statedFit(rig, result.freed.fit, options.camera.cancel);
   result.rms_px = rms(stated);
   result.freed_rms_px = rms(result.freed.fit);

@@ -51,7 +51,7 @@ struct RigValidation {
 /// geometry, and the lengths that it measures.
 /// @param cameras  in the order of the record
 /// @param options  `given` and `models` are not used
-/// @throws Error as calibrateRig()
+/// @throws Error as calibrate()
 [[nodiscard]] RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards,
                                         std::vector<RigViews> cameras, const RigOptions& options = {});
 
