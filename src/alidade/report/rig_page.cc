@@ -112,7 +112,7 @@ std::vector<PageNumber> rigNumbers(const ReportedRig& rig) {
   const std::vector<EpipolarPair> pairs = epipolarPairs(rig);
   if (pairs.size() == 1) add("Epipolar error", rmsText(pairs.front().rms_px), "RMS of all common corners");
   add("Cameras", std::to_string(rig.cameras.size()), "in one rig");
-  add("Frames", std::to_string(rig.frames.size()), "with a board");
+  add("Frames", std::to_string(rig.frames.size()), "of images");
   add("Links", std::to_string(rig.num_linked), "boards seen by two or more cameras");
   return numbers;
 }
