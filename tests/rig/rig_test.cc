@@ -53,6 +53,7 @@ TEST(Rig, FindsExactCamerasFromExactCorners) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0, 3);
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_LT(rms(rig.fit), 1e-6);
+  EXPECT_TRUE(rig.isUsable()) << rig.diagnoses.front().message();
   EXPECT_TRUE(rig.unlinked.empty());
   EXPECT_GE(rig.num_linked, 15u);
   for (std::size_t c = 1; c < 3; ++c) EXPECT_LT(poseError(scene, rig, c).norm(), 1e-7) << c;

@@ -41,6 +41,7 @@ Calibration jointCamera(const RigCalibration& rig, std::size_t camera, double to
     const Eigen::Index at = jointColumns(rig.fit).params[camera];
     const auto size = static_cast<Eigen::Index>(onlyCamera(joint.fit).params.size());
     known.covariance = rig.covariance.view().block(at, at, size, size);
+    known.coordinate_sigma_px = sigma_px;  // that the joint covariance is for
     known.by_views.reset();
     known.ignored_bend.reset();
     const std::vector<AnyCamera> others = mapped(known.other_optima, [&](const OtherOptimum& other) {
