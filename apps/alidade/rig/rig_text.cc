@@ -122,9 +122,11 @@ std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenVie
   for (const Diagnosis& diagnosis : rig.diagnoses) {
     if (diagnosis.severity == Severity::kFailure) append(lines, diagnosisLines(diagnosis));
   }
-  // Warnings, and notes on what was given, have the room that is left; what does not fit is counted.
+  // Warnings, and notes on what was given, have the room that is left; what does not fit is counted. However
+  // many cameras there are, the first warning is told.
+  constexpr std::size_t kLinesOfAWarning = 3;
   const std::size_t num_reserved = lines.size() + rest.size() + 1;
-  std::size_t room = kMaxLines - std::min(num_reserved, kMaxLines);
+  std::size_t room = std::max(kLinesOfAWarning, kMaxLines - std::min(num_reserved, kMaxLines));
   std::size_t num_untold = 0;
   std::size_t num_notes = 0;
   for (const Diagnosis& diagnosis : rig.diagnoses) {
