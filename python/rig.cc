@@ -13,7 +13,7 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/report/page.h"
-#include "alidade/report/rig_evidence.h"
+#include "alidade/report/rig/rig_evidence.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "bindings.h"
 #include "calibration.h"

@@ -11,7 +11,7 @@
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
 #include "alidade/report/json_output.h"
-#include "alidade/report/validation_page.h"
+#include "alidade/report/validation/validation_page.h"
 
 namespace alidade {
 namespace {

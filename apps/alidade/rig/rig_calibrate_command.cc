@@ -15,7 +15,7 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
-#include "alidade/report/rig_evidence.h"
+#include "alidade/report/rig/rig_evidence.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "console.h"
 #include "options.h"

@@ -17,7 +17,7 @@
 #include "alidade/report/page_shell.h"
 #include "alidade/report/page_table.h"
 #include "alidade/report/residual_figures.h"
-#include "alidade/report/rig_page.h"
+#include "alidade/report/rig/rig_page.h"
 #include "alidade/report/scene_figure.h"
 #include "alidade/report/undistorted_figure.h"
 #include "alidade/report/view_figures.h"

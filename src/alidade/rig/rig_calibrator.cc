@@ -123,7 +123,7 @@ RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> ca
   requireOnePart(rig.cameras, views.start);
   const bool is_any_given = std::ranges::any_of(rig.cameras, [](const RigCamera& c) { return !!c.given; });
   const auto freed = is_any_given ? freedRig(boards, cameras, options) : std::nullopt;
-  rig.are_lenses_tested = !is_any_given || freed;
+  rig.are_lenses_tested = !is_any_given || (freed && freed->covariance.rows() > 0);
   rig.num_renumbered = static_cast<std::size_t>(
       std::ranges::count_if(views.start.turn_of, [](std::size_t turn) { return turn != 0; }));
   std::vector<const Fit*> fits;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "alidade/report/figure_canvas.h"
-#include "alidade/report/rig_data.h"
+#include "alidade/report/rig/rig_data.h"
 
 namespace alidade {
 

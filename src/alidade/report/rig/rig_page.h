@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/report/page_shell.h"
-#include "alidade/report/rig_data.h"
+#include "alidade/report/rig/rig_data.h"
 
 namespace alidade {
 

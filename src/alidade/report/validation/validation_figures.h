@@ -4,7 +4,7 @@
 #include <string>
 
 #include "alidade/report/figure_canvas.h"
-#include "alidade/report/validation_data.h"
+#include "alidade/report/validation/validation_data.h"
 
 namespace alidade {
 

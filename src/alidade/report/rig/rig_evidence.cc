@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/rig_evidence.h"
+#include "alidade/report/rig/rig_evidence.h"
 
 #include <algorithm>
 #include <cmath>

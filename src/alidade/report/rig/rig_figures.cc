@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/rig_figures.h"
+#include "alidade/report/rig/rig_figures.h"
 
 #include <algorithm>
 #include <cmath>

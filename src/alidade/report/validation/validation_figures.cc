@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/validation_figures.h"
+#include "alidade/report/validation/validation_figures.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/rig_data.h"
+#include "alidade/report/rig/rig_data.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/validation_page.h"
+#include "alidade/report/validation/validation_page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,8 +23,8 @@
 #include "alidade/report/page_table.h"
 #include "alidade/report/residual_figures.h"
 #include "alidade/report/undistorted_figure.h"
-#include "alidade/report/validation_data.h"
-#include "alidade/report/validation_figures.h"
+#include "alidade/report/validation/validation_data.h"
+#include "alidade/report/validation/validation_figures.h"
 #include "alidade/report/view_figures.h"
 #include "alidade/report/view_sheet.h"
 

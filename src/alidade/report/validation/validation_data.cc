@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/validation_data.h"
+#include "alidade/report/validation/validation_data.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/rig_page.h"
+#include "alidade/report/rig/rig_page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/report/page_table.h"
-#include "alidade/report/rig_figures.h"
+#include "alidade/report/rig/rig_figures.h"
 
 namespace alidade {
 namespace {
