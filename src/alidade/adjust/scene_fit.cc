@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/scene_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include <ceres/ceres.h>
+#include <Eigen/Cholesky>
+
+#include "alidade/adjust/manifolds.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+
+// Of a point in the camera's frame by the pose (right perturbation) and by the homogeneous point.
+struct PointInCamera {
+  Eigen::Vector3d at;
+  Eigen::Matrix<double, 3, 6> J_pose;
+  Eigen::Matrix<double, 3, 4> J_point;
+};
+
+PointInCamera inCamera(const SE3& camera_from_world, const Eigen::Vector4d& point) {
+  const Eigen::Matrix3d R = camera_from_world.rotation.matrix();
+  PointInCamera p;
+  p.J_point << R, camera_from_world.translation;
+  p.at = p.J_point * point;
+  p.J_pose << R * point.w(), -R * hat(point.head<3>());
+  return p;
+}
+
+class SightingBlock final : public ceres::SizedCostFunction<2, 7, 4> {
+ public:
+  SightingBlock(const AnyCamera& camera, const SceneSighting& sighting, double readout)
+      : camera_(camera),
+        target_(sighting.pixel - readout * sighting.readout_px),
+        scale_(1 / sighting.sigma_px) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const SE3 pose = fromBlock(blocks[0]);
+    const PointInCamera p = inCamera(pose, Eigen::Map<const Eigen::Vector4d>(blocks[1]));
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_px_cam;
+    const bool is_derived = jacobians != nullptr;
+    const Projection projection = camera_.project(p.at, is_derived ? J_px_cam.data() : nullptr);
+    if (!projection.ok()) return false;
+    Eigen::Map<Eigen::Vector2d>{residuals} = scale_ * (projection.pixel - target_);
+    if (!is_derived) return true;
+    if (jacobians[0] != nullptr) {
+      Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangent_by_block;
+      SE3Manifold().MinusJacobian(blocks[0], tangent_by_block.data());
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>>{jacobians[0]} =
+          scale_ * (J_px_cam * p.J_pose) * tangent_by_block;
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>>{jacobians[1]} =
+          scale_ * J_px_cam * p.J_point;
+    }
+    return true;
+  }
+
+ private:
+  const AnyCamera& camera_;
+  Eigen::Vector2d target_;
+  double scale_;
+};
+
+// Observes the flag only; Ceres' own rules decide when to stop.
+class CancelWatch final : public ceres::IterationCallback {
+ public:
+  explicit CancelWatch(const CancelFlag* cancel) : cancel_(cancel) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return cancel_ != nullptr && cancel_->load() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const CancelFlag* cancel_;
+};
+
+// The sightings of one point among all.
+struct PointRange {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+std::vector<PointRange> rangesOf(const SceneFit& fit) {
+  std::vector<PointRange> ranges;
+  for (std::size_t i = 0; i < fit.sightings.size();) {
+    std::size_t end = i + 1;
+    while (end < fit.sightings.size() && fit.sightings[end].point == fit.sightings[i].point) ++end;
+    ranges.push_back({i, end});
+    i = end;
+  }
+  return ranges;
+}
+
+// By how much the pose of each frame changes if the scene grows about the first camera.
+Eigen::VectorXd scaleDirection(const SceneFit& fit) {
+  const std::size_t num_free = fit.camera_from_world.size() - fit.num_held_frames;
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * num_free));
+  const Eigen::Vector3d first = fit.camera_from_world.front().inverse().translation;
+  for (std::size_t i = 0; i < num_free; ++i) {
+    const SE3 world_from_camera = fit.camera_from_world[i + fit.num_held_frames].inverse();
+    direction.segment<3>(static_cast<Eigen::Index>(6 * i)) = first - world_from_camera.translation;
+  }
+  return direction;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point) {
+  // The columns of a Householder reflection that takes the point to an axis, without that axis.
+  Eigen::Index largest = 0;
+  point.cwiseAbs().maxCoeff(&largest);
+  Eigen::Vector4d v = point.normalized();
+  v[largest] += v[largest] < 0 ? -1 : 1;
+  const Eigen::Matrix4d reflection =
+      Eigen::Matrix4d::Identity() - 2 / v.squaredNorm() * v * v.transpose();
+  Eigen::Matrix<double, 4, 3> tangent;
+  for (Eigen::Index i = 0, column = 0; i < 4; ++i) {
+    if (i != largest) tangent.col(column++) = reflection.col(i);
+  }
+  return tangent;
+}
+
+SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighting) {
+  SceneProjection result;
+  const PointInCamera p = inCamera(fit.camera_from_world[sighting.frame], fit.points[sighting.point]);
+  const auto num_params = static_cast<Eigen::Index>(fit.camera.parameters().size());
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_px_cam;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor, 2, 24> J_params(2, num_params);
+  const Projection projection = fit.camera.project(p.at, J_px_cam.data(), J_params.data());
+  if (!projection.ok()) return result;
+  result.ok = true;
+  result.error = projection.pixel + fit.readout * sighting.readout_px - sighting.pixel;
+  result.J_pose = J_px_cam * p.J_pose;
+  result.J_point = J_px_cam * p.J_point;
+  result.J_params = J_params;
+  return result;
+}
+
+Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting) {
+  const Eigen::Vector4d& point = fit.points[sighting.point];
+  const SE3& pose = fit.camera_from_world[sighting.frame];
+  const Projection projection =
+      fit.camera.project(pose.rotation * Eigen::Vector3d(point.head<3>()) + pose.translation * point.w());
+  return projection.pixel + fit.readout * sighting.readout_px - sighting.pixel;
+}
+
+SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
+  ceres::Problem::Options problem_options;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.enable_fast_removal = false;
+  ceres::Problem problem(problem_options);
+  SE3Manifold pose_manifold;
+  ceres::SphereManifold<4> point_manifold;
+  std::unique_ptr<ceres::LossFunction> loss;
+  if (std::isfinite(fit.loss.threshold_px)) loss = std::make_unique<ceres::HuberLoss>(fit.loss.threshold_px);
+
+  std::vector<PoseBlock> poses;
+  for (const SE3& pose : fit.camera_from_world) poses.push_back(toBlock(pose));
+  for (const SceneSighting& sighting : fit.sightings) {
+    problem.AddResidualBlock(new SightingBlock(fit.camera, sighting, fit.readout), loss.get(),
+                             poses[sighting.frame].data(), fit.points[sighting.point].data());
+  }
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (Eigen::Vector4d& point : fit.points) {
+    if (!problem.HasParameterBlock(point.data())) continue;
+    problem.SetManifold(point.data(), &point_manifold);
+    ordering->AddElementToGroup(point.data(), 0);
+  }
+  bool has_free_pose = false;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (!problem.HasParameterBlock(poses[i].data())) continue;
+    // A group for each: Ceres orders a group by addresses, and the order decides how sums are rounded.
+    ordering->AddElementToGroup(poses[i].data(), static_cast<int>(i) + 1);
+    problem.SetManifold(poses[i].data(), &pose_manifold);
+    if (i < fit.num_held_frames) problem.SetParameterBlockConstant(poses[i].data());
+    has_free_pose = has_free_pose || i >= fit.num_held_frames;
+  }
+
+  double cost = 0;
+  const bool is_evaluable = problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
+  if (!is_evaluable || !std::isfinite(cost)) {
+    fit.summary = {.reason = "a point cannot be projected at the start", .cost = kNoNumber};
+    return fit;
+  }
+  ceres::Solver::Options solver;
+  // As in solve(): the dense factorisation fails where rounding leaves the scale's free direction singular.
+  solver.linear_solver_type = has_free_pose ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
+  if (has_free_pose) solver.linear_solver_ordering = ordering;
+  solver.num_threads = 1;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.function_tolerance;
+  solver.gradient_tolerance = 1e-10;
+  solver.parameter_tolerance = 1e-10;
+  solver.max_num_consecutive_invalid_steps = 50;
+  solver.logging_type = ceres::SILENT;
+  CancelWatch watch(options.cancel);
+  solver.callbacks.push_back(&watch);
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  throwIfCancelled(options.cancel);
+
+  for (std::size_t i = fit.num_held_frames; i < poses.size(); ++i)
+    fit.camera_from_world[i] = fromBlock(poses[i].data());
+  fit.summary = {.reason = summary.message,
+                 .num_iterations = static_cast<int>(summary.iterations.size()) - 1,
+                 .cost = summary.final_cost};
+  switch (summary.termination_type) {
+    case ceres::CONVERGENCE:
+    case ceres::USER_SUCCESS:
+      fit.summary.termination = Termination::kConverged;
+      break;
+    case ceres::NO_CONVERGENCE:
+      fit.summary.termination = Termination::kIterationLimit;
+      break;
+    default:
+      fit.summary.termination = Termination::kFailed;
+  }
+  return fit;
+}
+
+SceneEquations sceneEquations(const SceneFit& fit) {
+  const auto num_params = static_cast<Eigen::Index>(fit.camera.parameters().size());
+  const Eigen::Index num_extra = num_params + 1;
+  const auto num_pose = static_cast<Eigen::Index>(6 * (fit.camera_from_world.size() - fit.num_held_frames));
+  const Eigen::Index n = num_pose + num_extra;
+  const std::vector<PointRange> ranges = rangesOf(fit);
+
+  SceneEquations result;
+  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(n, n);
+  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n, static_cast<Eigen::Index>(fit.points.size()));
+  std::vector<Eigen::Matrix<double, 2, 3>> J_points;
+  std::vector<Eigen::MatrixXd> J_others;
+  std::vector<Eigen::Index> columns;
+  for (const PointRange& range : ranges) {
+    const std::uint32_t point = fit.sightings[range.begin].point;
+    const Eigen::Matrix<double, 4, 3> tangent = pointTangent(fit.points[point]);
+    // The unknowns of this point's frames, then the others.
+    columns.clear();
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const std::uint32_t frame = fit.sightings[i].frame;
+      if (frame < fit.num_held_frames) continue;
+      for (Eigen::Index k = 0; k < 6; ++k)
+        columns.push_back(6 * static_cast<Eigen::Index>(frame - fit.num_held_frames) + k);
+    }
+    const auto num_own = static_cast<Eigen::Index>(columns.size());
+    for (Eigen::Index k = 0; k < num_extra; ++k) columns.push_back(num_pose + k);
+    const auto m = static_cast<Eigen::Index>(columns.size());
+
+    Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d v = Eigen::Vector3d::Zero();
+    Eigen::MatrixXd U = Eigen::MatrixXd::Zero(m, m);
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(m, 3);
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(m);
+    Eigen::MatrixXd J(2, m);
+    Eigen::Index own = 0;
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const SceneSighting& sighting = fit.sightings[i];
+      const SceneProjection p = projectSighting(fit, sighting);
+      expect(p.ok, "every sighting projects");
+      const double scale = 1 / sighting.sigma_px;
+      const Eigen::Vector2d error = scale * p.error;
+      const double weight = fit.loss.weight(error.squaredNorm());
+      result.cost += 0.5 * fit.loss.rho(error.squaredNorm());
+      result.num_redundant += 2;
+      J.setZero();
+      if (sighting.frame >= fit.num_held_frames) {
+        J.middleCols<6>(own) = scale * p.J_pose;
+        own += 6;
+      }
+      J.middleCols(num_own, num_params) = scale * p.J_params;
+      J.col(num_own + num_params) = scale * sighting.readout_px;
+      const Eigen::Matrix<double, 2, 3> J_point = scale * p.J_point * tangent;
+      V.noalias() += weight * J_point.transpose() * J_point;
+      v.noalias() += weight * J_point.transpose() * error;
+      U.noalias() += weight * J.transpose() * J;
+      W.noalias() += weight * J.transpose() * J_point;
+      u.noalias() += weight * J.transpose() * error;
+    }
+    result.num_redundant -= 3;
+    // A point that its sightings do not place: what is left of it is held.
+    V.diagonal().array() += 1e-12 * V.trace();
+    const Eigen::LDLT<Eigen::Matrix3d> factor(V);
+    const Eigen::MatrixXd WV = factor.solve(W.transpose()).transpose();
+    U.noalias() -= WV * W.transpose();
+    u.noalias() -= WV * v;
+    for (Eigen::Index a = 0; a < m; ++a) {
+      for (Eigen::Index b = 0; b < m; ++b)
+        reduced(columns[static_cast<std::size_t>(a)], columns[static_cast<std::size_t>(b)]) += U(a, b);
+      gradients(columns[static_cast<std::size_t>(a)], static_cast<Eigen::Index>(point)) += u[a];
+    }
+  }
+  Eigen::MatrixXd A = reduced.topLeftCorner(num_pose, num_pose);
+  result.num_redundant -= static_cast<double>(num_pose) - (fit.num_held_frames == 1 ? 1 : 0);
+  if (fit.num_held_frames == 1 && num_pose > 0) {
+    const Eigen::VectorXd scale = scaleDirection(fit);
+    if (scale.norm() > 0)
+      A += A.trace() / static_cast<double>(num_pose) * scale.normalized() * scale.normalized().transpose();
+  }
+  A.diagonal().array() += 1e-13 * A.trace();  // a rotation alone leaves the translations undetermined
+  const Eigen::LDLT<Eigen::MatrixXd> factor(A);
+  const Eigen::MatrixXd B = reduced.topRightCorner(num_pose, num_extra);
+  const Eigen::MatrixXd T = num_pose > 0 ? Eigen::MatrixXd(factor.solve(B)) : B;
+  result.information = Eigen::MatrixXd(reduced.bottomRightCorner(num_extra, num_extra) - B.transpose() * T);
+  result.point_gradients =
+      Eigen::MatrixXd(gradients.bottomRows(num_extra) - T.transpose() * gradients.topRows(num_pose));
+  if (num_pose > 0)
+    result.pose_covariance = Eigen::MatrixXd(factor.solve(Eigen::MatrixXd::Identity(num_pose, num_pose)));
+  return result;
+}
+
+std::vector<Eigen::Vector2d> heldOutErrors(const SceneFit& fit) {
+  std::vector<Eigen::Vector2d> errors(fit.sightings.size(), Eigen::Vector2d::Constant(kNoNumber));
+  std::vector<SceneProjection> projections;
+  for (const PointRange& range : rangesOf(fit)) {
+    if (range.end - range.begin < 3) continue;
+    projections.clear();
+    const Eigen::Matrix<double, 4, 3> tangent = pointTangent(fit.points[fit.sightings[range.begin].point]);
+    Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      projections.push_back(projectSighting(fit, fit.sightings[i]));
+      if (!projections.back().ok) continue;
+      const Eigen::Matrix<double, 2, 3> J = projections.back().J_point * tangent / fit.sightings[i].sigma_px;
+      V += J.transpose() * J;
+    }
+    const Eigen::Matrix3d V_inverse = V.inverse();
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const SceneProjection& p = projections[i - range.begin];
+      if (!p.ok) continue;
+      const Eigen::Matrix<double, 2, 3> J = p.J_point * tangent / fit.sightings[i].sigma_px;
+      const Eigen::Matrix2d left = Eigen::Matrix2d::Identity() - J * V_inverse * J.transpose();
+      constexpr double kFree = 1e-3;  // of the point's freedom that the other sightings must not leave
+      if (left.determinant() > kFree) errors[i] = left.inverse() * p.error;
+    }
+  }
+  return errors;
+}
+
+}  // namespace alidade

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/footage/two_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "alidade/adjust/scene_fit.h"
+#include "alidade/core/median.h"
+#include "alidade/core/random.h"
+#include "alidade/geometry/rotation_conversions.h"
+
+namespace alidade {
+namespace {
+
+constexpr int kTrials = 300;
+
+// A match on unit rays, and how these move with the pixels.
+struct RayMatch {
+  RayPair rays;
+  Eigen::Matrix<double, 3, 2> J_a;
+  Eigen::Matrix<double, 3, 2> J_b;
+  std::size_t index = 0;
+};
+
+std::vector<RayMatch> rayMatches(const AnyCamera& camera, std::span<const PixelMatch> matches) {
+  std::vector<RayMatch> rays;
+  rays.reserve(matches.size());
+  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_a;
+  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_b;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const auto a = camera.unproject(matches[i].a, J_a.data());
+    const auto b = camera.unproject(matches[i].b, J_b.data());
+    if (a && b) rays.push_back({{*a, *b}, J_a, J_b, i});
+  }
+  return rays;
+}
+
+// Squared, px: the error of the epipolar constraint over its standard deviation for pixels of 1 px
+// (Sampson 1982).
+double sampson(const Eigen::Matrix3d& E, const RayMatch& match) {
+  const Eigen::Vector3d line_b = E * match.rays.a;
+  const Eigen::Vector3d line_a = E.transpose() * match.rays.b;
+  const double error = match.rays.b.dot(line_b);
+  const double variance =
+      (match.J_a.transpose() * line_a).squaredNorm() + (match.J_b.transpose() * line_b).squaredNorm();
+  return error * error / variance;
+}
+
+// Squared, px: from the ray of b to another direction, by the plane that touches the sphere at b.
+double offset(const RayMatch& match, const Eigen::Vector3d& direction) {
+  const double cosine = direction.dot(match.rays.b);
+  if (!(cosine > 0.5 * direction.norm())) return std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d across = direction / cosine - match.rays.b;
+  const Eigen::Matrix2d normal = match.J_b.transpose() * match.J_b;
+  return (normal.inverse() * (match.J_b.transpose() * across)).squaredNorm();
+}
+
+Eigen::Matrix3d homography(std::span<const RayPair> pairs) {
+  Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+  for (const RayPair& pair : pairs) {
+    // b x (H a) = 0, H by rows.
+    const Eigen::Matrix3d B = hat(pair.b);
+    Eigen::Matrix<double, 3, 9> rows;
+    for (Eigen::Index i = 0; i < 3; ++i)
+      rows.middleCols<3>(3 * i) = B.col(i) * pair.a.transpose();
+    normal += rows.transpose() * rows;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
+  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
+  Eigen::Matrix3d H = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
+  double side = 0;
+  for (const RayPair& pair : pairs) side += pair.b.dot(H * pair.a) > 0 ? 1 : -1;
+  return side < 0 ? Eigen::Matrix3d(-H) : H;
+}
+
+template <class Error>
+double truncatedSum(std::span<const RayMatch> matches, double limit, const Error& error) {
+  double sum = 0;
+  for (const RayMatch& match : matches) {
+    const double e = error(match);
+    sum += e < limit ? e : limit;  // NaN counts as an outlier
+  }
+  return sum;
+}
+
+template <std::size_t kCount>
+std::array<RayPair, kCount> sampleOf(std::span<const RayMatch> matches, Random& random) {
+  std::array<std::size_t, kCount> chosen{};
+  std::array<RayPair, kCount> sample;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    bool is_new = false;
+    while (!is_new) {
+      chosen[i] = random.index(matches.size());
+      is_new = std::find(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(i), chosen[i]) ==
+               chosen.begin() + static_cast<std::ptrdiff_t>(i);
+    }
+    sample[i] = matches[chosen[i]].rays;
+  }
+  return sample;
+}
+
+// Trials after which a sample without outliers is all but sure.
+int trialsFor(double inlier_share, int sample_size) {
+  constexpr double kMissed = 1e-4;
+  const double good = std::pow(inlier_share, sample_size);
+  if (good >= 1 - 1e-9) return 1;
+  return static_cast<int>(std::min<double>(kTrials, std::ceil(std::log(kMissed) / std::log1p(-good))));
+}
+
+std::vector<RayPair> agreeing(std::span<const RayMatch> matches, const auto& agrees) {
+  std::vector<RayPair> pairs;
+  for (const RayMatch& match : matches) {
+    if (agrees(match)) pairs.push_back(match.rays);
+  }
+  return pairs;
+}
+
+std::size_t largestHomographySupport(std::span<const RayMatch> matches, double limit, Random& random) {
+  double best = std::numeric_limits<double>::infinity();
+  Eigen::Matrix3d H = Eigen::Matrix3d::Identity();
+  const auto score = [&](const Eigen::Matrix3d& candidate) {
+    const double sum =
+        truncatedSum(matches, limit, [&](const RayMatch& m) { return offset(m, candidate * m.rays.a); });
+    if (!(sum < best)) return false;
+    best = sum;
+    H = candidate;
+    return true;
+  };
+  for (int trial = 0; trial < 100; ++trial) score(homography(sampleOf<4>(matches, random)));
+  const auto agrees = [&](const RayMatch& m) { return offset(m, H * m.rays.a) < limit; };
+  for (int round = 0; round < 5; ++round) {
+    const std::vector<RayPair> inliers = agreeing(matches, agrees);
+    if (inliers.size() < 4 || !score(homography(inliers))) break;
+  }
+  return agreeing(matches, agrees).size();
+}
+
+}  // namespace
+
+std::string_view kindId(TwoViewKind kind) {
+  switch (kind) {
+    case TwoViewKind::kGeneral:
+      return "general";
+    case TwoViewKind::kPlane:
+      return "plane";
+    case TwoViewKind::kRotation:
+      return "rotation";
+    case TwoViewKind::kNone:
+      break;
+  }
+  return "none";
+}
+
+SO3 commonRotation(std::span<const RayPair> pairs) {
+  // Iteratively reweighted: each pair by the inverse of its distance (the L1 norm).
+  SO3 rotation;
+  std::vector<double> weights(pairs.size(), 1.0);
+  for (int round = 0; round < 15; ++round) {
+    Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      correlation += weights[i] * pairs[i].b * pairs[i].a.transpose();
+    rotation = bestRotation(correlation);
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      weights[i] = 1 / std::max(1e-4, (pairs[i].b - rotation * pairs[i].a).norm());
+  }
+  return rotation;
+}
+
+Eigen::Vector4d pointOnRays(std::span<const SE3> camera_from_world, std::span<const Eigen::Vector3d> rays) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    Eigen::Matrix<double, 3, 4> pose;
+    pose << camera_from_world[i].rotation.matrix(), camera_from_world[i].translation;
+    const Eigen::Matrix<double, 3, 4> rows = hat(rays[i]) * pose;
+    normal += rows.transpose() * rows;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(normal);
+  Eigen::Vector4d point = eigen.eigenvectors().col(0);
+  double side = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Eigen::Vector3d at =
+        camera_from_world[i].rotation * Eigen::Vector3d(point.head<3>()) + camera_from_world[i].translation * point.w();
+    side += rays[i].dot(at) > 0 ? 1 : -1;
+  }
+  return side < 0 ? Eigen::Vector4d(-point) : point;
+}
+
+TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> matches,
+                        const TwoViewOptions& options) {
+  TwoView result;
+  result.is_inlier.assign(matches.size(), false);
+  result.points.assign(matches.size(), Eigen::Vector4d::Zero());
+  const std::vector<RayMatch> rays = rayMatches(camera, matches);
+  if (rays.size() < TwoView::kFewestInliers) return result;
+  const double diagonal = std::hypot(options.size.width, options.size.height);
+  const double threshold = options.threshold_px > 0 ? options.threshold_px : std::max(2.0, 0.002 * diagonal);
+  const double limit = threshold * threshold;
+  Random random(options.seed);
+
+  double best = std::numeric_limits<double>::infinity();
+  Eigen::Matrix3d E = Eigen::Matrix3d::Zero();
+  int num_trials = kTrials;
+  for (int trial = 0; trial < num_trials; ++trial) {
+    for (const Eigen::Matrix3d& candidate : essentialMatrices(sampleOf<5>(rays, random))) {
+      const double sum =
+          truncatedSum(rays, limit, [&](const RayMatch& m) { return sampson(candidate, m); });
+      if (!(sum < best)) continue;
+      best = sum;
+      E = candidate;
+      const auto inliers = std::count_if(rays.begin(), rays.end(),
+                                         [&](const RayMatch& m) { return sampson(E, m) < limit; });
+      num_trials = std::max(
+          20, trialsFor(static_cast<double>(inliers) / static_cast<double>(rays.size()), 5));
+    }
+  }
+  // The side of the camera, and the points before it.
+  std::vector<RayMatch> inliers;
+  for (const RayMatch& match : rays) {
+    if (sampson(E, match) < limit) inliers.push_back(match);
+  }
+  if (inliers.size() < TwoView::kFewestInliers) return result;
+  std::size_t most = 0;
+  for (const SE3& motion : motionsOf(E)) {
+    const auto in_front = static_cast<std::size_t>(std::count_if(
+        inliers.begin(), inliers.end(),
+        [&](const RayMatch& m) { return depthsOf(m.rays, motion).arePositive(); }));
+    if (in_front > most) {
+      most = in_front;
+      result.b_from_a = motion;
+    }
+  }
+  std::vector<RayPair> pairs;
+  for (const RayMatch& match : inliers) pairs.push_back(match.rays);
+  const SO3 rotation = commonRotation(pairs);
+  std::vector<double> displacements;
+  for (const RayMatch& match : inliers)
+    displacements.push_back(std::sqrt(std::min(1e12, offset(match, rotation * match.rays.a))));
+  result.parallax_px = medianOf(displacements);
+
+  // Motion and points together.
+  SceneFit fit{.camera = camera,
+               .camera_from_world = {SE3(), result.b_from_a},
+               .points = {},
+               .sightings = {},
+               .loss = {.threshold_px = 3}};
+  std::vector<std::size_t> used;
+  for (const RayMatch& match : inliers) {
+    const std::array<Eigen::Vector3d, 2> two = {match.rays.a, match.rays.b};
+    const Eigen::Vector4d point = pointOnRays(fit.camera_from_world, two);
+    const auto id = static_cast<std::uint32_t>(fit.points.size());
+    fit.points.push_back(point);
+    const PixelMatch& pixels = matches[match.index];
+    std::array<SceneSighting, 2> sightings = {
+        SceneSighting{.frame = 0, .point = id, .pixel = pixels.a, .sigma_px = pixels.sigma_px},
+        SceneSighting{.frame = 1, .point = id, .pixel = pixels.b, .sigma_px = pixels.sigma_px}};
+    bool is_seen = true;
+    for (const SceneSighting& sighting : sightings)
+      is_seen = is_seen && sightingError(fit, sighting).norm() < 5 * threshold;
+    if (!is_seen) {
+      fit.points.pop_back();
+      continue;
+    }
+    fit.sightings.insert(fit.sightings.end(), sightings.begin(), sightings.end());
+    used.push_back(match.index);
+  }
+  if (used.size() < TwoView::kFewestInliers) return result;
+  fit = solveScene(std::move(fit), {.max_iterations = 30, .function_tolerance = 1e-6});
+  if (fit.summary.termination == Termination::kFailed) return result;
+
+  // The noise, by the errors that remain: each match has one redundant coordinate. What is far beyond it is
+  // a false match that lies by chance near its epipolar line.
+  const auto setMotion = [&] {
+    result.b_from_a = fit.camera_from_world[1];
+    const double length = result.b_from_a.translation.norm();
+    if (length > 0) result.b_from_a.translation /= length;
+  };
+  setMotion();
+  const Eigen::Matrix3d refined = essentialMatrix(result.b_from_a);
+  std::vector<double> errors;
+  for (const RayMatch& match : inliers) errors.push_back(std::sqrt(sampson(refined, match)));
+  constexpr double kSigmaByMedian = 1.4826;  // of a normal variable
+  const double sigma = std::max(0.02, kSigmaByMedian * medianOf(errors));
+  const double close_px = std::min(threshold, 3.5 * sigma);
+  std::vector<RayMatch> close;
+  for (const RayMatch& match : inliers) {
+    if (std::sqrt(sampson(refined, match)) < close_px) close.push_back(match);
+  }
+  std::vector<SceneSighting> kept;
+  std::vector<std::size_t> kept_used;
+  std::vector<Eigen::Vector4d> kept_points;
+  for (std::size_t i = 0, k = 0; i < used.size(); ++i) {
+    while (k < close.size() && close[k].index < used[i]) ++k;
+    if (k == close.size() || close[k].index != used[i]) continue;
+    const auto id = static_cast<std::uint32_t>(kept_points.size());
+    kept_points.push_back(fit.points[i]);
+    kept_used.push_back(used[i]);
+    for (std::size_t end = 0; end < 2; ++end) {
+      kept.push_back(fit.sightings[2 * i + end]);
+      kept.back().point = id;
+    }
+  }
+  if (kept_used.size() < TwoView::kFewestInliers) return result;
+  used = std::move(kept_used);
+  fit.points = std::move(kept_points);
+  fit.sightings = std::move(kept);
+  fit = solveScene(std::move(fit), {.max_iterations = 30, .function_tolerance = 1e-8});
+  if (fit.summary.termination == Termination::kFailed) return result;
+  setMotion();
+  const double length = fit.camera_from_world[1].translation.norm();
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const std::size_t index = used[i];
+    Eigen::Vector4d point = fit.points[i];
+    if (length > 0) point.head<3>() /= length;
+    result.points[index] = point.normalized();
+    result.is_inlier[index] = true;
+  }
+  result.num_inliers = used.size();
+  if (most < inliers.size() / 2) return result;  // of no one motion
+
+  // What explains as many with fewer unknowns: two errors a match instead of one.
+  const double wide = std::pow(std::max(4 * sigma, 0.5), 2);
+  const auto share = [&](std::size_t count) {
+    return static_cast<double>(count) / static_cast<double>(close.size());
+  };
+  constexpr double kAll = 0.95;
+  const auto num_turned = static_cast<std::size_t>(std::count_if(
+      close.begin(), close.end(), [&](const RayMatch& m) { return offset(m, rotation * m.rays.a) < wide; }));
+  if (close.size() < TwoView::kFewestInliers) return result;
+  if (share(num_turned) >= kAll || result.parallax_px < 3 * sigma) {
+    result.kind = TwoViewKind::kRotation;
+    result.b_from_a = {rotation, Eigen::Vector3d::Zero()};
+    return result;
+  }
+  result.kind = share(largestHomographySupport(close, wide, random)) >= kAll ? TwoViewKind::kPlane
+                                                                            : TwoViewKind::kGeneral;
+  const SceneEquations equations = sceneEquations(fit);
+  Eigen::Matrix<double, 6, 6> covariance = equations.pose_covariance.view();
+  covariance.topRows<3>() /= length;
+  covariance.leftCols<3>() /= length;
+  // The length of the translation is held, not known.
+  const Eigen::Vector3d along =
+      (result.b_from_a.rotation.inverse() * result.b_from_a.translation).normalized();
+  Eigen::Matrix<double, 6, 6> held = Eigen::Matrix<double, 6, 6>::Identity();
+  held.topLeftCorner<3, 3>() -= along * along.transpose();
+  covariance = held * covariance * held.transpose();
+  const double variance = 2 * equations.cost / std::max(1.0, equations.num_redundant);
+  result.covariance = variance * covariance;
+  return result;
+}
+
+}  // namespace alidade

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/footage/two_view.h"
+
+#include <gtest/gtest.h>
+
+#include "footage/points_scene.h"
+
+namespace alidade {
+namespace {
+
+using testing::angleDeg;
+using testing::footageCameras;
+using testing::isInFootage;
+using testing::kFootageSize;
+using testing::noisy;
+using testing::randomDirection;
+using testing::ScatteredPoints;
+using testing::scatteredPoints;
+
+constexpr double kNoisePx = 0.3;
+
+// Matches of points that both images show, and some false ones.
+std::vector<PixelMatch> matchesOf(const AnyCamera& camera, const std::vector<Eigen::Vector3d>& points,
+                                  const SE3& b_from_a, double false_share, Random& random) {
+  std::vector<PixelMatch> matches;
+  for (const Eigen::Vector3d& p : points) {
+    const Projection a = camera.project(p);
+    const Projection b = camera.project(b_from_a * p);
+    if (!a.ok() || !b.ok() || !isInFootage(b.pixel)) continue;
+    PixelMatch match{noisy(a.pixel, kNoisePx, random), noisy(b.pixel, kNoisePx, random), kNoisePx};
+    if (random.uniform() < false_share) match.b = {random.uniform(0, 639), random.uniform(0, 479)};
+    matches.push_back(match);
+  }
+  return matches;
+}
+
+// A sideways and forward motion by which points move by some 100 px besides the rotation.
+SE3 someMotion(const AnyCamera& camera, Random& random) {
+  const double focal = camera.parameter("fx");
+  const double step = 100.0 / focal * 3.5;
+  Eigen::Vector3d direction(random.normal(), random.normal(), 0.5 * random.normal());
+  return {SO3::exp(random.uniform(0, 0.1) * randomDirection(random)), step * direction.normalized()};
+}
+
+TEST(TwoView, PosesAreAccurateAndTheirCovarianceIsHonest) {
+  int num_cases = 0;
+  for (const AnyCamera& camera : footageCameras()) {
+    SCOPED_TRACE(camera.modelId());
+    Random random(11);
+    int num_covered = 0;
+    int num_values = 0;
+    double turn_sum = 0;
+    double direction_sum = 0;
+    for (int i = 0; i < 40; ++i) {
+      const SE3 truth = someMotion(camera, random);
+      const auto matches =
+          matchesOf(camera, scatteredPoints(camera, 300, random).points, truth, 0.2, random);
+      const TwoView two = estimateTwoView(camera, matches, {.size = kFootageSize});
+      ASSERT_EQ(two.kind, TwoViewKind::kGeneral);
+      const Eigen::Vector3d turn = (truth.rotation.inverse() * two.b_from_a.rotation).log();
+      EXPECT_LT(turn.norm() * 180 / std::numbers::pi, 0.1);
+      EXPECT_LT(angleDeg(two.b_from_a.translation, truth.translation), 0.6);
+      turn_sum += turn.squaredNorm();
+      direction_sum += std::pow(angleDeg(two.b_from_a.translation, truth.translation), 2);
+      const Eigen::Vector3d shift =
+          truth.rotation.inverse() * (two.b_from_a.translation - truth.translation.normalized());
+      Eigen::Matrix<double, 6, 1> error;
+      error << shift, turn;
+      for (Eigen::Index k = 0; k < 6; ++k) {
+        num_values += 1;
+        num_covered += std::abs(error[k]) < 1.96 * std::sqrt(two.covariance(k, k)) ? 1 : 0;
+      }
+      num_cases += 1;
+    }
+    std::printf("%s turn %.4f deg direction %.4f deg covered %.1f\n", std::string(camera.modelId()).c_str(), std::sqrt(turn_sum/40)*57.3, std::sqrt(direction_sum/40), 100.0 * num_covered / num_values);
+    EXPECT_EQ(num_values, 240);
+    EXPECT_NEAR(100.0 * num_covered / num_values, 95, 3.5);
+  }
+  EXPECT_EQ(num_cases, 160);
+}
+
+TEST(TwoView, FalseMatchesAreFound) {
+  Random random(5);
+  const AnyCamera camera = footageCameras()[1];
+  const SE3 truth = someMotion(camera, random);
+  const ScatteredPoints scattered = scatteredPoints(camera, 300, random);
+  std::vector<PixelMatch> matches = matchesOf(camera, scattered.points, truth, 0, random);
+  const std::size_t num_false = matches.size() / 2;
+  for (std::size_t i = 0; i < num_false; ++i) matches[i].b = {random.uniform(0, 639), random.uniform(0, 479)};
+  const TwoView two = estimateTwoView(camera, matches, {.size = kFootageSize});
+  std::size_t num_mistaken = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) num_mistaken += two.is_inlier[i] != (i >= num_false) ? 1 : 0;
+  EXPECT_GT(num_false, 100U);
+  EXPECT_LT(num_mistaken, num_false / 20);  // a false match may lie on its epipolar line
+}
+
+TEST(TwoView, RotationAndPlaneAreRecognised) {
+  int num_cases = 0;
+  for (const AnyCamera& camera : footageCameras()) {
+    SCOPED_TRACE(camera.modelId());
+    Random random(6);
+    for (int i = 0; i < 10; ++i) {
+      const SE3 turn{SO3::exp(0.15 * randomDirection(random)), Eigen::Vector3d::Zero()};
+      const auto turned = matchesOf(camera, scatteredPoints(camera, 300, random).points, turn, 0.1, random);
+      EXPECT_EQ(estimateTwoView(camera, turned, {.size = kFootageSize}).kind, TwoViewKind::kRotation);
+
+      // A plane at 3 m, a little inclined.
+      const Eigen::Vector3d normal = Eigen::Vector3d(0.2, -0.1, 1).normalized();
+      std::vector<Eigen::Vector3d> on_plane;
+      for (const Eigen::Vector3d& p : scatteredPoints(camera, 600, random).points) {
+        if (normal.dot(p.normalized()) > 0.2) on_plane.push_back(3 / normal.dot(p) * p);
+      }
+      const SE3 moved{SO3::exp(0.05 * randomDirection(random)), Eigen::Vector3d(0.5, -0.2, 0.1)};
+      EXPECT_EQ(estimateTwoView(camera, matchesOf(camera, on_plane, moved, 0.1, random), {.size = kFootageSize})
+                    .kind,
+                TwoViewKind::kPlane);
+      num_cases += 2;
+    }
+  }
+  EXPECT_EQ(num_cases, 80);
+}
+
+TEST(TwoView, UnrelatedMatchesHaveNoMotion) {
+  Random random(7);
+  const AnyCamera camera = footageCameras()[0];
+  for (int i = 0; i < 10; ++i) {
+    std::vector<PixelMatch> matches;
+    for (int k = 0; k < 200; ++k) {
+      matches.push_back({{random.uniform(0, 639), random.uniform(0, 479)},
+                         {random.uniform(0, 639), random.uniform(0, 479)}});
+    }
+    const TwoView two = estimateTwoView(camera, matches, {.size = kFootageSize});
+    EXPECT_LT(two.num_inliers, 40U);
+  }
+  EXPECT_EQ(estimateTwoView(camera, {}, {.size = kFootageSize}).kind, TwoViewKind::kNone);
+}
+
+TEST(TwoView, PointsOnRaysMayLieAtInfinity) {
+  const std::vector<SE3> poses = {SE3(), {SO3(), Eigen::Vector3d(-0.5, 0, 0)}};
+  const Eigen::Vector3d far = Eigen::Vector3d(0.1, 0.2, 1).normalized();
+  const Eigen::Vector4d at_infinity = pointOnRays(poses, std::vector<Eigen::Vector3d>{far, far});
+  EXPECT_NEAR(at_infinity.w(), 0, 1e-12);
+  EXPECT_NEAR((at_infinity.head<3>() - far).norm(), 0, 1e-12);
+  const Eigen::Vector3d p(0.3, -0.4, 2);
+  const Eigen::Vector4d near =
+      pointOnRays(poses, std::vector<Eigen::Vector3d>{p.normalized(), (poses[1] * p).normalized()});
+  EXPECT_NEAR((near.head<3>() / near.w() - p).norm(), 0, 1e-12);
+}
+
+}  // namespace
+}  // namespace alidade
