@@ -232,29 +232,28 @@ class Freeing {
 
 }  // namespace
 
+bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame) {
+  constexpr double kMotion = 0.04;  // of the width
+  constexpr double kShared = 0.5;   // of tracks
+  if (frame.empty()) return false;
+  if (!kept.is_video || kept.frames.empty()) return true;
+  double shared = 0;
+  const double motion = medianMotion(kept.frames.back(), frame, &shared);
+  return motion > kMotion * kept.size.width || shared < kShared;
+}
+
 std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks, std::size_t most) {
   constexpr std::size_t kFrames = 9;  // of a window
-  constexpr double kMotion = 0.04;    // of the width
-  constexpr double kShared = 0.5;     // of tracks
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < tracks.frames.size(); ++i) {
-    if (tracks.is_video && !chosen.empty()) {
-      double shared = 0;
-      const double motion = medianMotion(tracks.frames[chosen.back()], tracks.frames[i], &shared);
-      if (motion < kMotion * tracks.size.width && shared > kShared) continue;
-    }
-    if (!tracks.frames[i].empty()) chosen.push_back(i);
-  }
   std::vector<std::vector<std::size_t>> windows;
-  if (chosen.size() < 2) return windows;
+  if (tracks.frames.size() < 2) return windows;
   // Of about equal length.
-  const std::size_t count = (chosen.size() + kFrames - 1) / kFrames;
+  const std::size_t count = (tracks.frames.size() + kFrames - 1) / kFrames;
   for (std::size_t w = 0; w < count; ++w) {
-    const std::size_t begin = w * chosen.size() / count;
-    const std::size_t end = (w + 1) * chosen.size() / count;
+    const std::size_t begin = w * tracks.frames.size() / count;
+    const std::size_t end = (w + 1) * tracks.frames.size() / count;
     if (end - begin < 2) continue;
-    windows.emplace_back(chosen.begin() + static_cast<std::ptrdiff_t>(begin),
-                         chosen.begin() + static_cast<std::ptrdiff_t>(end));
+    std::vector<std::size_t>& window = windows.emplace_back();
+    for (std::size_t i = begin; i < end; ++i) window.push_back(i);
   }
   if (windows.size() > most) {
     std::vector<std::vector<std::size_t>> fewer;
