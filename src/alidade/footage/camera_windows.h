@@ -36,6 +36,7 @@ struct FreedCamera {
   DenseMatrix scatter;      ///< covariance of the gradient of the cost that the information belongs to
   std::vector<Reconstruction> windows;  ///< at the camera
   double noise_px = 0;
+  double field_px = 0;  ///< standard deviation of the coefficients of the images' error fields
   double disagreement = 1;  ///< of the windows: variance of their gradients over the expected; 1 for one window
   bool is_converged = false;
   bool has_readout = false;  ///< it was free: the footage is a video

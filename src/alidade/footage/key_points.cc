@@ -16,7 +16,7 @@
 namespace alidade {
 namespace {
 
-constexpr std::size_t kImages = 8;  // before it, that an image is matched with
+constexpr std::size_t kImages = 24;  // before it, that an image is matched with
 
 struct Match {
   int from = 0;
