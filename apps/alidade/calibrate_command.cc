@@ -87,53 +87,7 @@ class CalibrateCommand final : public Command {
         ->capture_default_str();
     addDetectionOptions(app, detection_);
     addDebugOption(app, debug_);
-    app.add_option("-o,--output", output_,
-                   "Camera file to write (YAML); - for standard output instead of the summary")
-        ->group(kOutputGroup)
-        ->type_name(kFileValue);
-    app.add_option("--to", format_,
-                   fmt::format("Format of the camera file: {}. The lens model is one that the format can "
-                               "represent",
-                               fmt::join(formatIds(), ", ")))
-        ->group(kOutputGroup)
-        ->check(CLI::IsMember(formatIds()))
-        ->capture_default_str();
-    app.add_option("--name", name_.name, "Camera name to store in the camera file")->group(kOutputGroup);
-    app.add_option("--serial", name_.serial, "Serial number to store in the camera file")
-        ->group(kOutputGroup);
-    app.add_option("--evidence", evidence_,
-                   "JSON file to write: everything that --json prints, the errors of all corners and the "
-                   "effective settings")
-        ->group(kOutputGroup)
-        ->type_name(kFileValue);
-    app.add_option("--report", report_,
-                   "HTML page to write: the verdict and its reasons in figures, in one file that needs no "
-                   "network")
-        ->group(kOutputGroup)
-        ->type_name(kFileValue);
-    app.add_option("--tolerance", tolerance_,
-                   "Error of a projected point that you accept (95 %). The verdict and the severity of "
-                   "warnings depend on it")
-        ->group(kVerdictGroup)
-        ->check(pixelComplaint, "")
-        ->capture_default_str();
-    app.add_option("--distance", distance_,
-                   "Distance of the points that the accuracy is for, for example 2m, with the camera's pose "
-                   "aligned. Default: distant points, with the rotation aligned")
-        ->group(kVerdictGroup);
-    app.add_flag("--verbose", is_verbose_, "Print all details after the summary")->group(kOutputGroup);
-    app.add_option("--target-sigma", target_sigma_,
-                   "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "
-                   "states whether it is reached, and if not, about how many more views are needed")
-        ->group(kVerdictGroup)
-        ->check(pixelComplaint, "");
-    app.add_option("--next-view", next_view_,
-                   "SVG file to write: the suggested next view and the current projection uncertainty")
-        ->group(kOutputGroup)
-        ->type_name(kFileValue);
-    app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
-                 "Write the camera file even if the camera must not be used")
-        ->group(kOutputGroup);
+    addResultOptions(app);
     addCommonOptions(app, common_, true);
   }
 
@@ -220,6 +174,57 @@ class CalibrateCommand final : public Command {
   }
 
  private:
+  // Where the results go, and what is expected of them.
+  void addResultOptions(CLI::App& app) {
+    app.add_option("-o,--output", output_,
+                   "Camera file to write (YAML); - for standard output instead of the summary")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--to", format_,
+                   fmt::format("Format of the camera file: {}. The lens model is one that the format can "
+                               "represent",
+                               fmt::join(formatIds(), ", ")))
+        ->group(kOutputGroup)
+        ->check(CLI::IsMember(formatIds()))
+        ->capture_default_str();
+    app.add_option("--name", name_.name, "Camera name to store in the camera file")->group(kOutputGroup);
+    app.add_option("--serial", name_.serial, "Serial number to store in the camera file")
+        ->group(kOutputGroup);
+    app.add_option("--evidence", evidence_,
+                   "JSON file to write: everything that --json prints, the errors of all corners and the "
+                   "effective settings")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--report", report_,
+                   "HTML page to write: the verdict and its reasons in figures, in one file that needs no "
+                   "network")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--tolerance", tolerance_,
+                   "Error of a projected point that you accept (95 %). The verdict and the severity of "
+                   "warnings depend on it")
+        ->group(kVerdictGroup)
+        ->check(pixelComplaint, "")
+        ->capture_default_str();
+    app.add_option("--distance", distance_,
+                   "Distance of the points that the accuracy is for, for example 2m, with the camera's pose "
+                   "aligned. Default: distant points, with the rotation aligned")
+        ->group(kVerdictGroup);
+    app.add_flag("--verbose", is_verbose_, "Print all details after the summary")->group(kOutputGroup);
+    app.add_option("--target-sigma", target_sigma_,
+                   "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "
+                   "states whether it is reached, and if not, about how many more views are needed")
+        ->group(kVerdictGroup)
+        ->check(pixelComplaint, "");
+    app.add_option("--next-view", next_view_,
+                   "SVG file to write: the suggested next view and the current projection uncertainty")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
+                 "Write the camera file even if the camera must not be used")
+        ->group(kOutputGroup);
+  }
+
   [[nodiscard]] CalibratorOptions calibratorOptions() const {
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
     options.jobs = common_.jobs;
