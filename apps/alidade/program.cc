@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "program.h"
 
-#include <algorithm>
 #include <array>
 #include <exception>
 #include <map>
@@ -10,14 +9,12 @@
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <vector>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/cancel.h"
 #include "alidade/core/error.h"
-#include "alidade/core/mapped.h"
-#include "alidade/core/text.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/report/json_output.h"
 #include "console.h"
@@ -104,6 +101,16 @@ void printErrorJson(const std::exception& error) {
   }
 }
 
+// The parser's own puts two empty lines between groups of flags.
+class HelpFormatter final : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
+    for (std::size_t i = 0; (i = text.find("\n\n\n")) != std::string::npos;) text.erase(i, 1);
+    return text;
+  }
+};
+
 // The parser of a command, within that of its group.
 CLI::App* addParser(CLI::App& app, const CommandEntry& entry) {
   const std::string_view name = entry.name;
@@ -122,6 +129,7 @@ int runCommand(int argc, char** argv) {
       "Calibrates cameras from photographs of a board, projects points, and checks whether a camera file can "
       "be trusted.\nExample: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
       "alidade");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.set_version_flag("--version", programName());
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);

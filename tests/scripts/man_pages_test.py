@@ -39,6 +39,9 @@ def plain(roff):
 
 def complaints_about(page, roff, help_, pages):
     """Yields what is wrong with one page."""
+    title = page.removesuffix(".1").upper().replace("-", "\\-")
+    if not re.match(rf'\.TH {re.escape(title)} 1 "" "alidade [0-9.]+" "Alidade"\n', roff):
+        yield f"its first line is {roff.splitlines()[0]}; expected the title, section 1, no date and the version"
     found = [section for section in re.findall(r"^\.SH (.*)$", roff, re.MULTILINE) if section in SECTIONS]
     if found != SECTIONS:
         yield f"sections {found}; expected {SECTIONS}"

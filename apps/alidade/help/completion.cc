@@ -91,7 +91,7 @@ std::string bashCase(const Typed& typed) {
   std::string values;
   for (const FlagText& flag : typed.flags) {
     if (!flag.value.empty())
-      values += fmt::format("        {}) words={} flags= ;;\n", join(flag.names, " | "), bashValues(flag));
+      values += fmt::format("        {}) words={} flags='' ;;\n", join(flag.names, " | "), bashValues(flag));
   }
   return text + (values.empty() ? "" : "      case $flag in\n" + values + "      esac\n") + "      ;;\n";
 }
@@ -213,12 +213,12 @@ std::string bashCompletion(const CommandText& program) {
   }
   return header("# bash completion") + R"(
 _alidade() {
-  local current=${COMP_WORDS[COMP_CWORD]} flag=${COMP_WORDS[COMP_CWORD - 1]} command= flags= words= i
+  local current=${COMP_WORDS[COMP_CWORD]} flag=${COMP_WORDS[COMP_CWORD - 1]} command='' flags='' words='' i
   COMPREPLY=()
   # "--model=rad" is three words: --model, = and rad.
   if [[ $current == = ]]; then
-    current=
-  elif [[ $flag == = && COMP_CWORD -gt 1 ]]; then
+    current=''
+  elif [[ $flag == = && $COMP_CWORD -gt 1 ]]; then
     flag=${COMP_WORDS[COMP_CWORD - 2]}
   fi
   for ((i = 1; i < COMP_CWORD; ++i)); do
