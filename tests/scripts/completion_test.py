@@ -17,8 +17,8 @@ import tempfile
 from help_text import all_helps
 
 FILES, FOLDERS = ["camera.yaml", "notes.txt"], ["photos", "rigs"]
-# Lines with fixed answers, the lists of --help that are completed whole, and one line for each command.
-NUM_CASES = 14 + 4 + 18
+# Lines with fixed answers, lists of commands, the flags of each command, and the values of flags that have a list.
+NUM_CASES = 14 + 3 + 18 + 22
 
 # bash completes files and folders itself, when the function asks for it.
 BASH = """
@@ -139,10 +139,11 @@ def cases(helps):
     yield "alidade ", set(of[""].commands)
     yield "alidade rig ", set(of["rig"].commands)
     yield "alidade help ", set(of[""].commands)
-    yield "alidade convert camera.yaml --to ", set(of["convert"].choices["--to"])
     for help_ in helps:
         long_flags = {flag for flag in help_.flags if flag.startswith("--")}
         yield " ".join(["alidade", *help_.words, "--"]), long_flags
+        for flag, choices in help_.choices.items():
+            yield " ".join(["alidade", *help_.words, flag, ""]), set(choices)
 
 
 def main():

@@ -96,7 +96,7 @@ def main():
     if wrong or len(pages) != NUM_PAGES:
         return 1
     if missing:
-        print(f"{' and '.join(missing)} not found (Debian: groff, man-db): warnings were not looked for")
+        print(f"{' and '.join(missing)} not found (Debian: groff-base, man-db): warnings were not looked for")
         return 77
     return 0
 
