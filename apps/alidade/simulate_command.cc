@@ -28,8 +28,8 @@ class SimulateCommand final : public Command {
     app.footer(
         "Example: alidade simulate config/scene.yaml -o simulated\nWrites images/*.png, camera.yaml (the "
         "true camera), corners.csv (the true corners) and poses.yaml (the true poses).");
-    app.add_option("scene", scene_path_, "Scene file (YAML): camera, board, views");
-    app.add_option("-o,--output", output_, "Folder to create");
+    app.add_option("scene", scene_path_, "Scene file (YAML): camera, board, views")->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
     app.add_flag("--corners-only", corners_only_, "Write only the ground truth, no images");
     app.add_flag("--overwrite", overwrite_,
                  "Replace an earlier, unchanged result of this command; other files are never changed");
