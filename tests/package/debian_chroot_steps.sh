@@ -45,11 +45,10 @@ for project in test_harness rig; do
   quietly cmake --build build/$project
   quietly build/$project/$project build/$project
 done
-step "linking all archives by pkg-config"
-echo 'int main() {}' >nothing.cc
+step "building and running a program by pkg-config, with all of the archives"
 # shellcheck disable=SC2046  # several words
-quietly g++ nothing.cc -o nothing -Wl,--whole-archive $(pkg-config --cflags --libs alidade) -Wl,--no-whole-archive
-./nothing
+quietly g++ -std=c++20 rig/rig.cc -o by_pkg_config -Wl,--whole-archive $(pkg-config --cflags --libs alidade) -Wl,--no-whole-archive
+quietly ./by_pkg_config .
 
 step "removing the packages"
 names=(alidade libalidade-dev python3-alidade)

@@ -69,6 +69,10 @@ mirror=$(apt-get indextargets --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 'Id
 /usr/lib/apt/apt-helper download-file "${mirror%/}/dists/bookworm/Release" "$cache/Release" >/dev/null 2>&1 ||
   skip "the mirror $mirror cannot be reached"
 
+# What a killed run left goes first. The lock is held until all processes of a run have ended.
+exec 9>"$cache/lock"
+flock 9
+rm -rf --one-file-system "$cache"/system.*
 system=$(mktemp -d "$cache/system.XXXXXX")
 trap 'rm -rf --one-file-system "$system"' EXIT
 chmod 755 "$system"

@@ -60,9 +60,10 @@ for name in alidade libalidade-dev python3-alidade; do
   num_files=$((num_files + $(wc -l <"$scratch/$name")))
 done
 
-# A plain installation goes below another prefix, which has other folders for libraries and Python.
+# A plain installation goes below another prefix, which has other folders for libraries and Python, and it compresses no
+# manual pages.
 (cd "$installed" && find . -type f -printf 'usr/%P\n') |
-  sed -E "s,^usr/lib/(lib|cmake|pkgconfig),usr/lib/$multiarch/\1,; s,^usr/lib/python3\.[0-9]+/,usr/lib/python3/," |
+  sed -E "s,^(usr/share/man/.*\.[1-8])$,\1.gz,; s,^usr/lib/(lib|cmake|pkgconfig),usr/lib/$multiarch/\1,; s,^usr/lib/python3\.[0-9]+/,usr/lib/python3/," |
   sort >"$scratch/plain"
 sort "$scratch/packed" | diff "$scratch/plain" - ||
   failed "a plain installation (<) and the packages (>) hold different files; give each install() a COMPONENT: program, development or python"
