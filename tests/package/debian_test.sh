@@ -47,6 +47,7 @@ for name in alidade libalidade-dev python3-alidade; do
   [ "$dates" = "$date" ] || failed "$name: the dates of files are not that of the changelog, $date: $dates"
   owners=$(awk '{print $2}' "$scratch/contents" | sort -u)
   [ "$owners" = root/root ] || failed "$name: the files belong to $owners, not to root/root"
+  if grep -E '^d' "$scratch/contents" | grep -v '^drwxr-xr-x '; then failed "$name: the folders above are not for all users"; fi
   sed -n 's|^-.* \./||p' "$scratch/contents" >"$scratch/$name"
   if grep -vxE "${allowed[$name]}" "$scratch/$name"; then failed "$name: the files above do not belong there"; fi
   for path in copyright changelog.gz; do
