@@ -14,7 +14,6 @@ using Eigen::Vector2d;
 
 constexpr double kCoarsestM = 2;  // spacing of the coarsest noise
 constexpr double kOctaveRatio = 0.4;
-constexpr int kMaxOctaves = 20;
 constexpr double kNoiseLevels = 48;  // of an octave, whose noise has a standard deviation of about a quarter
 constexpr double kShapeLevels = 48;
 constexpr double kBrickLevels = 36;
@@ -29,14 +28,32 @@ std::uint32_t scrambled(std::uint32_t x) {
   return x ^ (x >> 16U);
 }
 
+std::uint32_t rowHash(std::int64_t j, std::uint32_t seed) {
+  return scrambled(static_cast<std::uint32_t>(j) * 0x85ebca77U ^ seed);
+}
+
+std::uint32_t cellHash(std::int64_t i, std::uint32_t row_hash) {
+  return scrambled(static_cast<std::uint32_t>(i) * 0x9e3779b1U ^ row_hash);
+}
+
 std::uint32_t cellHash(std::int64_t i, std::int64_t j, std::uint32_t seed) {
-  return scrambled(static_cast<std::uint32_t>(i) * 0x9e3779b1U ^
-                   scrambled(static_cast<std::uint32_t>(j) * 0x85ebca77U ^ seed));
+  return cellHash(i, rowHash(j, seed));
+}
+
+// std::floor is a call where the instruction set is not known to round. |x| < 1e18.
+std::int64_t floorOf(double x) {
+  const auto truncated = static_cast<std::int64_t>(x);
+  return truncated - (x < static_cast<double>(truncated) ? 1 : 0);
 }
 
 // A number in [0, 1) from eight bits.
 double share(std::uint32_t hash, int byte) {
   return ((hash >> static_cast<unsigned>(8 * byte)) & 0xffU) / 256.0;
+}
+
+// std::lerp has branches, which take time.
+double mixed(double a, double b, double share_of_b) {
+  return a + share_of_b * (b - a);
 }
 
 double smoothStep(double x) {
@@ -49,8 +66,10 @@ double detailWeight(double size_m, double footprint_m) {
   return std::clamp(0.5 * (size_m / footprint_m - 2), 0.0, 1.0);
 }
 
+// In 256 directions.
 struct UnitVectors {
   std::array<Vector2d, 256> at;
+
   UnitVectors() {
     for (std::size_t i = 0; i < at.size(); ++i) {
       const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(at.size());
@@ -60,47 +79,43 @@ struct UnitVectors {
 };
 
 // Gradient noise of lattice spacing 1 with the interpolant of Perlin 2002; within about +-0.7.
-double gradientNoise(const Vector2d& p, std::uint32_t seed) {
-  static const UnitVectors gradients;
-  const double floor_x = std::floor(p.x());
-  const double floor_y = std::floor(p.y());
-  const auto i = static_cast<std::int64_t>(floor_x);
-  const auto j = static_cast<std::int64_t>(floor_y);
-  const double x = p.x() - floor_x;
-  const double y = p.y() - floor_y;
-  const auto corner = [&](int di, int dj) {
-    const Vector2d& g = gradients.at[cellHash(i + di, j + dj, seed) & 0xffU];
-    return g.x() * (x - di) + g.y() * (y - dj);
+double gradientNoise(const Vector2d& p, std::uint32_t seed, const UnitVectors& vectors) {
+  const std::int64_t i = floorOf(p.x());
+  const std::int64_t j = floorOf(p.y());
+  const double x = p.x() - static_cast<double>(i);
+  const double y = p.y() - static_cast<double>(j);
+  const std::array<std::uint32_t, 2> rows = {rowHash(j, seed), rowHash(j + 1, seed)};
+  const auto corner = [&](int di, std::size_t dj) {
+    const Vector2d& g = vectors.at[cellHash(i + di, rows[dj]) & 0xffU];
+    return g.x() * (x - di) + g.y() * (y - static_cast<double>(dj));
   };
   const auto fade = [](double t) { return t * t * t * (t * (6 * t - 15) + 10); };
   const double u = fade(x);
-  const double low = std::lerp(corner(0, 0), corner(1, 0), u);
-  const double high = std::lerp(corner(0, 1), corner(1, 1), u);
-  return std::lerp(low, high, fade(y));
+  return mixed(mixed(corner(0, 0), corner(1, 0), u), mixed(corner(0, 1), corner(1, 1), u), fade(y));
 }
 
 // The shape of a cell of a grid, which stays within its cell: a disc or a square, brighter or darker. -1 to
 // 1.
-double shapeTone(const Vector2d& p, double cell_m, double footprint_m, std::uint32_t seed) {
-  const Vector2d cell = (p / cell_m).array().floor();
-  const std::uint32_t hash =
-      cellHash(static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()), seed);
+double shapeTone(const Vector2d& p, double cell_m, double footprint_m, std::uint32_t seed,
+                 const UnitVectors& vectors) {
+  const std::int64_t i = floorOf(p.x() / cell_m);
+  const std::int64_t j = floorOf(p.y() / cell_m);
+  const std::uint32_t hash = cellHash(i, j, seed);
   constexpr std::uint32_t kShapesOf8 = 6;
   if ((hash & 7U) >= kShapesOf8) return 0;
   const std::uint32_t more = scrambled(hash);
   const double radius = cell_m * (0.15 + 0.2 * share(more, 0));
-  const Vector2d middle = cell * cell_m + Vector2d::Constant(radius) +
+  const Vector2d middle = cell_m * Vector2d(static_cast<double>(i), static_cast<double>(j)) +
+                          Vector2d::Constant(radius) +
                           (cell_m - 2 * radius) * Vector2d(share(more, 1), share(more, 2));
   const Vector2d offset = p - middle;
   double beyond = 0;  // signed distance to the rim
   if ((hash & 8U) != 0) {
     beyond = offset.norm() - 0.9 * radius;
   } else {
-    const double angle = 0.5 * std::numbers::pi * share(more, 3);
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
+    const Vector2d& side = vectors.at[more >> 24U];
     const double half_side = radius / std::numbers::sqrt2;
-    beyond = std::max(std::abs(c * offset.x() + s * offset.y()), std::abs(c * offset.y() - s * offset.x())) -
+    beyond = std::max(std::abs(side.dot(offset)), std::abs(side.x() * offset.y() - side.y() * offset.x())) -
              half_side;
   }
   const double tone = (hash & 16U) != 0 ? 1 : -1;
@@ -110,11 +125,9 @@ double shapeTone(const Vector2d& p, double cell_m, double footprint_m, std::uint
 // Rows of bricks of different lengths and tones between dark joints. -1 to 1.
 double brickTone(const Vector2d& p, double row_m, double footprint_m, std::uint32_t seed) {
   const double length = 2.3 * row_m;
-  const double row = std::floor(p.y() / row_m);
-  const auto row_id = static_cast<std::int64_t>(row);
+  const std::int64_t row_id = floorOf(p.y() / row_m);
   const double along = p.x() / length + share(cellHash(row_id, 0, seed), 1);
-  const double slot = std::floor(along);
-  const auto slot_id = static_cast<std::int64_t>(slot);
+  const std::int64_t slot_id = floorOf(along);
   // Each joint is moved by up to 0.3 of a brick.
   const auto joint = [&](std::int64_t id) {
     return static_cast<double>(id) + 0.6 * (share(cellHash(id, row_id, seed), 0) - 0.5);
@@ -123,37 +136,43 @@ double brickTone(const Vector2d& p, double row_m, double footprint_m, std::uint3
   if (along < joint(slot_id)) --brick;
   if (along >= joint(slot_id + 1)) ++brick;
   const double to_side = length * std::min(along - joint(brick), joint(brick + 1) - along);
-  const double in_row = p.y() - row * row_m;
+  const double in_row = p.y() - static_cast<double>(row_id) * row_m;
   const double to_joint = std::min({to_side, in_row, row_m - in_row});
   const double half_joint = 0.04 * row_m;
   const double tone = 2 * share(cellHash(brick, row_id, seed), 2) - 1;
   const double brick_share = smoothStep(0.5 + (to_joint - half_joint) / (2 * footprint_m));
-  return std::lerp(-1.0, 0.8 * tone, brick_share);
+  return mixed(-1, 0.8 * tone, brick_share);
 }
 
 }  // namespace
 
-SurfaceTexture::SurfaceTexture(std::uint32_t seed)
-    : seed_(scrambled(seed + 0x51ed270bU)), has_bricks_((scrambled(seed_) & 1U) != 0) {}
+SurfaceTexture::SurfaceTexture(std::uint32_t seed) {
+  const std::uint32_t own = scrambled(seed + 0x51ed270bU);
+  for (std::size_t i = 0; i < seeds_.size(); ++i) seeds_[i] = scrambled(own + static_cast<std::uint32_t>(i));
+  brick_seed_ = scrambled(own + 99);
+  has_bricks_ = (brick_seed_ & 1U) != 0;
+  tone_ = 2 * share(scrambled(own + 98), 0) - 1;
+}
 
 double SurfaceTexture::levelAt(const Vector2d& p, double footprint_m) const {
-  double level = kToneLevels * (2 * share(scrambled(seed_ + 98), 0) - 1);
+  static const UnitVectors kVectors;
+  double level = kToneLevels * tone_;
   double spacing = kCoarsestM;
-  for (int octave = 0; octave < kMaxOctaves; ++octave, spacing *= kOctaveRatio) {
+  for (const std::uint32_t seed : seeds_) {
     const double weight = detailWeight(spacing, footprint_m);
     if (weight == 0) break;
-    const std::uint32_t seed = scrambled(seed_ + static_cast<std::uint32_t>(octave));
     // Shifted, because the noise is zero at all points of its lattice.
     const Vector2d shift(share(seed, 0), share(seed, 1));
-    level += weight * kNoiseLevels * gradientNoise(p / spacing + shift, seed);
+    level += weight * kNoiseLevels * gradientNoise(p / spacing + shift, seed, kVectors);
     const double shape_weight = detailWeight(0.25 * spacing, footprint_m);
     if (shape_weight > 0)
-      level += shape_weight * kShapeLevels * shapeTone(p, spacing, footprint_m, scrambled(seed));
+      level += shape_weight * kShapeLevels * shapeTone(p, spacing, footprint_m, ~seed, kVectors);
+    spacing *= kOctaveRatio;
   }
   if (has_bricks_) {
     constexpr double kRowM = 0.3;
     const double weight = detailWeight(0.5 * kRowM, footprint_m);
-    if (weight > 0) level += weight * kBrickLevels * brickTone(p, kRowM, footprint_m, scrambled(seed_ + 99));
+    if (weight > 0) level += weight * kBrickLevels * brickTone(p, kRowM, footprint_m, brick_seed_);
   }
   // Bounded without kinks.
   constexpr double kMiddle = 128;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -21,8 +22,12 @@ class SurfaceTexture {
   [[nodiscard]] double levelAt(const Eigen::Vector2d& p, double footprint_m) const;
 
  private:
-  std::uint32_t seed_;
+  static constexpr int kMaxOctaves = 20;
+
+  std::array<std::uint32_t, kMaxOctaves> seeds_;  // of the octaves
+  std::uint32_t brick_seed_;
   bool has_bricks_;
+  double tone_;  // of the whole surface, -1 to 1
 };
 
 }  // namespace alidade
