@@ -2,12 +2,13 @@
 // Rendered pictures against the exact tracks: optical flow from where a point is must end where it is next.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 #include "simulate/footage_support.h"
@@ -124,6 +125,38 @@ TEST(FootagePicture, AgreesWithTracksWhereRowsAreTakenOneAfterAnother) {
   const FlowErrors everything = flowErrors(scene, 7);
   EXPECT_GT(everything.count, 150);
   EXPECT_LT(everything.mean_px, 0.1);
+}
+
+// Whatever is seen, in each part of the picture.
+TEST(FootagePicture, GivesDetectorsCornersEverywhere) {
+  int num_checked = 0;
+  for (const AnyCamera& camera : {footageRadtan(), footageFisheye()}) {
+    for (const FootageSurroundings surroundings : {FootageSurroundings::kRoom, FootageSurroundings::kFar}) {
+      for (const int moving_objects : {0, 40}) {
+        FootageScene scene = footageScene(camera);
+        scene.surroundings = surroundings;
+        scene.moving_objects = moving_objects;
+        scene.moving_share = moving_objects > 0 ? 0.7 : 0;
+        std::vector<cv::Point2f> corners;
+        constexpr double kQuality = 0.02;
+        constexpr double kDistancePx = 4;
+        cv::goodFeaturesToTrack(matOf(FootageSimulator(scene).renderFrame(5)), corners, 0, kQuality,
+                                kDistancePx);
+        EXPECT_GT(corners.size(), 500U);
+        constexpr int kColumns = 4;
+        constexpr int kRows = 3;
+        std::vector<int> num_in_cell(kColumns * kRows);
+        for (const cv::Point2f& corner : corners) {
+          const int column = static_cast<int>(corner.x * kColumns) / kFootageSize.width;
+          const int row = static_cast<int>(corner.y * kRows) / kFootageSize.height;
+          ++num_in_cell[static_cast<std::size_t>(row * kColumns + column)];
+        }
+        EXPECT_GE(*std::ranges::min_element(num_in_cell), 15);
+        ++num_checked;
+      }
+    }
+  }
+  EXPECT_EQ(num_checked, 8);
 }
 
 TEST(FootagePicture, HasTheSameBytesForAnyNumberOfThreads) {

@@ -388,6 +388,13 @@ TEST(FootageScene, RefusesWhatMakesNoFootage) {
               HasSubstr("zoom"));
   EXPECT_THAT(complaint([](FootageScene& s) { s.rolling_shutter = 1.5; }), HasSubstr("rolling_shutter"));
   EXPECT_THAT(complaint([](FootageScene& s) { s.moving_share = 0.5; }), HasSubstr("moving_share"));
+  // A lens so long that it sees nothing but the end of the corridor.
+  EXPECT_THAT(complaint([](FootageScene& s) {
+                s.camera = AnyCamera::make("pinhole", std::vector<double>{1e6, 1e6, 159.5, 119.5});
+                s.path = FootagePath::kStraight;
+                s.flow_px = 50;
+              }),
+              HasSubstr("flow_px: 50, but"));
   EXPECT_THAT(complaint([](FootageScene& s) {
                 s.surroundings = FootageSurroundings::kFar;
                 s.path = FootagePath::kStraight;

@@ -123,7 +123,11 @@ void FootageSimulator::findSpeed() {
   constexpr double kMaxChange = 10;
   constexpr double kDamping = 0.8;
   constexpr double kTolerance = 0.02;
-  double speed = scene_.path == FootagePath::kStraight ? 0.1 : 0.02;
+  constexpr double kMaxMetres = 5;       // per frame
+  constexpr double kMaxParameter = 0.5;  // per frame; the curves' shortest period is about three
+  constexpr double kLeastShare = 0.75;
+  const bool is_straight = scene_.path == FootagePath::kStraight;
+  double speed = is_straight ? 0.1 : 0.02;
   double best_speed = speed;
   double least_error = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kMaxRounds && least_error > kTolerance; ++round) {
@@ -134,8 +138,15 @@ void FootageSimulator::findSpeed() {
       best_speed = speed;
     }
     speed *= std::pow(std::clamp(change, 1 / kMaxChange, kMaxChange), kDamping);
+    speed = std::min(speed, is_straight ? kMaxMetres : kMaxParameter);
   }
   setSpeed(best_speed);
+  const double flow = meanFlow();
+  if (flow >= kLeastShare * scene_.flow_px && flow * kLeastShare <= scene_.flow_px) return;
+  throw inputError({.where = "flow_px",
+                    .found = exactText(scene_.flow_px) + ", but with this camera and path the flow is " +
+                             exactText(std::round(100 * flow) / 100) + " pixels at the nearest speed",
+                    .next_step = "change flow_px, the path or the number of frames"});
 }
 
 void FootageSimulator::setSpeed(double speed) {

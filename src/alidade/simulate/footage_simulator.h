@@ -56,7 +56,8 @@ struct TrackOptions {
 class FootageSimulator {
  public:
   /// Builds the surroundings and finds the speed that gives the wanted flow; takes some milliseconds.
-  /// @throws Error (kInput) for values out of range, and if the moving objects cannot cover `moving_share`
+  /// @throws Error (kInput) for values out of range, if no speed gives about the wanted flow, and if the
+  /// moving objects cannot cover `moving_share`
   explicit FootageSimulator(FootageScene scene);
 
   [[nodiscard]] const FootageScene& scene() const { return scene_; }
