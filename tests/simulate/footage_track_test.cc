@@ -157,6 +157,12 @@ TEST(FootageFlow, IsWhatWasAskedFor) {
   EXPECT_EQ(num_checked, 12);
 }
 
+TEST(FootageFlow, IsAnEightiethOfTheWidthByDefault) {
+  FootageScene scene = footageScene(footagePinhole());
+  scene.flow_px = 0;
+  EXPECT_EQ(FootageSimulator(scene).scene().flow_px, 4);
+}
+
 TEST(FootageTracks, AreWhereTheirPointsProject) {
   for (const AnyCamera& camera : {footageRadtan(), footageFisheye()}) {
     FootageScene scene = footageScene(camera);
@@ -383,7 +389,7 @@ TEST(FootageScene, RefusesWhatMakesNoFootage) {
   };
   EXPECT_EQ(complaint([](FootageScene&) {}), "");
   EXPECT_THAT(complaint([](FootageScene& s) { s.num_frames = 0; }), HasSubstr("frames"));
-  EXPECT_THAT(complaint([](FootageScene& s) { s.flow_px = 0; }), HasSubstr("flow_px"));
+  EXPECT_THAT(complaint([](FootageScene& s) { s.flow_px = -1; }), HasSubstr("flow_px"));
   EXPECT_THAT(complaint([](FootageScene& s) { s.zoom = std::numeric_limits<double>::quiet_NaN(); }),
               HasSubstr("zoom"));
   EXPECT_THAT(complaint([](FootageScene& s) { s.rolling_shutter = 1.5; }), HasSubstr("rolling_shutter"));
@@ -394,7 +400,7 @@ TEST(FootageScene, RefusesWhatMakesNoFootage) {
                 s.path = FootagePath::kStraight;
                 s.flow_px = 50;
               }),
-              HasSubstr("flow_px: 50, but"));
+              HasSubstr("flow_px: 50, but the greatest flow"));
   EXPECT_THAT(complaint([](FootageScene& s) {
                 s.surroundings = FootageSurroundings::kFar;
                 s.path = FootagePath::kStraight;

@@ -30,7 +30,7 @@ using AnyScene = std::variant<Scene, FootageScene>;
 ///
 ///   alidade_scene: 1
 ///   camera: camera.yaml
-///   footage: {surroundings: room, path: walk, frames: 60, frame_rate_hz: 30, flow_px: 8, shake_px: 0,
+///   footage: {surroundings: room, path: walk, frames: 60, frame_rate_hz: 30, flow_px: 0, shake_px: 0,
 ///             moving_objects: 0, moving_share: 0, rolling_shutter: 0, stabilisation_frames: 0, zoom: 1}
 ///   seed: 1
 ///   render: {blur_px: 0.7, read_noise: 1.5}

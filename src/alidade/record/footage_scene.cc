@@ -13,7 +13,7 @@ void FootageScene::validate() const {
   expect(image_size.width > 0 && image_size.height > 0, "an image with pixels");
   detail::checkOption("frames", num_frames, 1, kMaxFrames);
   detail::checkOption("frame_rate_hz", frame_rate_hz, 1e-3, 1e6);
-  detail::checkOption("flow_px", flow_px, 0.01, 100);
+  detail::checkOption("flow_px", flow_px, 0, 100);
   detail::checkOption("shake_px", shake_px, 0, 100);
   detail::checkOption("moving_objects", moving_objects, 0, kMaxObjects);
   detail::checkOption("moving_share", moving_share, 0, moving_objects > 0 ? kMaxShare : 0);

@@ -34,8 +34,8 @@ struct FootageScene {
   int num_frames = 60;
   double frame_rate_hz = 30;
   /// Mean displacement from frame to frame of what does not move, over image and footage; sets the speed of
-  /// the path. It does not include `shake_px`.
-  double flow_px = 8;
+  /// the path. It does not include `shake_px`. 0 = an eightieth of the image's width.
+  double flow_px = 0;
   double shake_px = 0;     ///< RMS displacement at the image centre by a shaking hand, per axis of rotation
   int moving_objects = 0;  ///< textured boxes that move on their own
   double moving_share =

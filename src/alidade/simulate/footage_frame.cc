@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include <Eigen/LU>
@@ -35,10 +34,10 @@ Vector2d focalAtCentre(const AnyCamera& camera) {
   return {J_px_cam[0], J_px_cam[4]};
 }
 
-FootageFrame::FootageFrame(const FootageScene& scene, AnyCamera camera, const FootageMotion& motion,
+FootageFrame::FootageFrame(const FootageScene& scene, const AnyCamera& camera, const FootageMotion& motion,
                            const std::vector<SceneBody>& bodies, int index)
     : scene_(scene),
-      camera_(std::move(camera)),
+      camera_(camera),
       motion_(motion),
       bodies_(bodies),
       index_(index),

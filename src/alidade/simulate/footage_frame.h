@@ -18,7 +18,7 @@ namespace alidade {
 class FootageFrame {
  public:
   /// `camera`: of this frame.
-  FootageFrame(const FootageScene& scene, AnyCamera camera, const FootageMotion& motion,
+  FootageFrame(const FootageScene& scene, const AnyCamera& camera, const FootageMotion& motion,
                const std::vector<SceneBody>& bodies, int index);
 
   [[nodiscard]] const AnyCamera& camera() const { return camera_; }

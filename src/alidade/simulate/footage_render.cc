@@ -96,11 +96,9 @@ class FineRows {
   }
 
   [[nodiscard]] const std::vector<double>& kernel() const { return kernel_; }
-  [[nodiscard]] std::size_t numRows() const { return static_cast<std::size_t>(2 * (size_.height + margin_)); }
+  [[nodiscard]] std::size_t numRows() const { return numFine(size_.height); }
 
-  [[nodiscard]] RowBuffers makeBuffers() const {
-    return RowBuffers(static_cast<std::size_t>(2 * (size_.width + margin_)));
-  }
+  [[nodiscard]] RowBuffers makeBuffers() const { return RowBuffers(numFine(size_.width)); }
 
   // The light of a row of rays, blurred along the row and taken at the pixels.
   void render(std::size_t fine_row, RowBuffers& row, float* out) const {
@@ -125,6 +123,9 @@ class FineRows {
   static constexpr std::uint32_t kNumFaces = 6;
   static constexpr std::size_t kNodeStep = 16;  // samples
 
+  [[nodiscard]] std::size_t numFine(int num_pixels) const {
+    return 2 * (static_cast<std::size_t>(num_pixels) + static_cast<std::size_t>(margin_));
+  }
   [[nodiscard]] double coordinate(std::size_t fine) const {
     return 0.5 * (static_cast<double>(fine) - margin_ + 0.5) - 0.5;
   }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/random.h"
 #include "alidade/core/text.h"
+#include "alidade/record/scene.h"
 #include "alidade/simulate/footage_render.h"
 
 namespace alidade {
@@ -23,6 +23,8 @@ using Eigen::Vector3d;
 
 FootageScene checked(FootageScene scene) {
   scene.validate();
+  constexpr double kDefaultFlowOfWidth = 1.0 / 80;
+  if (scene.flow_px == 0) scene.flow_px = kDefaultFlowOfWidth * scene.image_size.width;
   return scene;
 }
 
@@ -87,7 +89,7 @@ FootageSimulator::FootageSimulator(FootageScene scene)
 double FootageSimulator::meanFlow() const {
   constexpr int kColumns = 8;
   constexpr int kRows = 6;
-  constexpr int kNumFrames = 20;
+  constexpr int kNumFrames = 15;
   const FootageScene plain = withoutEffects(scene_);
   const FootageMotion motion = [&] {
     FootageMotion without_shake(plain, focal_px_);
@@ -117,36 +119,38 @@ double FootageSimulator::meanFlow() const {
 void FootageSimulator::findSpeed() {
   bodies_ = stillBodies(scene_, 0);
   if (scene_.path == FootagePath::kStatic) return;
-  // Flow is nearly proportional to speed. Not quite: another speed shows other parts of the path and, on a
-  // straight one, more of the surroundings.
-  constexpr int kMaxRounds = 20;
-  constexpr double kMaxChange = 10;
-  constexpr double kDamping = 0.8;
-  constexpr double kTolerance = 0.02;
+  // The first crossing from slow to fast. Flow is continuous, but only nearly proportional to speed: another
+  // speed shows other parts of the path and, on a straight one, more of the surroundings.
+  const bool is_straight = scene_.path == FootagePath::kStraight;
   constexpr double kMaxMetres = 5;       // per frame
   constexpr double kMaxParameter = 0.5;  // per frame; the curves' shortest period is about three
-  constexpr double kLeastShare = 0.75;
-  const bool is_straight = scene_.path == FootagePath::kStraight;
-  double speed = is_straight ? 0.1 : 0.02;
-  double best_speed = speed;
-  double least_error = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kMaxRounds && least_error > kTolerance; ++round) {
+  const double most = is_straight ? kMaxMetres : kMaxParameter;
+  const auto flowAt = [&](double speed) {
     setSpeed(speed);
-    const double change = scene_.flow_px / std::max(meanFlow(), 1e-9);
-    if (std::abs(std::log(change)) < least_error) {
-      least_error = std::abs(std::log(change));
-      best_speed = speed;
-    }
-    speed *= std::pow(std::clamp(change, 1 / kMaxChange, kMaxChange), kDamping);
-    speed = std::min(speed, is_straight ? kMaxMetres : kMaxParameter);
+    return meanFlow();
+  };
+  constexpr double kStep = 1.4;
+  double low = 0;
+  double high = std::min(most, 0.25 * scene_.flow_px / focal_px_);  // the flow is about 0.7 focal lengths
+  double flow = flowAt(high);
+  while (flow < scene_.flow_px && high < most) {
+    low = high;
+    high = std::min(most, kStep * high);
+    flow = flowAt(high);
   }
-  setSpeed(best_speed);
-  const double flow = meanFlow();
-  if (flow >= kLeastShare * scene_.flow_px && flow * kLeastShare <= scene_.flow_px) return;
-  throw inputError({.where = "flow_px",
-                    .found = exactText(scene_.flow_px) + ", but with this camera and path the flow is " +
-                             exactText(std::round(100 * flow) / 100) + " pixels at the nearest speed",
-                    .next_step = "change flow_px, the path or the number of frames"});
+  if (flow < scene_.flow_px) {
+    throw inputError({.where = "flow_px",
+                      .found = exactText(scene_.flow_px) +
+                               ", but the greatest flow with this camera and path is " +
+                               exactText(std::floor(10 * flow) / 10),
+                      .next_step = "reduce flow_px, or change the path or the surroundings"});
+  }
+  constexpr int kNumBisections = 6;
+  for (int i = 0; i < kNumBisections; ++i) {
+    const double middle = 0.5 * (low + high);
+    (flowAt(middle) < scene_.flow_px ? low : high) = middle;
+  }
+  setSpeed(high);
 }
 
 void FootageSimulator::setSpeed(double speed) {
@@ -240,18 +244,21 @@ Vector3d FootageSimulator::positionOf(const ScenePoint& point, double time_s) co
 std::vector<TrueTrack> FootageSimulator::trackPoints(const TrackOptions& options) const {
   detail::checkOption("columns", options.columns, 1, scene_.image_size.width);
   detail::checkOption("rows", options.rows, 1, scene_.image_size.height);
+  const auto cellAt = [&](int i, int j) {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(options.columns) +
+           static_cast<std::size_t>(i);
+  };
   const auto cellOf = [&](const Vector2d& p) {
     const auto i = static_cast<int>((p.x() + 0.5) * options.columns / scene_.image_size.width);
     const auto j = static_cast<int>((p.y() + 0.5) * options.rows / scene_.image_size.height);
-    return static_cast<std::size_t>(std::min(j, options.rows - 1) * options.columns +
-                                    std::min(i, options.columns - 1));
+    return cellAt(std::min(i, options.columns - 1), std::min(j, options.rows - 1));
   };
   Random random(streamSeed(scene_.seed, 8));
   std::vector<TrueTrack> tracks;
   std::vector<std::size_t> active;
   for (int index = 0; index < scene_.num_frames; ++index) {
     const FootageFrame now = frame(index);
-    std::vector<bool> is_taken(static_cast<std::size_t>(options.columns * options.rows));
+    std::vector<bool> is_taken(cellAt(0, options.rows));
     std::erase_if(active, [&](std::size_t i) {
       const auto pixel = now.see(tracks[i].point.body, tracks[i].point.in_body);
       if (!pixel) return true;
@@ -261,7 +268,7 @@ std::vector<TrueTrack> FootageSimulator::trackPoints(const TrackOptions& options
     });
     for (int j = 0; j < options.rows; ++j) {
       for (int i = 0; i < options.columns; ++i) {
-        if (is_taken[static_cast<std::size_t>(j * options.columns + i)]) continue;
+        if (is_taken[cellAt(i, j)]) continue;
         const double u = scene_.image_size.width * (i + random.uniform()) / options.columns - 0.5;
         const double v = scene_.image_size.height * (j + random.uniform()) / options.rows - 0.5;
         const SurfaceHit hit = now.look({u, v});

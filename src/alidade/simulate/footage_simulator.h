@@ -56,10 +56,11 @@ struct TrackOptions {
 class FootageSimulator {
  public:
   /// Builds the surroundings and finds the speed that gives the wanted flow; takes some milliseconds.
-  /// @throws Error (kInput) for values out of range, if no speed gives about the wanted flow, and if the
+  /// @throws Error (kInput) for values out of range, if no speed gives the wanted flow, and if the
   /// moving objects cannot cover `moving_share`
   explicit FootageSimulator(FootageScene scene);
 
+  /// The scene, with the flow that is its default.
   [[nodiscard]] const FootageScene& scene() const { return scene_; }
   [[nodiscard]] int numFrames() const { return scene_.num_frames; }
   [[nodiscard]] double timeOf(int frame) const { return frame / scene_.frame_rate_hz; }
