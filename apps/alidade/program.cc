@@ -50,7 +50,7 @@ constexpr std::array<CommandEntry, 16> kCommands = {{
      makeConvertCommand},
     {"report", "Show a calibration in figures, as a page from its evidence file", makeReportCommand},
     {"board", "Draw a board to print, at exact scale", makeBoardCommand},
-    {"simulate", "Render images of a board with known ground truth", makeSimulateCommand},
+    {"simulate", "Render images of a board, or footage, with known ground truth", makeSimulateCommand},
     {"help", "Show the help of a command, or write man pages and shell completions", makeHelpCommand},
 }};
 
