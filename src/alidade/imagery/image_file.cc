@@ -22,6 +22,7 @@
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/imagery/gray_image.h"
+#include "alidade/imagery/image_codecs.h"
 #include "alidade/imagery/image_container.h"
 #include "alidade/imagery/jpeg_damage.h"
 #include "alidade/imagery/tiff_damage.h"
@@ -104,7 +105,7 @@ cv::Mat decode(const std::string& path, std::string& content, int flags) {
   const cv::Mat encoded(1, static_cast<int>(content.size()), CV_8UC1, content.data());
   cv::Mat image;
   try {
-    image = cv::imdecode(encoded, flags);
+    image = decodeImage(encoded, flags);
   } catch (const cv::Exception& exception) {
     // No fault of the image: with less at a time it may be read.
     if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
@@ -217,7 +218,7 @@ void writeImage(const std::string& path, const RasterImage& image) {
   std::vector<std::uint8_t> encoded;
   try {
     // PNG has no use for the quality.
-    cv::imencode(is_jpeg ? ".jpg" : ".png", pixels, encoded, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+    encodeImage(is_jpeg ? ".jpg" : ".png", pixels, encoded, {cv::IMWRITE_JPEG_QUALITY, kQuality});
   } catch (const cv::Exception& exception) {
     throw inputError(
         {.where = path,

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string_view>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "alidade/core/text.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/geometry/rotation_conversions.h"
+#include "alidade/imagery/image_codecs.h"
 #include "alidade/imagery/view_search.h"
 
 namespace alidade {
@@ -429,7 +429,7 @@ void writeRemapTable(const RemapTable& table, const std::string& x_path, const s
       }
     }
     std::vector<std::uint8_t> bytes;
-    expect(cv::imencode(".tiff", map, bytes), "OpenCV writes TIFF files of floats");
+    expect(encodeImage(".tiff", map, bytes), "OpenCV writes TIFF files of floats");
     writeFileAtomically(is_x ? x_path : y_path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
 }

@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "alidade/core/parallel.h"
+#include "alidade/imagery/image_codecs.h"
 
 namespace alidade {
 namespace {
@@ -69,7 +70,7 @@ std::string pictureUri(const GrayImage& image, double most_bytes) {
   cv::resize(halved(whole, size), small, size, 0, 0, cv::INTER_AREA);
   std::vector<std::uint8_t> bytes;
   for (const int quality : {72, 55, 40, 25}) {
-    cv::imencode(".jpg", small, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+    encodeImage(".jpg", small, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
     if (static_cast<double>(bytes.size()) <= 1.2 * most_bytes) break;
   }
   return "data:image/jpeg;base64," + base64(bytes);

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+namespace alidade {
+
+// OpenCV's image codecs. Their library brings GDAL and a hundred others, which take longer to load than the rest of
+// the program, so it is loaded when the first image is read or written.
+
+/// cv::imdecode(). @throws cv::Exception; Error (kInput) if the library cannot be loaded
+[[nodiscard]] cv::Mat decodeImage(const cv::Mat& encoded, int flags);
+
+/// cv::imencode(): `extension` with its dot. @throws as decodeImage()
+bool encodeImage(const std::string& extension, const cv::Mat& image, std::vector<std::uint8_t>& encoded,
+                 const std::vector<int>& options = {});
+
+}  // namespace alidade
