@@ -67,8 +67,7 @@ Eigen::Matrix3d homography(std::span<const RayPair> pairs) {
     // b x (H a) = 0, H by rows.
     const Eigen::Matrix3d B = hat(pair.b);
     Eigen::Matrix<double, 3, 9> rows;
-    for (Eigen::Index i = 0; i < 3; ++i)
-      rows.middleCols<3>(3 * i) = B.col(i) * pair.a.transpose();
+    for (Eigen::Index i = 0; i < 3; ++i) rows.middleCols<3>(3 * i) = B.col(i) * pair.a.transpose();
     normal += rows.transpose() * rows;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
@@ -141,6 +140,155 @@ std::size_t largestHomographySupport(std::span<const RayMatch> matches, double l
   return agreeing(matches, agrees).size();
 }
 
+bool isWithin(double squared, double limit) {
+  return squared < limit;  // false for NaN
+}
+
+// The essential matrix of random samples that most matches agree with.
+Eigen::Matrix3d bestEssential(std::span<const RayMatch> matches, double limit, Random& random) {
+  constexpr int kFewestTrials = 20;
+  double best = std::numeric_limits<double>::infinity();
+  Eigen::Matrix3d E = Eigen::Matrix3d::Zero();
+  int num_trials = kTrials;
+  for (int trial = 0; trial < num_trials; ++trial) {
+    for (const Eigen::Matrix3d& candidate : essentialMatrices(sampleOf<5>(matches, random))) {
+      const double sum =
+          truncatedSum(matches, limit, [&](const RayMatch& m) { return sampson(candidate, m); });
+      if (!(sum < best)) continue;
+      best = sum;
+      E = candidate;
+      const auto count = std::count_if(matches.begin(), matches.end(),
+                                       [&](const RayMatch& m) { return isWithin(sampson(E, m), limit); });
+      const double share = static_cast<double>(count) / static_cast<double>(matches.size());
+      num_trials = std::max(kFewestTrials, trialsFor(share, 5));
+    }
+  }
+  return E;
+}
+
+// Of the four motions of an essential matrix, that with most points before both cameras.
+struct CheckedMotion {
+  SE3 b_from_a;
+  std::size_t num_in_front = 0;
+};
+
+CheckedMotion motionInFront(const Eigen::Matrix3d& E, std::span<const RayMatch> matches) {
+  CheckedMotion best;
+  for (const SE3& motion : motionsOf(E)) {
+    const auto count =
+        static_cast<std::size_t>(std::count_if(matches.begin(), matches.end(), [&](const RayMatch& m) {
+          return depthsOf(m.rays, motion).arePositive();
+        }));
+    if (count > best.num_in_front) best = {motion, count};
+  }
+  return best;
+}
+
+// Median distance, px, of rays of b from those of a after a rotation.
+double parallaxOf(std::span<const RayMatch> matches, const SO3& rotation) {
+  std::vector<double> displacements;
+  for (const RayMatch& match : matches)
+    displacements.push_back(std::sqrt(std::min(1e12, offset(match, rotation * match.rays.a))));
+  return medianOf(std::move(displacements));
+}
+
+// The two images as a scene: a point for each of some matches, with its two sightings in a row.
+struct PairScene {
+  SceneFit fit;
+  std::vector<std::size_t> used;  // index of each point's match
+
+  [[nodiscard]] bool isEnough() const { return used.size() >= TwoView::kFewestInliers; }
+};
+
+PairScene pairScene(const AnyCamera& camera, std::span<const PixelMatch> matches,
+                    std::span<const RayMatch> inliers, const SE3& b_from_a, double farthest_px) {
+  PairScene scene{.fit = {.camera = camera,
+                          .camera_from_world = {SE3(), b_from_a},
+                          .points = {},
+                          .sightings = {},
+                          .loss = {.threshold_px = 3}},
+                  .used = {}};
+  SceneFit& fit = scene.fit;
+  for (const RayMatch& match : inliers) {
+    const std::array<Eigen::Vector3d, 2> rays = {match.rays.a, match.rays.b};
+    const auto id = static_cast<std::uint32_t>(fit.points.size());
+    fit.points.push_back(pointOnRays(fit.camera_from_world, rays));
+    const PixelMatch& pixels = matches[match.index];
+    const std::array<SceneSighting, 2> sightings = {
+        SceneSighting{.frame = 0, .point = id, .pixel = pixels.a, .sigma_px = pixels.sigma_px},
+        SceneSighting{.frame = 1, .point = id, .pixel = pixels.b, .sigma_px = pixels.sigma_px}};
+    const bool is_seen = std::all_of(sightings.begin(), sightings.end(), [&](const SceneSighting& sighting) {
+      return sightingError(fit, sighting).norm() < farthest_px;
+    });
+    if (!is_seen) {
+      fit.points.pop_back();
+      continue;
+    }
+    fit.sightings.insert(fit.sightings.end(), sightings.begin(), sightings.end());
+    scene.used.push_back(match.index);
+  }
+  return scene;
+}
+
+// The scene with the points of some matches alone, in rising order of index.
+PairScene withOnly(const PairScene& scene, std::span<const RayMatch> kept) {
+  PairScene result{.fit = scene.fit, .used = {}};
+  result.fit.points.clear();
+  result.fit.sightings.clear();
+  for (std::size_t i = 0, k = 0; i < scene.used.size(); ++i) {
+    while (k < kept.size() && kept[k].index < scene.used[i]) ++k;
+    if (k == kept.size() || kept[k].index != scene.used[i]) continue;
+    const auto id = static_cast<std::uint32_t>(result.used.size());
+    result.used.push_back(scene.used[i]);
+    result.fit.points.push_back(scene.fit.points[i]);
+    for (std::size_t end = 0; end < 2; ++end) {
+      result.fit.sightings.push_back(scene.fit.sightings[2 * i + end]);
+      result.fit.sightings.back().point = id;
+    }
+  }
+  return result;
+}
+
+SE3 motionOf(const SceneFit& fit) {
+  SE3 motion = fit.camera_from_world[1];
+  const double length = motion.translation.norm();
+  if (length > 0) motion.translation /= length;
+  return motion;
+}
+
+// Of the motion with a translation of length 1, which is held, not known.
+Eigen::Matrix<double, 6, 6> motionCovariance(const SceneFit& fit) {
+  const SceneEquations equations = sceneEquations(fit);
+  const SE3& motion = fit.camera_from_world[1];
+  const double length = motion.translation.norm();
+  Eigen::Matrix<double, 6, 6> covariance = equations.pose_covariance.view();
+  covariance.topRows<3>() /= length;
+  covariance.leftCols<3>() /= length;
+  const Eigen::Vector3d along = (motion.rotation.inverse() * motion.translation).normalized();
+  Eigen::Matrix<double, 6, 6> held = Eigen::Matrix<double, 6, 6>::Identity();
+  held.topLeftCorner<3, 3>() -= along * along.transpose();
+  const double variance = 2 * equations.cost / std::max(1.0, equations.num_redundant);
+  return variance * held * covariance * held.transpose();
+}
+
+// Whether a rotation, or a plane, explains all but a few matches: with fewer unknowns, and with two errors a
+// match instead of one.
+TwoViewKind kindOf(std::span<const RayMatch> matches, const SO3& rotation, double parallax_px,
+                   double sigma_px, Random& random) {
+  constexpr double kAll = 0.95;
+  const double limit = std::pow(std::max(4 * sigma_px, 0.5), 2);
+  const auto isAll = [&](std::size_t count) {
+    return static_cast<double>(count) >= kAll * static_cast<double>(matches.size());
+  };
+  const auto num_turned =
+      static_cast<std::size_t>(std::count_if(matches.begin(), matches.end(), [&](const RayMatch& m) {
+        return isWithin(offset(m, rotation * m.rays.a), limit);
+      }));
+  if (isAll(num_turned) || parallax_px < 3 * sigma_px) return TwoViewKind::kRotation;
+  return isAll(largestHomographySupport(matches, limit, random)) ? TwoViewKind::kPlane
+                                                                 : TwoViewKind::kGeneral;
+}
+
 }  // namespace
 
 std::string_view kindId(TwoViewKind kind) {
@@ -184,8 +332,8 @@ Eigen::Vector4d pointOnRays(std::span<const SE3> camera_from_world, std::span<co
   Eigen::Vector4d point = eigen.eigenvectors().col(0);
   double side = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Eigen::Vector3d at =
-        camera_from_world[i].rotation * Eigen::Vector3d(point.head<3>()) + camera_from_world[i].translation * point.w();
+    const Eigen::Vector3d at = camera_from_world[i].rotation * Eigen::Vector3d(point.head<3>()) +
+                               camera_from_world[i].translation * point.w();
     side += rays[i].dot(at) > 0 ? 1 : -1;
   }
   return side < 0 ? Eigen::Vector4d(-point) : point;
@@ -200,157 +348,59 @@ TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> mat
   if (rays.size() < TwoView::kFewestInliers) return result;
   const double diagonal = std::hypot(options.size.width, options.size.height);
   const double threshold = options.threshold_px > 0 ? options.threshold_px : std::max(2.0, 0.002 * diagonal);
-  const double limit = threshold * threshold;
   Random random(options.seed);
-
-  double best = std::numeric_limits<double>::infinity();
-  Eigen::Matrix3d E = Eigen::Matrix3d::Zero();
-  int num_trials = kTrials;
-  for (int trial = 0; trial < num_trials; ++trial) {
-    for (const Eigen::Matrix3d& candidate : essentialMatrices(sampleOf<5>(rays, random))) {
-      const double sum =
-          truncatedSum(rays, limit, [&](const RayMatch& m) { return sampson(candidate, m); });
-      if (!(sum < best)) continue;
-      best = sum;
-      E = candidate;
-      const auto inliers = std::count_if(rays.begin(), rays.end(),
-                                         [&](const RayMatch& m) { return sampson(E, m) < limit; });
-      num_trials = std::max(
-          20, trialsFor(static_cast<double>(inliers) / static_cast<double>(rays.size()), 5));
-    }
-  }
-  // The side of the camera, and the points before it.
+  const Eigen::Matrix3d E = bestEssential(rays, threshold * threshold, random);
   std::vector<RayMatch> inliers;
+  std::vector<RayPair> pairs;
   for (const RayMatch& match : rays) {
-    if (sampson(E, match) < limit) inliers.push_back(match);
+    if (!isWithin(sampson(E, match), threshold * threshold)) continue;
+    inliers.push_back(match);
+    pairs.push_back(match.rays);
   }
   if (inliers.size() < TwoView::kFewestInliers) return result;
-  std::size_t most = 0;
-  for (const SE3& motion : motionsOf(E)) {
-    const auto in_front = static_cast<std::size_t>(std::count_if(
-        inliers.begin(), inliers.end(),
-        [&](const RayMatch& m) { return depthsOf(m.rays, motion).arePositive(); }));
-    if (in_front > most) {
-      most = in_front;
-      result.b_from_a = motion;
-    }
-  }
-  std::vector<RayPair> pairs;
-  for (const RayMatch& match : inliers) pairs.push_back(match.rays);
+  const CheckedMotion start = motionInFront(E, inliers);
   const SO3 rotation = commonRotation(pairs);
-  std::vector<double> displacements;
-  for (const RayMatch& match : inliers)
-    displacements.push_back(std::sqrt(std::min(1e12, offset(match, rotation * match.rays.a))));
-  result.parallax_px = medianOf(displacements);
+  result.b_from_a = start.b_from_a;
+  result.parallax_px = parallaxOf(inliers, rotation);
 
   // Motion and points together.
-  SceneFit fit{.camera = camera,
-               .camera_from_world = {SE3(), result.b_from_a},
-               .points = {},
-               .sightings = {},
-               .loss = {.threshold_px = 3}};
-  std::vector<std::size_t> used;
-  for (const RayMatch& match : inliers) {
-    const std::array<Eigen::Vector3d, 2> two = {match.rays.a, match.rays.b};
-    const Eigen::Vector4d point = pointOnRays(fit.camera_from_world, two);
-    const auto id = static_cast<std::uint32_t>(fit.points.size());
-    fit.points.push_back(point);
-    const PixelMatch& pixels = matches[match.index];
-    std::array<SceneSighting, 2> sightings = {
-        SceneSighting{.frame = 0, .point = id, .pixel = pixels.a, .sigma_px = pixels.sigma_px},
-        SceneSighting{.frame = 1, .point = id, .pixel = pixels.b, .sigma_px = pixels.sigma_px}};
-    bool is_seen = true;
-    for (const SceneSighting& sighting : sightings)
-      is_seen = is_seen && sightingError(fit, sighting).norm() < 5 * threshold;
-    if (!is_seen) {
-      fit.points.pop_back();
-      continue;
-    }
-    fit.sightings.insert(fit.sightings.end(), sightings.begin(), sightings.end());
-    used.push_back(match.index);
-  }
-  if (used.size() < TwoView::kFewestInliers) return result;
-  fit = solveScene(std::move(fit), {.max_iterations = 30, .function_tolerance = 1e-6});
-  if (fit.summary.termination == Termination::kFailed) return result;
-
+  PairScene scene = pairScene(camera, matches, inliers, start.b_from_a, 5 * threshold);
+  if (!scene.isEnough()) return result;
+  scene.fit = solveScene(std::move(scene.fit), {.max_iterations = 30, .function_tolerance = 1e-6});
+  if (scene.fit.summary.termination == Termination::kFailed) return result;
   // The noise, by the errors that remain: each match has one redundant coordinate. What is far beyond it is
   // a false match that lies by chance near its epipolar line.
-  const auto setMotion = [&] {
-    result.b_from_a = fit.camera_from_world[1];
-    const double length = result.b_from_a.translation.norm();
-    if (length > 0) result.b_from_a.translation /= length;
-  };
-  setMotion();
-  const Eigen::Matrix3d refined = essentialMatrix(result.b_from_a);
+  const Eigen::Matrix3d refined = essentialMatrix(motionOf(scene.fit));
   std::vector<double> errors;
   for (const RayMatch& match : inliers) errors.push_back(std::sqrt(sampson(refined, match)));
   constexpr double kSigmaByMedian = 1.4826;  // of a normal variable
-  const double sigma = std::max(0.02, kSigmaByMedian * medianOf(errors));
+  const double sigma = std::max(0.02, kSigmaByMedian * medianOf(std::move(errors)));
   const double close_px = std::min(threshold, 3.5 * sigma);
   std::vector<RayMatch> close;
   for (const RayMatch& match : inliers) {
-    if (std::sqrt(sampson(refined, match)) < close_px) close.push_back(match);
+    if (isWithin(sampson(refined, match), close_px * close_px)) close.push_back(match);
   }
-  std::vector<SceneSighting> kept;
-  std::vector<std::size_t> kept_used;
-  std::vector<Eigen::Vector4d> kept_points;
-  for (std::size_t i = 0, k = 0; i < used.size(); ++i) {
-    while (k < close.size() && close[k].index < used[i]) ++k;
-    if (k == close.size() || close[k].index != used[i]) continue;
-    const auto id = static_cast<std::uint32_t>(kept_points.size());
-    kept_points.push_back(fit.points[i]);
-    kept_used.push_back(used[i]);
-    for (std::size_t end = 0; end < 2; ++end) {
-      kept.push_back(fit.sightings[2 * i + end]);
-      kept.back().point = id;
-    }
-  }
-  if (kept_used.size() < TwoView::kFewestInliers) return result;
-  used = std::move(kept_used);
-  fit.points = std::move(kept_points);
-  fit.sightings = std::move(kept);
-  fit = solveScene(std::move(fit), {.max_iterations = 30, .function_tolerance = 1e-8});
-  if (fit.summary.termination == Termination::kFailed) return result;
-  setMotion();
-  const double length = fit.camera_from_world[1].translation.norm();
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const std::size_t index = used[i];
-    Eigen::Vector4d point = fit.points[i];
-    if (length > 0) point.head<3>() /= length;
-    result.points[index] = point.normalized();
-    result.is_inlier[index] = true;
-  }
-  result.num_inliers = used.size();
-  if (most < inliers.size() / 2) return result;  // of no one motion
+  scene = withOnly(scene, close);
+  if (!scene.isEnough()) return result;
+  scene.fit = solveScene(std::move(scene.fit), {.max_iterations = 30, .function_tolerance = 1e-8});
+  if (scene.fit.summary.termination == Termination::kFailed) return result;
 
-  // What explains as many with fewer unknowns: two errors a match instead of one.
-  const double wide = std::pow(std::max(4 * sigma, 0.5), 2);
-  const auto share = [&](std::size_t count) {
-    return static_cast<double>(count) / static_cast<double>(close.size());
-  };
-  constexpr double kAll = 0.95;
-  const auto num_turned = static_cast<std::size_t>(std::count_if(
-      close.begin(), close.end(), [&](const RayMatch& m) { return offset(m, rotation * m.rays.a) < wide; }));
-  if (close.size() < TwoView::kFewestInliers) return result;
-  if (share(num_turned) >= kAll || result.parallax_px < 3 * sigma) {
-    result.kind = TwoViewKind::kRotation;
-    result.b_from_a = {rotation, Eigen::Vector3d::Zero()};
-    return result;
+  result.b_from_a = motionOf(scene.fit);
+  const double length = scene.fit.camera_from_world[1].translation.norm();
+  for (std::size_t i = 0; i < scene.used.size(); ++i) {
+    Eigen::Vector4d point = scene.fit.points[i];
+    if (length > 0) point.head<3>() /= length;
+    result.points[scene.used[i]] = point.normalized();
+    result.is_inlier[scene.used[i]] = true;
   }
-  result.kind = share(largestHomographySupport(close, wide, random)) >= kAll ? TwoViewKind::kPlane
-                                                                            : TwoViewKind::kGeneral;
-  const SceneEquations equations = sceneEquations(fit);
-  Eigen::Matrix<double, 6, 6> covariance = equations.pose_covariance.view();
-  covariance.topRows<3>() /= length;
-  covariance.leftCols<3>() /= length;
-  // The length of the translation is held, not known.
-  const Eigen::Vector3d along =
-      (result.b_from_a.rotation.inverse() * result.b_from_a.translation).normalized();
-  Eigen::Matrix<double, 6, 6> held = Eigen::Matrix<double, 6, 6>::Identity();
-  held.topLeftCorner<3, 3>() -= along * along.transpose();
-  covariance = held * covariance * held.transpose();
-  const double variance = 2 * equations.cost / std::max(1.0, equations.num_redundant);
-  result.covariance = variance * covariance;
+  result.num_inliers = scene.used.size();
+  if (2 * start.num_in_front < inliers.size()) return result;  // no one motion
+  result.kind = kindOf(close, rotation, result.parallax_px, sigma, random);
+  if (result.kind == TwoViewKind::kRotation) {
+    result.b_from_a = {rotation, Eigen::Vector3d::Zero()};
+  } else {
+    result.covariance = motionCovariance(scene.fit);
+  }
   return result;
 }
 
