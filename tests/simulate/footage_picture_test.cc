@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include <Eigen/LU>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
@@ -125,6 +126,40 @@ TEST(FootagePicture, AgreesWithTracksWhereRowsAreTakenOneAfterAnother) {
   const FlowErrors everything = flowErrors(scene, 7);
   EXPECT_GT(everything.count, 150);
   EXPECT_LT(everything.mean_px, 0.1);
+}
+
+// A shift of all pictures would not show in the flow between them, but does against a picture with twice as
+// many pixels: half of it.
+TEST(FootagePicture, HasPixelCentresWhereTheConventionsSay) {
+  FootageScene scene = footageScene(footagePinhole());
+  scene.path = FootagePath::kStatic;
+  scene.read_noise = 0;
+  const GrayImage small = FootageSimulator(scene).renderFrame(0);
+  scene.camera = AnyCamera::make("pinhole", std::vector<double>{500, 504, 2 * 158.5 - 0.5, 2 * 121.5 - 0.5});
+  scene.image_size = {640, 480};
+  scene.blur_px *= 2;
+  const GrayImage large = FootageSimulator(scene).renderFrame(0);
+  const auto mean = [&](int x, int y) {
+    return 0.25 * (large.at(2 * x, 2 * y) + large.at(2 * x + 1, 2 * y) + large.at(2 * x, 2 * y + 1) +
+                   large.at(2 * x + 1, 2 * y + 1));
+  };
+  // The shift that fits best, linearised.
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Vector2d right = Vector2d::Zero();
+  int count = 0;
+  for (int y = 1; y < 239; ++y) {
+    for (int x = 1; x < 319; ++x) {
+      const Vector2d gradient(0.5 * (mean(x + 1, y) - mean(x - 1, y)),
+                              0.5 * (mean(x, y + 1) - mean(x, y - 1)));
+      const double difference = small.at(x, y) - mean(x, y);
+      normal += gradient * gradient.transpose();
+      right += difference * gradient;
+      ++count;
+    }
+  }
+  EXPECT_EQ(count, 318 * 238);
+  const Vector2d shift = normal.inverse() * right;
+  EXPECT_LT(shift.cwiseAbs().maxCoeff(), 0.01) << shift.transpose();
 }
 
 // Whatever is seen, in each part of the picture.
