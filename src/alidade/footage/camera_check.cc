@@ -13,6 +13,7 @@ namespace alidade {
 namespace {
 
 constexpr double kPenalty = 6;           // of the score, for each unknown: 1 in 1000 and a choice of six kinds
+constexpr double kEvidence = 10;         // of the score: tracks have errors in common that their scatter does not show
 constexpr double kMuch = 1.0 / 3;        // of the squared errors
 constexpr double kFailure = 5;           // times the tolerance, as for findings of boards
 constexpr double kBlind = 10;            // times the tolerance: beyond, footage cannot tell
@@ -237,7 +238,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
     const CameraChange& change = check.changes[i];
     const bool is_one = change.kind != CameraChangeKind::kSeveral;
     if (is_one && change.kind != CameraChangeKind::kAspect) check.blind_px = std::max(check.blind_px, change.blind_px);
-    if (!(change.score > 0)) continue;
+    if (!(change.score > kEvidence)) continue;
     const double best = check.explanation ? check.changes[*check.explanation].score : 0;
     const double others = check.explanation ? check.changes[*check.explanation].cost_drop : 0;
     const bool is_better = is_one ? change.score > best : change.cost_drop > std::max(kMuch, 1.25 * others);

@@ -21,7 +21,7 @@ constexpr std::size_t kImages = 24;  // before it, that an image is matched with
 struct Match {
   int from = 0;
   int to = 0;
-  float distance = 0;
+  float ratio = 1;  // of the distances to the nearest and the second nearest descriptor
 };
 
 // Mutual nearest descriptors, each clearly nearer than the second.
@@ -39,7 +39,7 @@ std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
     const int i = best[0].queryIdx;
     const int j = best[0].trainIdx;
     const auto& back = backward[static_cast<std::size_t>(j)];
-    if (!back.empty() && back[0].trainIdx == i) matches.push_back({i, j, best[0].distance});
+    if (!back.empty() && back[0].trainIdx == i) matches.push_back({i, j, best[0].distance / best[1].distance});
   }
   return matches;
 }
@@ -92,24 +92,31 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& image) const {
 std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   cv::setNumThreads(1);
   Image now = describe(image);
-  std::vector<std::map<std::uint32_t, int>> votes(now.points.size());
-  for (const Image& earlier : earlier_) {
-    for (const Match& match : matchesBetween(now.descriptors, earlier.descriptors))
-      ++votes[static_cast<std::size_t>(match.from)][earlier.points[static_cast<std::size_t>(match.to)].track];
-  }
-  // A track has one point in an image: the one that most earlier images vote for.
-  std::map<std::uint32_t, std::pair<int, std::size_t>> holder;
+  // The clearest match of each point decides; false ones are rarely as clear. A track has one point in an image.
+  struct Claim {
+    float ratio = 1;
+    std::uint32_t track = 0;
+  };
   constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  std::vector<Claim> claims(now.points.size(), {.track = kNone});
+  for (const Image& earlier : earlier_) {
+    for (const Match& match : matchesBetween(now.descriptors, earlier.descriptors)) {
+      Claim& claim = claims[static_cast<std::size_t>(match.from)];
+      if (match.ratio < claim.ratio)
+        claim = {match.ratio, earlier.points[static_cast<std::size_t>(match.to)].track};
+    }
+  }
+  std::map<std::uint32_t, std::size_t> holder;
   for (std::size_t i = 0; i < now.points.size(); ++i) {
     now.points[i].track = kNone;
-    if (votes[i].empty()) continue;
-    const auto best = std::max_element(votes[i].begin(), votes[i].end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-    const auto held = holder.find(best->first);
-    if (held != holder.end() && held->second.first >= best->second) continue;
-    if (held != holder.end()) now.points[held->second.second].track = kNone;
-    holder[best->first] = {best->second, i};
-    now.points[i].track = best->first;
+    if (claims[i].track == kNone) continue;
+    const auto [held, is_new] = holder.emplace(claims[i].track, i);
+    if (!is_new) {
+      if (claims[held->second].ratio <= claims[i].ratio) continue;
+      now.points[held->second].track = kNone;
+      held->second = i;
+    }
+    now.points[i].track = claims[i].track;
   }
   for (TrackPixel& point : now.points) {
     if (point.track == kNone) point.track = next_track_++;

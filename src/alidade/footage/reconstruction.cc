@@ -40,7 +40,8 @@ std::vector<FramePair> rankedPairs(const FootageTracks& tracks, std::span<const 
       std::vector<double> angles;
       for (const RayPair& pair : common) angles.push_back((pair.b - rotation * pair.a).norm());
       const double parallax = focal_px * medianOf(std::move(angles));
-      pairs.push_back({i, j, startScore(common.size(), parallax)});
+      // False matches of photographs have any parallax.
+      pairs.push_back({i, j, tracks.is_video ? startScore(common.size(), parallax) : static_cast<double>(common.size())});
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(),
@@ -76,7 +77,7 @@ class Builder {
     const double focal_px = 0.5 * (camera_.parameters()[0] + camera_.parameters()[1]);
     const std::vector<FramePair> pairs = rankedPairs(tracks_, frames_, rays_, focal_px);
     // False matches spoil the ranking; what two views make of a pair does not.
-    const std::size_t most_tried = tracks_.is_video ? 4 : 12;
+    const std::size_t most_tried = tracks_.is_video ? 4 : 40;
     double best = 0;
     for (std::size_t k = 0; k < std::min(most_tried, pairs.size()); ++k) {
       const auto& a = tracks_.frames[frames_[pairs[k].a]];
@@ -93,7 +94,9 @@ class Builder {
       result.parallax_px = std::max(result.parallax_px, two.parallax_px);
       if (two.kind == TwoViewKind::kRotation && best == 0) result.kind = two.kind;
       if (two.kind != TwoViewKind::kGeneral && two.kind != TwoViewKind::kPlane) continue;
-      const double score = startScore(two.num_inliers, two.parallax_px);
+      // Where most matches are false, those that agree may do so by chance.
+      const double share = static_cast<double>(two.num_inliers) / static_cast<double>(matches.size());
+      const double score = share * share * startScore(two.num_inliers, two.parallax_px);
       if (score <= best) continue;
       best = score;
       result.kind = two.kind;
