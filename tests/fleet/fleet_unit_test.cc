@@ -55,6 +55,18 @@ TEST(ReadFleetFiles, ListsWhatItReadsAndWhatItCannotRead) {
   EXPECT_TRUE(files.units[1].covariance.empty());
 }
 
+TEST(ReadFleetFiles, LeavesOutACovarianceThatIsNone) {
+  const ScratchFolder scratch;
+  CameraRecord record = CameraPopulation().drawFleet(1, 2).front();
+  record.calibration->covariance[1] = 100 * record.calibration->covariance[0];
+  saveCamera(scratch.path("a.yaml"), record, "alidade");
+  const std::vector<std::string> inputs = {scratch.path("a.yaml")};
+  const FleetFiles files = readFleetFiles(inputs);
+  EXPECT_TRUE(files.units.empty());
+  ASSERT_EQ(files.unreadable.size(), 1u);
+  EXPECT_THAT(files.unreadable[0].reason, HasSubstr("negative variances"));
+}
+
 TEST(ReadFleetFiles, TakesAFileThatWasNamedForACamera) {
   const ScratchFolder scratch;
   scratch.write("notes.txt", "nothing of a camera\n");

@@ -73,8 +73,8 @@ TEST(Population, EstimatesMeanAndSpreadWithinTheirUncertainty) {
     variances += found.between.diagonal().cwiseQuotient(truth.diagonal()) / kFleets;
     num_left_out += samples.size() - found.numMembers();
   }
-  // The spread is estimated too, mostly from the fewer samples with small errors, and its uncertainty is not in
-  // that of the mean: T squared is 4.4 instead of 4 in the mean, and about 7 % instead of 5 % lie beyond.
+  // The spread is estimated too, mostly from the fewer samples with small errors, and its uncertainty is not
+  // in that of the mean: T squared is 4.4 instead of 4 in the mean, and about 7 % instead of 5 % lie beyond.
   EXPECT_NEAR(squares, 4.4, 0.5);
   EXPECT_GT(num_beyond, 0.03 * kFleets);
   EXPECT_LT(num_beyond, 0.12 * kFleets);

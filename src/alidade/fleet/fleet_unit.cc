@@ -8,6 +8,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
+#include "alidade/record/correlations.h"
 
 namespace alidade {
 namespace {
@@ -28,6 +29,17 @@ std::string placeOf(const std::string& path, const std::string& folder) {
   return fs::path(path).filename().string();
 }
 
+// A covariance that cannot be one would make nonsense of the whole fleet.
+void requireCovariance(const CameraRecord& record, const std::string& where) {
+  if (!record.calibration || record.calibration->covariance.empty()) return;
+  const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
+  if (Correlations(record.calibration->covariance, n).isSemidefinite()) return;
+  throw inputError({.where = where,
+                    .found = "a covariance that is none: it has negative variances",
+                    .expected = "the numbers that the calibration wrote",
+                    .next_step = "run alidade validate " + where});
+}
+
 FileUnits unitsIn(const ListedFile& file, const std::string& place, const ReadOptions& options) {
   FileUnits result;
   try {
@@ -37,6 +49,7 @@ FileUnits unitsIn(const ListedFile& file, const std::string& place, const ReadOp
     for (const StatedCamera& camera : source.cameras) {
       const std::string label = is_one ? "" : "#" + cameraLabel(camera);
       CameraRecord record = recordOf(camera, source.path + label);
+      requireCovariance(record, source.path + label);
       if (record.name.name.empty()) record.name.name = camera.name;
       result.units.push_back(unitOf(record, file.path + label, place + label));
     }
