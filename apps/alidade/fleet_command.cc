@@ -97,7 +97,8 @@ std::string fleetSummary(const Fleet& fleet, bool is_verbose) {
   for (std::size_t g = 0; g < num_groups; ++g)
     append(lines, groupLines(fleet.groups[g], fleet.tolerance_px, g == 0 || is_verbose));
   if (num_groups < fleet.groups.size())
-    append(lines, wrapped("", fmt::format("{} more image sizes", fleet.groups.size() - num_groups)));
+    append(lines, wrapped("", fmt::format("{} more image size{}", fleet.groups.size() - num_groups,
+                                          fleet.groups.size() == num_groups + 1 ? "" : "s")));
   if (fleet.has_previous) {
     append(lines, wrapped("Drift", fmt::format("{} of {} units with a previous calibration changed",
                                                fleet.numDrifted(), fleet.drifts.size())));

@@ -14,9 +14,7 @@ namespace alidade {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::EndsWith;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 // Forty units of one kind, of which one has another lens, and one has changed since its previous calibration.
 class FleetCommandTest : public ::testing::Test {

@@ -55,7 +55,7 @@ TEST(ReadFleetFiles, ListsWhatItReadsAndWhatItCannotRead) {
   EXPECT_TRUE(files.units[1].covariance.empty());
 }
 
-TEST(ReadFleetFiles, LeavesOutACovarianceThatIsNone) {
+TEST(ReadFleetFiles, LeavesOutAnInvalidCovariance) {
   const ScratchFolder scratch;
   CameraRecord record = CameraPopulation().drawFleet(1, 2).front();
   record.calibration->covariance[1] = 100 * record.calibration->covariance[0];

@@ -132,6 +132,17 @@ TEST(Population, KeepsWhatIsTheSameInAllSamples) {
   EXPECT_NEAR(at_mean.between_share, 1, 1e-6);
 }
 
+TEST(Population, KeepsTheMembersOfSmallPopulations) {
+  constexpr int kFleets = 60;
+  constexpr std::size_t kSamples = 16;
+  std::size_t num_left_out = 0;
+  for (int f = 0; f < kFleets; ++f) {
+    Random random(streamSeed(29, static_cast<std::uint64_t>(f)));
+    num_left_out += kSamples - estimatePopulation(drawSamples(kSamples, random)).numMembers();
+  }
+  EXPECT_LE(num_left_out, kFleets * kSamples / 50);
+}
+
 TEST(Population, TakesAllOfFewSamples) {
   Random random(6);
   auto samples = drawSamples(fewestForOutliers(kK) - 1, random);

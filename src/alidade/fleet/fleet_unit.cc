@@ -35,7 +35,7 @@ void requireCovariance(const CameraRecord& record, const std::string& where) {
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
   if (Correlations(record.calibration->covariance, n).isSemidefinite()) return;
   throw inputError({.where = where,
-                    .found = "a covariance that is none: it has negative variances",
+                    .found = "an invalid covariance: it has negative variances",
                     .expected = "the numbers that the calibration wrote",
                     .next_step = "run alidade validate " + where});
 }

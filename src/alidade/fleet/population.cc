@@ -221,12 +221,21 @@ Subset centralSamples(std::span<const PopulationSample> samples) {
   return subset;
 }
 
+// What one more member exceeds once in a thousand cases, by an estimate from so many: Hotelling's
+// distribution.
+double limitOfSquares(double k, std::size_t num_members) {
+  const auto n = static_cast<double>(num_members);
+  const double below = std::max(1.0, n - k);
+  return k * (n * n - 1) / (n * below) * fOfNormal(kNormalOneInThousand, k, below);
+}
+
 // The members, and the estimate from them.
 std::pair<Subset, Estimate> membersOf(std::span<const PopulationSample> samples) {
   constexpr int kMaxSteps = 5;
   const auto k = static_cast<double>(samples.front().value.size());
-  const double limit = k * meanSquareOfNormal(kNormalOneInThousand, k);
-  Estimate estimate = estimateOf(samples, centralSamples(samples));
+  const Subset central = centralSamples(samples);
+  Estimate estimate = estimateOf(samples, central);
+  double limit = limitOfSquares(k, central.size());
   std::vector<double> squares = allSquares(estimate, samples);
   // The core has lost its tails, so its covariance is too small: the median says by how much.
   const double inflation = std::max(1.0, medianOf(squares) / (k * meanSquareOfNormal(0, k)));
@@ -239,6 +248,7 @@ std::pair<Subset, Estimate> membersOf(std::span<const PopulationSample> samples)
     if (next == members || next.size() < 2) break;
     members = std::move(next);
     estimate = estimateOf(samples, members);
+    limit = limitOfSquares(k, members.size());
     squares = allSquares(estimate, samples);
   }
   return {std::move(members), std::move(estimate)};

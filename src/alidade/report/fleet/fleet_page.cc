@@ -175,7 +175,8 @@ std::string fleetPage(const Fleet& fleet, const std::string& created_by) {
       fmt::format("{}{} px", group.typical ? std::string(group.typical->camera.modelId()) + ", " : "",
                   sizeText(group.size));
   if (fleet.groups.size() > 1)
-    page.subtitle += fmt::format(", and {} other image sizes", fleet.groups.size() - 1);
+    page.subtitle += fmt::format(", and {} other image size{}", fleet.groups.size() - 1,
+                                 fleet.groups.size() == 2 ? "" : "s");
   page.sentence = "Distances hold for 95 % of the image, after the best rotation of each unit.";
   for (const FleetUnit& unit : fleet.files.units) page.names.push_back(unit.file);
   page.details =
