@@ -46,6 +46,7 @@ constexpr std::array<CommandEntry, 16> kCommands = {{
     {"undistort", "Remove lens distortion from images", makeUndistortCommand},
     {"validate", "Check camera files", makeValidateCommand},
     {"diff", "Compare two cameras by their projection difference", makeDiffCommand},
+    {"fleet", "See what many camera files of one kind say together", makeFleetCommand},
     {"convert", "Change the format, image size, orientation or lens model of a camera file",
      makeConvertCommand},
     {"report", "Show a calibration in figures, as a page from its evidence file", makeReportCommand},
