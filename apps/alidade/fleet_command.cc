@@ -135,17 +135,19 @@ class FleetCommand final : public Command {
         "Exit code 1: no camera file can be read. Exit code 3 with --strict: a unit deviates or changed, or "
         "a "
         "file cannot be read.");
-    app.add_option("file", files_, "Camera files, folders, or patterns in quotes");
+    app.add_option("file", files_, "Camera files, folders, or patterns in quotes")->type_name(kFileValue);
     app.add_option("-o,--output", output_,
                    "What to write: a page with figures (.html) or a row for each unit (.csv)")
-        ->check(outputComplaint, "");
-    app.add_option(
-        "--typical", typical_,
-        "Camera file to write: the typical camera of the largest group, with the spread between units as "
-        "its covariance");
+        ->check(outputComplaint, "")
+        ->type_name(kFileValue);
+    app.add_option("--typical", typical_,
+                   "Camera file to write: the typical camera of the largest group, with the spread between "
+                   "units as its covariance")
+        ->type_name(kFileValue);
     app.add_option("--previous", previous_,
                    "Earlier calibrations of the same cameras: files, folders or patterns")
-        ->expected(1, -1);
+        ->expected(1, -1)
+        ->type_name(kFileValue);
     takePixels(
         *app.add_option("--tolerance", tolerance_px_,
                         "Largest accepted distance from the typical camera in pixels, for 95 % of the image")
