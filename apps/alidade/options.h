@@ -68,6 +68,7 @@ inline constexpr const char* kCommonGroup = "All commands";
 [[nodiscard]] std::unique_ptr<Command> makeUndistortCommand();
 [[nodiscard]] std::unique_ptr<Command> makeValidateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeDiffCommand();
+[[nodiscard]] std::unique_ptr<Command> makeFleetCommand();
 [[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeReportCommand();

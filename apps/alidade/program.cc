@@ -33,7 +33,7 @@ struct CommandEntry {
 constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
 
 // In the order of the help text.
-constexpr std::array<CommandEntry, 16> kCommands = {{
+constexpr std::array<CommandEntry, 17> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
     {"rig calibrate", "Calibrate the cameras of a rig in one joint fit", makeRigCalibrateCommand},
@@ -46,6 +46,7 @@ constexpr std::array<CommandEntry, 16> kCommands = {{
     {"undistort", "Remove lens distortion from images", makeUndistortCommand},
     {"validate", "Check camera files", makeValidateCommand},
     {"diff", "Compare two cameras by their projection difference", makeDiffCommand},
+    {"fleet", "See what many camera files of one kind say together", makeFleetCommand},
     {"convert", "Change the format, image size, orientation or lens model of a camera file",
      makeConvertCommand},
     {"report", "Show a calibration in figures, as a page from its evidence file", makeReportCommand},

@@ -324,6 +324,8 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
   }
   result.share_beyond = num_beyond / n;
   const Wald wald = waldOf(factor, weighted);
+  result.squares = wald.sum_of_squares;
+  result.directions = wald.expected;
   const double m = std::max(1.0, wald.expected);
   result.sigmas = normalOfMeanSquare(wald.sum_of_squares / m, m);
   const double limit = m * meanSquareOfNormal(kNormalOneInThousand, m);

@@ -101,6 +101,9 @@ struct DifferenceSignificance {
   /// The difference in standard deviations: the normal variable that is exceeded as often as the sum of its
   /// squares over all directions into which the cameras' uncertainty moves it (Wald's statistic).
   double sigmas = 0;
+  /// That sum of squares, and the number of directions, each as far as it counts: by chance they are equal.
+  double squares = 0;
+  double directions = 0;
   /// The part of p95_px that chance does not explain: p95 between a and the camera nearest to it
   /// on the way to b from which b differs by chance in 1 of 1000 cases. 0 if not
   /// significant.

@@ -10,7 +10,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/validate/correlations.h"
+#include "alidade/record/correlations.h"
 
 namespace alidade {
 namespace {

@@ -11,7 +11,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/rig_file.h"
-#include "alidade/validate/correlations.h"
+#include "alidade/record/correlations.h"
 
 namespace alidade {
 namespace {

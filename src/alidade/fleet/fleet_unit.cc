@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/fleet/fleet_unit.h"
+
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "alidade/core/error.h"
+#include "alidade/core/parallel.h"
+#include "alidade/record/correlations.h"
+
+namespace alidade {
+namespace {
+
+// What one file gives.
+struct FileUnits {
+  std::vector<FleetUnit> units = {};
+  std::optional<UnreadableFile> unreadable = {};
+  bool is_camera_file = true;
+};
+
+// The path below the folder that was named; of a file that was named itself its own name.
+std::string placeOf(const std::string& path, const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!folder.empty() && fs::is_directory(folder, error))
+    return fs::path(path).lexically_relative(fs::path(folder)).string();
+  return fs::path(path).filename().string();
+}
+
+// A covariance that cannot be one would make nonsense of the whole fleet.
+void requireCovariance(const CameraRecord& record, const std::string& where) {
+  if (!record.calibration || record.calibration->covariance.empty()) return;
+  const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
+  if (Correlations(record.calibration->covariance, n).isSemidefinite()) return;
+  throw inputError({.where = where,
+                    .found = "an invalid covariance: it has negative variances",
+                    .expected = "the numbers that the calibration wrote",
+                    .next_step = "run alidade validate " + where});
+}
+
+FileUnits unitsIn(const ListedFile& file, const std::string& place, const ReadOptions& options) {
+  FileUnits result;
+  try {
+    const CameraSource source = loadCameras(file.path, options);
+    requireAll(source);
+    const bool is_one = source.cameras.size() == 1;
+    for (const StatedCamera& camera : source.cameras) {
+      const std::string label = is_one ? "" : "#" + cameraLabel(camera);
+      CameraRecord record = recordOf(camera, source.path + label);
+      requireCovariance(record, source.path + label);
+      if (record.name.name.empty()) record.name.name = camera.name;
+      result.units.push_back(unitOf(record, file.path + label, place + label));
+    }
+  } catch (const NotACameraFile& reason) {
+    // Among the files of a folder there may be others; one that was named is meant.
+    result.is_camera_file = !file.is_from_folder;
+    if (result.is_camera_file) result.unreadable = UnreadableFile{file.path, reason.what()};
+  } catch (const Error& reason) {
+    result.units.clear();
+    result.unreadable = UnreadableFile{file.path, reason.what()};
+  }
+  return result;
+}
+
+}  // namespace
+
+ComparedCamera FleetUnit::compared() const {
+  ComparedCamera result{.camera = &camera, .size = size};
+  if (!covariance.empty())
+    result.covariance = fullMatrix(covariance, static_cast<Eigen::Index>(camera.parameters().size()));
+  return result;
+}
+
+FleetUnit unitOf(const CameraRecord& record, std::string file, std::string place) {
+  FleetUnit unit{.file = std::move(file),
+                 .place = std::move(place),
+                 .name = record.name,
+                 .camera = record.camera,
+                 .size = record.image_size};
+  if (!record.calibration) return unit;
+  const CalibrationRecord& stated = *record.calibration;
+  unit.verdict = stated.verdict;
+  unit.accuracy_px = stated.accuracy_px;
+  if (statedCovariance(record)) unit.covariance = stated.covariance;
+  return unit;
+}
+
+FleetFiles readFleetFiles(std::span<const std::string> inputs, const ReadFleetOptions& options) {
+  std::vector<ListedFile> listed;
+  std::vector<std::string> places;
+  std::set<std::string> known;
+  for (const std::string& input : inputs) {
+    for (ListedFile& file : listCameraFiles(std::span(&input, 1))) {
+      if (!known.insert(file.path).second) continue;
+      places.push_back(placeOf(file.path, input));
+      listed.push_back(std::move(file));
+    }
+  }
+  std::vector<FileUnits> read(listed.size());
+  std::mutex mutex;
+  std::size_t num_done = 0;
+  parallelFor(
+      listed.size(), options.jobs,
+      [&](std::size_t i) {
+        read[i] = unitsIn(listed[i], places[i], options.read);
+        if (!options.progress) return;
+        const std::lock_guard lock(mutex);
+        options.progress(++num_done, listed.size());
+      },
+      options.cancel);
+  FleetFiles files;
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    FileUnits& of_file = read[i];
+    if (!of_file.is_camera_file) {
+      files.other_files.push_back(listed[i].path);
+      continue;
+    }
+    ++files.num_files;
+    for (FleetUnit& unit : of_file.units) files.units.push_back(std::move(unit));
+    if (of_file.unreadable) files.unreadable.push_back(std::move(*of_file.unreadable));
+  }
+  return files;
+}
+
+}  // namespace alidade

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/compare/projection_difference.h"
+#include "alidade/core/cancel.h"
+#include "alidade/core/image.h"
+#include "alidade/core/verdict.h"
+#include "alidade/files/camera_list.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/record/camera_record.h"
+
+namespace alidade {
+
+/// A camera of a fleet: what is needed of its file, and no more, as there may be many.
+struct FleetUnit {
+  std::string file;   ///< as it was found; of a file with several cameras with "#NAME"
+  std::string place;  ///< the same relative to the folder that was named, to find it in another folder
+  CameraName name = {};
+  AnyCamera camera;
+  ImageSize size;
+  std::vector<double> covariance = {};  ///< as CalibrationRecord has it; empty: not stated
+  std::optional<Verdict> verdict = {};  ///< nothing: not stated
+  double accuracy_px = std::numeric_limits<double>::quiet_NaN();  ///< as stated; NaN: not stated
+
+  [[nodiscard]] ComparedCamera compared() const;
+};
+
+/// A file that is named as a camera's but cannot be used.
+struct UnreadableFile {
+  std::string file;
+  std::string reason;
+};
+
+struct FleetFiles {
+  std::vector<FleetUnit> units = {};            ///< in the order of the files
+  std::vector<UnreadableFile> unreadable = {};  ///< damaged, or without an image size
+  std::size_t num_files = 0;                    ///< camera files, with those that cannot be read
+  std::vector<std::string> other_files = {};    ///< no camera files
+};
+
+struct ReadFleetOptions {
+  ReadOptions read = {};
+  int jobs = 0;  ///< threads; 0: one per processor
+  const CancelFlag* cancel = nullptr;
+  std::function<void(std::size_t, std::size_t)> progress = {};  ///< (done, total); one call at a time
+};
+
+/// The cameras of a record, as a unit. @param file, place  see FleetUnit
+[[nodiscard]] FleetUnit unitOf(const CameraRecord& record, std::string file, std::string place);
+
+/// Reads camera files of any format; of files with several cameras each is a unit. A file that cannot be read
+/// is listed and left out. The result does not depend on the number of threads.
+/// @param inputs  files, folders and patterns, see listCameraFiles()
+/// @throws Error (kInput) as listCameraFiles(); Cancelled
+[[nodiscard]] FleetFiles readFleetFiles(std::span<const std::string> inputs,
+                                        const ReadFleetOptions& options = {});
+
+}  // namespace alidade
