@@ -46,7 +46,7 @@ struct SceneFit {
   std::vector<SE3> camera_from_world;
   /// Homogeneous, of length 1: (x, y, z, w) is the point (x, y, z) / w, at infinity for w = 0.
   std::vector<Eigen::Vector4d> points;
-  std::vector<SceneSighting> sightings;  ///< sorted by point
+  std::vector<SceneSighting> sightings;  ///< sorted by point, those of a point by frame
   std::size_t num_held_frames = 1;       ///< the first ones keep their poses; one or more
   /// Time from the first row's exposure to the last one's, in frames: a rolling shutter.
   double readout = 0;

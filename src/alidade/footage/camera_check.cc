@@ -87,6 +87,26 @@ double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_co
   return lengths.empty() ? 0 : quantile95(std::move(lengths));
 }
 
+CameraChange changeBy(const AnyCamera& camera, const Candidate& candidate, const FreedCamera& given,
+                      const FreedCamera& freed, const std::vector<Eigen::Vector2d>& pixels) {
+  CameraChange change{.kind = candidate.kind, .camera = freed.camera};
+  for (Eigen::Index i = 0; i < freed.amounts.size(); ++i) {
+    change.amounts.push_back(freed.amounts[i]);
+    change.std.push_back(std::sqrt(freed.amount_covariance(i, i)));
+  }
+  const double drop = given.cost - freed.cost;
+  const double unit = freed.dispersion * std::max(1.0, freed.disagreement);
+  change.cost_drop = drop / given.cost;
+  change.score = drop / unit - kPenalty * static_cast<double>(candidate.directions.cols());
+  change.effect_px = displacement(camera, freed.camera, pixels);
+  const Eigen::Index n = candidate.directions.rows();
+  const Eigen::MatrixXd covariance = freed.covariance.view();
+  const double std_px = displacement(freed.camera, covariance.topLeftCorner(n, n), pixels);
+  change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
+  change.blind_px = kNormal95 * std_px;
+  return change;
+}
+
 void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, ImageSize size) {
   check.cells.resize(std::size_t{FootageCheck::kColumns} * FootageCheck::kRows);
   double sum = 0;
@@ -203,40 +223,46 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   const CameraFreeing freeing(camera, found.windows, tracks, {.num_jobs = options.num_jobs, .cancel = options.cancel});
   check.noise_px = freeing.noisePx();
   addErrors(check, freeing.windows(), tracks.size);
-  const auto n = static_cast<Eigen::Index>(camera.parameters().size());
-  const auto given = freeing.along(Eigen::MatrixXd(n, 0));
+  const auto given = freeing.given();
   if (!given) {
     check.gap = FootageGap::kMovingScene;
     return check;
   }
   check.readout = given->readout;
   const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
-  for (const Candidate& candidate : candidatesFor(camera)) {
-    const auto freed = freeing.along(candidate.directions);
-    if (!freed || !freed->is_converged) continue;
-    const double drop = given->cost - freed->cost;
-    const double unit = freed->dispersion * std::max(1.0, freed->disagreement);
-    const auto unknowns = static_cast<double>(candidate.directions.cols());
-    CameraChange change{.kind = candidate.kind, .camera = freed->camera};
-    const Eigen::MatrixXd covariance = freed->covariance.view();
-    for (Eigen::Index i = 0; i < freed->amounts.size(); ++i) {
-      change.amounts.push_back(freed->amounts[i]);
-      change.std.push_back(std::sqrt(freed->amount_covariance(i, i)));
+  const std::vector<Candidate> candidates = candidatesFor(camera);
+  for (const Candidate& candidate : candidates) {
+    const auto freed = candidate.kind == CameraChangeKind::kSeveral ? freeing.all()
+                                                                    : freeing.predictedAlong(candidate.directions);
+    if (freed) check.changes.push_back(changeBy(camera, candidate, *given, *freed, pixels));
+  }
+  // Those that may be the best explanation are solved for.
+  double best_score = 0;
+  for (const CameraChange& change : check.changes) {
+    if (change.kind != CameraChangeKind::kSeveral) best_score = std::max(best_score, change.score);
+  }
+  for (CameraChange& change : check.changes) {
+    constexpr double kRival = 0.5;  // of the best score, as far as small changes tell
+    if (change.kind == CameraChangeKind::kSeveral || !(change.score > kRival * best_score)) continue;
+    const auto candidate =
+        std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.kind == change.kind; });
+    const auto freed = freeing.along(candidate->directions);
+    if (freed && freed->is_converged) {
+      change = changeBy(camera, *candidate, *given, *freed, pixels);
+    } else {
+      change.score = 0;
     }
-    change.cost_drop = drop / given->cost;
-    change.score = drop / unit - kPenalty * unknowns;
-    change.effect_px = displacement(camera, freed->camera, pixels);
-    const double std_px = displacement(freed->camera, covariance.topLeftCorner(n, n), pixels);
-    change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
-    change.blind_px = kNormal95 * std_px;
-    check.changes.push_back(std::move(change));
   }
 
   // The best explanation of one kind; of all together if they take away much more.
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
     const CameraChange& change = check.changes[i];
     const bool is_one = change.kind != CameraChangeKind::kSeveral;
-    if (is_one && change.kind != CameraChangeKind::kAspect) check.blind_px = std::max(check.blind_px, change.blind_px);
+    if (is_one && change.blind_px > kBlind * options.tolerance_px) check.undetermined.push_back(change.kind);
+    const bool is_binding = change.kind == CameraChangeKind::kFocalLength ||
+                            change.kind == CameraChangeKind::kDistortion ||
+                            change.kind == CameraChangeKind::kFirstRadial;
+    if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
     if (!(change.score > 0)) continue;
     const double best = check.explanation ? check.changes[*check.explanation].score : 0;
     const double others = check.explanation ? check.changes[*check.explanation].cost_drop : 0;

@@ -79,7 +79,11 @@ struct FootageCheck {
   std::vector<CameraChange> changes;         ///< those that were tried
   std::optional<std::size_t> explanation;    ///< the change that explains the footage best, if one does
   double tolerance_px = 1;
-  double blind_px = 0;  ///< the largest of changes of one kind that would go unnoticed
+  /// The largest change of focal length or distortion that would go unnoticed.
+  double blind_px = 0;
+  /// Kinds of which a change of ten times the tolerance would go unnoticed. Where the principal point is the
+  /// only one, the camera may still be consistent: rotations compensate for most of its displacement.
+  std::vector<CameraChangeKind> undetermined;
   int num_frames = 0;   ///< in windows
   int num_windows = 0;
   int num_points = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -63,20 +64,27 @@ struct FreeingOptions {
 /// throughout.
 class CameraFreeing {
  public:
-  /// Solves all windows at the camera that is given. Estimates the noise and the error fields' size with all
-  /// parameters free.
+  /// Solves all windows at the camera that is given, and once more with all parameters free, by which the
+  /// noise and the error fields' size are estimated.
   /// @param windows  reconstructed, with fits; one or more
   CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows, const FootageTracks& tracks,
                 const FreeingOptions& options);
   ~CameraFreeing();
 
+  /// Whether the given camera could be evaluated; without, there are no results.
+  [[nodiscard]] bool isUsable() const { return is_usable_; }
+  /// The given camera, with the readout freed.
+  [[nodiscard]] std::optional<FreedCamera> given() const;
+  /// The best camera with all parameters freed; nothing if none was found.
+  [[nodiscard]] std::optional<FreedCamera> all() const;
   /// The best camera among those that differ from the given one along directions.
-  /// @param directions  of the parameters in storage order, one a column; may have no columns
-  /// @returns nothing if the given camera cannot be evaluated
+  /// @param directions  of the parameters in storage order, one a column
   [[nodiscard]] std::optional<FreedCamera> along(const Eigen::MatrixXd& directions) const;
+  /// The same by the normal equations at the given camera alone, at no cost: exact for small changes.
+  [[nodiscard]] std::optional<FreedCamera> predictedAlong(const Eigen::MatrixXd& directions) const;
 
   /// As solved at the given camera.
-  [[nodiscard]] const std::vector<Reconstruction>& windows() const { return windows_; }
+  [[nodiscard]] const std::vector<Reconstruction>& windows() const;
   [[nodiscard]] double noisePx() const;  ///< of a coordinate
   [[nodiscard]] double fieldPx() const { return field_px_; }
 
@@ -86,7 +94,9 @@ class CameraFreeing {
 
   [[nodiscard]] bool solveAt(State& state, const Eigen::VectorXd& at) const;
   [[nodiscard]] Sums sumsAt(const State& state) const;
-  bool minimise(State& state, const Eigen::MatrixXd& directions) const;
+  bool minimise(State& state, const Eigen::MatrixXd& directions, int max_steps) const;
+  [[nodiscard]] std::optional<FreedCamera> freedAt(const Eigen::VectorXd& at, const Sums& sums,
+                                                   const Eigen::MatrixXd& directions, bool is_converged) const;
   [[nodiscard]] double priorCost(const Eigen::VectorXd& at) const;
   void setNoise();
   void setPrior();
@@ -101,6 +111,10 @@ class CameraFreeing {
   double noise_ = 1;     // in units of the pixels' sigma
   double field_px_ = 0;
   Eigen::MatrixXd prior_;
+  bool is_usable_ = false;
+  bool is_all_found_ = false;
+  std::unique_ptr<State> at_given_;
+  std::unique_ptr<State> at_all_;
 };
 
 }  // namespace alidade
