@@ -236,14 +236,17 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
                                                                     : freeing.predictedAlong(candidate.directions);
     if (freed) check.changes.push_back(changeBy(camera, candidate, *given, *freed, pixels));
   }
-  // Those that may be the best explanation are solved for.
-  double best_score = 0;
+  // Those that may be the best explanation are solved for. How far windows agree is not predicted well.
+  double best_drop = 0;
+  bool is_any_significant = false;
   for (const CameraChange& change : check.changes) {
-    if (change.kind != CameraChangeKind::kSeveral) best_score = std::max(best_score, change.score);
+    is_any_significant = is_any_significant || change.score > 0;
+    if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
   }
   for (CameraChange& change : check.changes) {
-    constexpr double kRival = 0.5;  // of the best score, as far as small changes tell
-    if (change.kind == CameraChangeKind::kSeveral || !(change.score > kRival * best_score)) continue;
+    constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
+    if (!is_any_significant || change.kind == CameraChangeKind::kSeveral || change.cost_drop < kRival * best_drop)
+      continue;
     const auto candidate =
         std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.kind == change.kind; });
     const auto freed = freeing.along(candidate->directions);
