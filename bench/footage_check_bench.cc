@@ -41,7 +41,8 @@ const std::vector<Lens>& lenses() {
       {"pinhole", {500, 502, 322, 238}},
       {"radtan", {520, 521, 318, 243, -0.28, 0.09, 1e-3, -5e-4, 0}},
       {"rational", {430, 431, 321, 238, 0.3, 0.05, 1e-4, -1e-4, 0, 0.55, 0.1, 0}},
-      {"thin_prism", {480, 479, 319, 241, -0.25, 0.07, 8e-4, -4e-4, -0.01, 0, 0, 0, 2e-3, -1e-4, -1e-3, 1e-4}},
+      {"thin_prism",
+       {480, 479, 319, 241, -0.25, 0.07, 8e-4, -4e-4, -0.01, 0, 0, 0, 2e-3, -1e-4, -1e-3, 1e-4}},
       {"kannala_brandt", {205, 205.5, 321, 239, 0.01, -0.004, 1e-3, 0}},
       {"fov", {300, 301, 318, 240, 0.9}},
       {"ucm", {420, 421, 320, 240, 0.8}},
@@ -160,17 +161,19 @@ bool isRight(const FootageCheck& check, Kind kind) {
   return false;
 }
 
-double processorSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+double processorSeconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
 
 void print(int set, const AnyCamera& camera, const char* what, const FootageCheck& check, double seconds) {
   std::printf("%3d %-14s %-16s %-12s %-14s", set, std::string(camera.modelId()).c_str(), what,
               std::string(verdictId(check.verdict)).c_str(), std::string(gapId(check.gap)).c_str());
-  std::printf(" %d windows %d frames %d points noise %.2f blind %.1f %.2f s", check.num_windows, check.num_frames,
-              check.num_points, check.noise_px, check.blind_px, seconds);
+  std::printf(" %d windows %d frames %d points noise %.2f blind %.1f %.2f s", check.num_windows,
+              check.num_frames, check.num_points, check.noise_px, check.blind_px, seconds);
   if (check.explanation) {
     const CameraChange& change = check.changes[*check.explanation];
-    std::printf(" [%s; %.1f px, surely %.1f; score %.1f drop %.2f]", describe(change).c_str(), change.effect_px,
-                change.sure_px, change.score, change.cost_drop);
+    std::printf(" [%s; %.1f px, surely %.1f; score %.1f drop %.2f]", describe(change).c_str(),
+                change.effect_px, change.sure_px, change.score, change.cost_drop);
   }
   std::printf("\n");
   std::fflush(stdout);
@@ -190,8 +193,8 @@ struct Row {
   }
   [[nodiscard]] int count() const { return num_inconsistent + num_consistent + num_cannot_tell; }
   void print(const char* what) const {
-    std::printf("%-28s %4d %12d %10d %11d %14d\n", what, count(), num_inconsistent, num_consistent, num_cannot_tell,
-                num_right);
+    std::printf("%-28s %4d %12d %10d %11d %14d\n", what, count(), num_inconsistent, num_consistent,
+                num_cannot_tell, num_right);
   }
 };
 
@@ -221,7 +224,8 @@ int runSets(bool is_rendered, int num_sets, int first) {
       all.at(k).add(check, is_right);
       if (is_true) continue;
       const double relative_std = relativeStd(at_true, kind);
-      std::printf("      std %.3f of the change, effect %.1f px\n", relative_std, effectOf(scene.camera, camera));
+      std::printf("      std %.3f of the change, effect %.1f px\n", relative_std,
+                  effectOf(scene.camera, camera));
       if (effectOf(scene.camera, camera) < 5) {
         small.at(k).add(check, is_right);
       } else if (relative_std < 1.0 / 3) {
@@ -296,8 +300,8 @@ int runControls(int num_sets) {
   }
   std::printf("%-28s sets inconsistent consistent cannot_tell\n", "");
   for (const auto& [name, row] : rows)
-    std::printf("%-28s %4d %12d %10d %11d\n", name.c_str(), row.count(), row.num_inconsistent, row.num_consistent,
-                row.num_cannot_tell);
+    std::printf("%-28s %4d %12d %10d %11d\n", name.c_str(), row.count(), row.num_inconsistent,
+                row.num_consistent, row.num_cannot_tell);
   return is_good ? 0 : 1;
 }
 

@@ -86,8 +86,7 @@ TEST(CameraCheck, FootageThatCannotTellSaysWhy) {
   };
   const std::vector<Case> cases = {
       {FootageGap::kNoParallax, [](FootageScene& s) { s.path = FootagePath::kRotation; }},
-      {FootageGap::kNoMotion,
-       [](FootageScene& s) {
+      {FootageGap::kNoMotion, [](FootageScene& s) {
          s.path = FootagePath::kStatic;
          s.flow_px = 0;
        }}};
@@ -111,7 +110,8 @@ TEST(CameraCheck, FootageThatCannotTellSaysWhy) {
 
   // Ten points in each frame.
   FootageTracks few = tracksOf(sceneOf(camera));
-  for (auto& frame : few.frames) std::erase_if(frame, [](const TrackPixel& at) { return at.track % 30 != 0; });
+  for (auto& frame : few.frames)
+    std::erase_if(frame, [](const TrackPixel& at) { return at.track % 30 != 0; });
   const FootageCheck check = checkOnFootage(camera, few);
   EXPECT_EQ(check.verdict, FootageVerdict::kCannotTell);
   EXPECT_EQ(check.gap, FootageGap::kFewPoints);

@@ -72,7 +72,7 @@ TEST(FrontEnd, KeyPointsAreMatchedOverLargerMotions) {
 // A symmetric spot lies where it was drawn: OpenCV's own numbers are a quarter of a pixel off.
 TEST(FrontEnd, KeyPointsHaveNoShift) {
   GrayImage image{.size = {320, 240}, .pixels = std::vector<std::uint8_t>(320 * 240)};
-  const std::vector<Eigen::Vector2d> spots = {{60.3, 70.6}, {160.0, 70.0}, {255.5, 80.25},
+  const std::vector<Eigen::Vector2d> spots = {{60.3, 70.6},  {160.0, 70.0},  {255.5, 80.25},
                                               {70.8, 170.1}, {160.4, 165.5}, {250.1, 170.9}};
   for (int y = 0; y < 240; ++y) {
     for (int x = 0; x < 320; ++x) {

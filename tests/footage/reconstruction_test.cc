@@ -69,7 +69,8 @@ TEST(Reconstruction, JumpsOfTracksAreLeftOut) {
   ASSERT_TRUE(found.fit);
   EXPECT_GT(num_moved, 100);
   EXPECT_NEAR(found.noise_px, 0.1, 0.03);
-  for (const SceneSighting& sighting : found.fit->sightings) EXPECT_LT(sightingError(*found.fit, sighting).norm(), 1);
+  for (const SceneSighting& sighting : found.fit->sightings)
+    EXPECT_LT(sightingError(*found.fit, sighting).norm(), 1);
 }
 
 TEST(Reconstruction, RotationHasNoPoints) {

@@ -16,7 +16,9 @@ using testing::randomDirection;
 using testing::ScatteredPoints;
 using testing::scatteredPoints;
 
-double distance(const SE3& a, const SE3& b) { return (a.inverse() * b).log().norm(); }
+double distance(const SE3& a, const SE3& b) {
+  return (a.inverse() * b).log().norm();
+}
 
 TEST(Resection, TruePoseIsAmongTheThreePointPoses) {
   constexpr int kCases = 500;
@@ -78,7 +80,7 @@ TEST(Resection, PoseIsFoundWithoutAGuessAmongFalsePoints) {
       EXPECT_LT(distance(found->camera_from_world, truth), 0.01);
       const auto marked = std::count(found->is_inlier.begin(), found->is_inlier.end(), true);
       EXPECT_EQ(static_cast<std::size_t>(marked), found->num_inliers);
-      EXPECT_GT(found->num_inliers, 90U);   // of about 120
+      EXPECT_GT(found->num_inliers, 90U);  // of about 120
       EXPECT_LT(found->num_inliers, 150U);
       ++num_cases;
     }
@@ -91,7 +93,8 @@ TEST(Resection, GuessIsRefinedAndAWrongOneDoesNotMatter) {
   Random random(23);
   const SE3 truth{SO3::exp(Eigen::Vector3d(0.2, -0.3, 0.1)), Eigen::Vector3d(0.5, -0.2, 0.3)};
   const auto known = knownPoints(camera, truth, 0.1, 0.1, random);
-  const SE3 near = truth * SE3::exp((Eigen::Matrix<double, 6, 1>() << 0.05, 0, 0.05, 0.02, -0.02, 0).finished());
+  const SE3 near =
+      truth * SE3::exp((Eigen::Matrix<double, 6, 1>() << 0.05, 0, 0.05, 0.02, -0.02, 0).finished());
   const SE3 wrong{SO3::exp(Eigen::Vector3d(0, 2.5, 0)), Eigen::Vector3d(3, 0, 0)};
   for (const SE3& guess : {near, wrong}) {
     const auto found = resect(camera, known, guess, 2, 7);

@@ -108,7 +108,8 @@ TEST(TwoView, FalseMatchesAreFound) {
   for (std::size_t i = 0; i < num_false; ++i) matches[i].b = {random.uniform(0, 639), random.uniform(0, 479)};
   const TwoView two = estimateTwoView(camera, matches, {.size = kFootageSize});
   std::size_t num_mistaken = 0;
-  for (std::size_t i = 0; i < matches.size(); ++i) num_mistaken += two.is_inlier[i] != (i >= num_false) ? 1 : 0;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    num_mistaken += two.is_inlier[i] != (i >= num_false) ? 1 : 0;
   EXPECT_GT(num_false, 100U);
   EXPECT_LT(num_mistaken, num_false / 20);  // a false match may lie on its epipolar line
 }
@@ -130,9 +131,10 @@ TEST(TwoView, RotationAndPlaneAreRecognised) {
         if (normal.dot(p.normalized()) > 0.2) on_plane.push_back(3 / normal.dot(p) * p);
       }
       const SE3 moved{SO3::exp(0.05 * randomDirection(random)), Eigen::Vector3d(0.5, -0.2, 0.1)};
-      EXPECT_EQ(estimateTwoView(camera, matchesOf(camera, on_plane, moved, 0.1, random), {.size = kFootageSize})
-                    .kind,
-                TwoViewKind::kPlane);
+      EXPECT_EQ(
+          estimateTwoView(camera, matchesOf(camera, on_plane, moved, 0.1, random), {.size = kFootageSize})
+              .kind,
+          TwoViewKind::kPlane);
       num_cases += 2;
     }
   }

@@ -58,7 +58,8 @@ class SightingBlock final : public ceres::CostFunction {
     Eigen::Vector2d error = projection.pixel - target_;
     if (has_field_) {
       const Eigen::Map<const ErrorField::Coefficients> field(blocks[2]);
-      error += Eigen::Vector2d(field.head<ErrorField::kTerms>().dot(basis_), field.tail<ErrorField::kTerms>().dot(basis_));
+      error += Eigen::Vector2d(field.head<ErrorField::kTerms>().dot(basis_),
+                               field.tail<ErrorField::kTerms>().dot(basis_));
     }
     Eigen::Map<Eigen::Vector2d>{residuals} = scale_ * error;
     if (!is_derived) return true;
@@ -69,8 +70,7 @@ class SightingBlock final : public ceres::CostFunction {
           scale_ * (J_px_cam * p.J_pose) * tangent_by_block;
     }
     if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>>{jacobians[1]} =
-          scale_ * J_px_cam * p.J_point;
+      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>>{jacobians[1]} = scale_ * J_px_cam * p.J_point;
     }
     if (has_field_ && jacobians[2] != nullptr) {
       Eigen::Map<Eigen::Matrix<double, 2, ErrorField::kSize, Eigen::RowMajor>> J(jacobians[2]);
@@ -93,7 +93,8 @@ class FieldPrior final : public ceres::SizedCostFunction<ErrorField::kSize, Erro
  public:
   explicit FieldPrior(double field_px) : scale_(1 / field_px) {}
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    Eigen::Map<ErrorField::Coefficients>{residuals} = scale_ * Eigen::Map<const ErrorField::Coefficients>(blocks[0]);
+    Eigen::Map<ErrorField::Coefficients>{residuals} =
+        scale_ * Eigen::Map<const ErrorField::Coefficients>(blocks[0]);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       Eigen::Map<Eigen::Matrix<double, ErrorField::kSize, ErrorField::kSize, Eigen::RowMajor>>{jacobians[0]}
           .setIdentity() *= scale_;
@@ -164,11 +165,13 @@ struct SightingColumns {
     if (pose_at >= 0 && other.pose_at >= 0)
       sum.block<6, 6>(pose_at, other.pose_at) += product.template topLeftCorner<6, 6>();
     if (field_at < 0) return;
-    sum.block<kField, kField>(field_at, other.field_at) += product.template bottomRightCorner<kField, kField>();
+    sum.block<kField, kField>(field_at, other.field_at) +=
+        product.template bottomRightCorner<kField, kField>();
     if (other.pose_at >= 0)
       sum.block<kField, 6>(field_at, other.pose_at) += product.template bottomLeftCorner<kField, 6>();
     if (pose_at >= 0 && this != &other)
-      sum.block<kField, 6>(other.field_at, pose_at) += product.template topRightCorner<6, kField>().transpose();
+      sum.block<kField, 6>(other.field_at, pose_at) +=
+          product.template topRightCorner<6, kField>().transpose();
   }
 };
 
@@ -200,8 +203,7 @@ Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point) {
   point.cwiseAbs().maxCoeff(&largest);
   Eigen::Vector4d v = point.normalized();
   v[largest] += v[largest] < 0 ? -1 : 1;
-  const Eigen::Matrix4d reflection =
-      Eigen::Matrix4d::Identity() - 2 / v.squaredNorm() * v * v.transpose();
+  const Eigen::Matrix4d reflection = Eigen::Matrix4d::Identity() - 2 / v.squaredNorm() * v * v.transpose();
   Eigen::Matrix<double, 4, 3> tangent;
   for (Eigen::Index i = 0, column = 0; i < 4; ++i) {
     if (i != largest) tangent.col(column++) = reflection.col(i);
@@ -343,7 +345,8 @@ SceneEquations sceneEquations(const SceneFit& fit) {
     columns.clear();
     Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
     Eigen::Vector3d v = Eigen::Vector3d::Zero();
-    Eigen::Matrix<double, Eigen::Dynamic, 3> W_camera = Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(num_extra, 3);
+    Eigen::Matrix<double, Eigen::Dynamic, 3> W_camera =
+        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(num_extra, 3);
     Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 25> J_camera(2, num_extra);
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const SceneSighting& sighting = fit.sightings[i];
@@ -355,12 +358,14 @@ SceneEquations sceneEquations(const SceneFit& fit) {
       result.num_redundant += 2;
       const double weight = std::sqrt(fit.loss.weight(error.squaredNorm()));
       error *= weight;
-      expect(i == range.begin || fit.sightings[i - 1].frame < sighting.frame, "sightings are in order of frames");
+      expect(i == range.begin || fit.sightings[i - 1].frame < sighting.frame,
+             "sightings are in order of frames");
       SightingColumns& own = columns.emplace_back();
       own.pose_at = sighting.frame >= fit.num_held_frames
                         ? 6 * static_cast<Eigen::Index>(sighting.frame - fit.num_held_frames)
                         : -1;
-      own.field_at = has_fields ? num_pose + ErrorField::kSize * static_cast<Eigen::Index>(sighting.frame) : -1;
+      own.field_at =
+          has_fields ? num_pose + ErrorField::kSize * static_cast<Eigen::Index>(sighting.frame) : -1;
       own.J.setZero();
       own.J.leftCols<6>() = weight * scale * p.J_pose;
       if (has_fields) {
@@ -392,10 +397,12 @@ SceneEquations sceneEquations(const SceneFit& fit) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const SightingColumns& own = columns[i];
       const Eigen::Matrix<double, SightingColumns::kSize, 3> WV = factor.solve(own.W.transpose()).transpose();
-      for (std::size_t k = 0; k <= i; ++k) own.addProducts(reduced, columns[k], -WV.lazyProduct(columns[k].W.transpose()));
+      for (std::size_t k = 0; k <= i; ++k)
+        own.addProducts(reduced, columns[k], -WV.lazyProduct(columns[k].W.transpose()));
       own.forEach([&](Eigen::Index at, auto part) {
         gradient.segment(at, part.size()).noalias() -= own.W(part, Eigen::all) * shift;
-        reduced.block(num_gone, at, num_extra, part.size()).noalias() -= WV_camera * own.W(part, Eigen::all).transpose();
+        reduced.block(num_gone, at, num_extra, part.size()).noalias() -=
+            WV_camera * own.W(part, Eigen::all).transpose();
       });
     }
     gradient.tail(num_extra).noalias() -= W_camera * shift;
@@ -407,12 +414,14 @@ SceneEquations sceneEquations(const SceneFit& fit) {
   if (fit.num_held_frames == 1 && num_pose > 0) {
     const Eigen::VectorXd scale = scaleDirection(fit);
     if (scale.norm() > 0) {
-      A.topLeftCorner(num_pose, num_pose) += A.topLeftCorner(num_pose, num_pose).trace() / static_cast<double>(num_pose) *
-                                             scale.normalized() * scale.normalized().transpose();
+      A.topLeftCorner(num_pose, num_pose) += A.topLeftCorner(num_pose, num_pose).trace() /
+                                             static_cast<double>(num_pose) * scale.normalized() *
+                                             scale.normalized().transpose();
     }
   }
   // A rotation alone leaves the translations undetermined.
-  A.topLeftCorner(num_pose, num_pose).diagonal().array() += 1e-13 * A.topLeftCorner(num_pose, num_pose).trace();
+  A.topLeftCorner(num_pose, num_pose).diagonal().array() +=
+      1e-13 * A.topLeftCorner(num_pose, num_pose).trace();
   for (Eigen::Index i = 0; i < num_field; ++i) {
     const double value = fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize];
     A(num_pose + i, num_pose + i) += 1 / (fit.field_px * fit.field_px);
@@ -429,8 +438,9 @@ SceneEquations sceneEquations(const SceneFit& fit) {
     // The priors' gradients at the fields as they are; with the points' they sum to nothing at the optimum.
     Eigen::VectorXd prior = Eigen::VectorXd::Zero(num_gone);
     for (Eigen::Index i = 0; i < num_field; ++i) {
-      prior[num_pose + i] = fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize] /
-                            (fit.field_px * fit.field_px);
+      prior[num_pose + i] =
+          fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize] /
+          (fit.field_px * fit.field_px);
     }
     result.prior_gradient = Eigen::MatrixXd(-T.transpose() * prior);
   } else {

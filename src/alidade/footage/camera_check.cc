@@ -12,10 +12,10 @@
 namespace alidade {
 namespace {
 
-constexpr double kPenalty = 6;           // of the score, for each unknown: 1 in 1000 and a choice of six kinds
-constexpr double kMuch = 1.0 / 3;        // of the squared errors
-constexpr double kFailure = 5;           // times the tolerance, as for findings of boards
-constexpr double kBlind = 10;            // times the tolerance: beyond, footage cannot tell
+constexpr double kPenalty = 6;     // of the score, for each unknown: 1 in 1000 and a choice of six kinds
+constexpr double kMuch = 1.0 / 3;  // of the squared errors
+constexpr double kFailure = 5;     // times the tolerance, as for findings of boards
+constexpr double kBlind = 10;      // times the tolerance: beyond, footage cannot tell
 constexpr double kOneSided95 = 1.645;
 
 struct Candidate {
@@ -116,8 +116,8 @@ void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, 
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (!errors[i].allFinite()) continue;
       const Eigen::Vector2d& pixel = window.fit->sightings[i].pixel;
-      const int column = std::clamp(static_cast<int>((pixel.x() + 0.5) / size.width * FootageCheck::kColumns), 0,
-                                    FootageCheck::kColumns - 1);
+      const int column = std::clamp(static_cast<int>((pixel.x() + 0.5) / size.width * FootageCheck::kColumns),
+                                    0, FootageCheck::kColumns - 1);
       const int row = std::clamp(static_cast<int>((pixel.y() + 0.5) / size.height * FootageCheck::kRows), 0,
                                  FootageCheck::kRows - 1);
       FootageCell& cell = check.cells[static_cast<std::size_t>(row * FootageCheck::kColumns + column)];
@@ -205,7 +205,8 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   check.is_video = tracks.is_video;
   const FootageWindows found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs);
   for (const auto* list : {&found.windows, &found.without_fit}) {
-    for (const Reconstruction& window : *list) check.parallax_px = std::max(check.parallax_px, window.parallax_px);
+    for (const Reconstruction& window : *list)
+      check.parallax_px = std::max(check.parallax_px, window.parallax_px);
   }
   if (found.windows.empty()) {
     check.gap = gapOf(tracks, found);
@@ -220,7 +221,8 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   }
   check.num_windows = static_cast<int>(found.windows.size());
 
-  const CameraFreeing freeing(camera, found.windows, tracks, {.num_jobs = options.num_jobs, .cancel = options.cancel});
+  const CameraFreeing freeing(camera, found.windows, tracks,
+                              {.num_jobs = options.num_jobs, .cancel = options.cancel});
   check.noise_px = freeing.noisePx();
   addErrors(check, freeing.windows(), tracks.size);
   const auto given = freeing.given();
@@ -232,8 +234,9 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
   const std::vector<Candidate> candidates = candidatesFor(camera);
   for (const Candidate& candidate : candidates) {
-    const auto freed = candidate.kind == CameraChangeKind::kSeveral ? freeing.all()
-                                                                    : freeing.predictedAlong(candidate.directions);
+    const auto freed = candidate.kind == CameraChangeKind::kSeveral
+                           ? freeing.all()
+                           : freeing.predictedAlong(candidate.directions);
     if (freed) check.changes.push_back(changeBy(camera, candidate, *given, *freed, pixels));
   }
   // Those that may be the best explanation are solved for. How far windows agree is not predicted well.
@@ -245,10 +248,11 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   }
   for (CameraChange& change : check.changes) {
     constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
-    if (!is_any_significant || change.kind == CameraChangeKind::kSeveral || change.cost_drop < kRival * best_drop)
+    if (!is_any_significant || change.kind == CameraChangeKind::kSeveral ||
+        change.cost_drop < kRival * best_drop)
       continue;
-    const auto candidate =
-        std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.kind == change.kind; });
+    const auto candidate = std::find_if(candidates.begin(), candidates.end(),
+                                        [&](const Candidate& c) { return c.kind == change.kind; });
     const auto freed = freeing.along(candidate->directions);
     if (freed && freed->is_converged) {
       change = changeBy(camera, *candidate, *given, *freed, pixels);
@@ -296,13 +300,13 @@ std::string describe(const CameraChange& change) {
     case CameraChangeKind::kAspect:
       return percent("fx alone");
     case CameraChangeKind::kPrincipalPoint:
-      return fmt::format("principal point {:+.1f} +- {:.1f} px in x and {:+.1f} +- {:.1f} px in y", change.amounts[0],
-                         change.std[0], change.amounts[1], change.std[1]);
+      return fmt::format("principal point {:+.1f} +- {:.1f} px in x and {:+.1f} +- {:.1f} px in y",
+                         change.amounts[0], change.std[0], change.amounts[1], change.std[1]);
     case CameraChangeKind::kDistortion:
       return fmt::format("distortion times {:.2f} +- {:.2f}", 1 + change.amounts[0], change.std[0]);
     case CameraChangeKind::kFirstRadial:
-      return fmt::format("{} {:+.3f} +- {:.3f}", std::string(change.camera.parameterNames()[4]), change.amounts[0],
-                         change.std[0]);
+      return fmt::format("{} {:+.3f} +- {:.3f}", std::string(change.camera.parameterNames()[4]),
+                         change.amounts[0], change.std[0]);
     case CameraChangeKind::kSeveral:
       break;
   }

@@ -41,8 +41,7 @@ Eigen::VectorXd unitsOf(const Eigen::MatrixXd& A) {
 }
 Eigen::VectorXd solveScaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   const Eigen::VectorXd unit = unitsOf(A);
-  return unit.asDiagonal() *
-         (unit.asDiagonal() * A * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * b);
+  return unit.asDiagonal() * (unit.asDiagonal() * A * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * b);
 }
 Eigen::MatrixXd inverseScaled(const Eigen::MatrixXd& A) {
   const Eigen::VectorXd unit = unitsOf(A);
@@ -166,19 +165,19 @@ std::optional<FreedCamera> CameraFreeing::predictedAlong(const Eigen::MatrixXd& 
 }
 
 std::optional<FreedCamera> CameraFreeing::freedAt(const Eigen::VectorXd& at, const Sums& sums,
-                                                  const Eigen::MatrixXd& directions, bool is_converged) const {
+                                                  const Eigen::MatrixXd& directions,
+                                                  bool is_converged) const {
   const std::span<const double> params(at.data(), static_cast<std::size_t>(num_ - 1));
   for (std::size_t i = 0; i < params.size(); ++i) {
     if (parameterComplaint(given_.modelId(), i, params[i])) return std::nullopt;
   }
-  FreedCamera freed{
-      .camera = AnyCamera::make(given_.modelId(), params),
-      .amounts = {},
-      .cost = sums.cost,
-      .covariance = {},
-      .amount_covariance = {},
-      .readout = at[num_ - 1],
-      .is_converged = is_converged};
+  FreedCamera freed{.camera = AnyCamera::make(given_.modelId(), params),
+                    .amounts = {},
+                    .cost = sums.cost,
+                    .covariance = {},
+                    .amount_covariance = {},
+                    .readout = at[num_ - 1],
+                    .is_converged = is_converged};
   const Eigen::MatrixXd D = withReadout(directions);
   const Eigen::VectorXd change = at - start_;
   if (directions.cols() > 0) {
@@ -202,7 +201,8 @@ std::optional<FreedCamera> CameraFreeing::freedAt(const Eigen::VectorXd& at, con
   }
   const auto points = static_cast<double>(sums.num_points);
   const double few = points / std::max(1.0, points - static_cast<double>(D.cols()));
-  const Eigen::MatrixXd scatter = std::max(1.0, freed.disagreement) * atLeast(few * own, information, &freed.dispersion);
+  const Eigen::MatrixXd scatter =
+      std::max(1.0, freed.disagreement) * atLeast(few * own, information, &freed.dispersion);
   const Eigen::MatrixXd inverse = inverseScaled(information + prior);
   const Eigen::MatrixXd covariance = inverse * (scatter + prior) * inverse;
   freed.amount_covariance = Eigen::MatrixXd(covariance.topLeftCorner(directions.cols(), directions.cols()));

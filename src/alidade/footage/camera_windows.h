@@ -30,8 +30,8 @@ namespace alidade {
 
 /// Reconstructs groups of frames; what is left of a group of photographs becomes further windows.
 struct FootageWindows {
-  std::vector<Reconstruction> windows;       ///< with fits
-  std::vector<Reconstruction> without_fit;   ///< why others failed
+  std::vector<Reconstruction> windows;      ///< with fits
+  std::vector<Reconstruction> without_fit;  ///< why others failed
 };
 [[nodiscard]] FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
                                             const ReconstructionOptions& options, int num_jobs);
@@ -39,15 +39,15 @@ struct FootageWindows {
 /// A camera that was changed in some directions of its parameters to fit footage better.
 struct FreedCamera {
   AnyCamera camera;
-  Eigen::VectorXd amounts;     ///< steps along the directions
-  double cost = 0;             ///< of the pixels, in units of their noise, with the error fields' priors
+  Eigen::VectorXd amounts;  ///< steps along the directions
+  double cost = 0;          ///< of the pixels, in units of their noise, with the error fields' priors
   /// Of the parameters in storage order, then the readout; zero across the directions. The points of a scene
   /// are taken as independent, the pixels of one point are not; where windows differ by more than this
   /// explains, it is larger by that.
   DenseMatrix covariance;
   DenseMatrix amount_covariance;
-  double readout = 0;  ///< see SceneFit::readout
-  double dispersion = 1;  ///< variance over that of independent pixels, mean over the directions
+  double readout = 0;       ///< see SceneFit::readout
+  double dispersion = 1;    ///< variance over that of independent pixels, mean over the directions
   double disagreement = 1;  ///< of the windows: variance of their gradients over the expected
   bool is_converged = false;
 };
@@ -96,7 +96,8 @@ class CameraFreeing {
   [[nodiscard]] Sums sumsAt(const State& state) const;
   bool minimise(State& state, const Eigen::MatrixXd& directions, int max_steps) const;
   [[nodiscard]] std::optional<FreedCamera> freedAt(const Eigen::VectorXd& at, const Sums& sums,
-                                                   const Eigen::MatrixXd& directions, bool is_converged) const;
+                                                   const Eigen::MatrixXd& directions,
+                                                   bool is_converged) const;
   [[nodiscard]] double priorCost(const Eigen::VectorXd& at) const;
   void setNoise();
   void setPrior();
@@ -108,7 +109,7 @@ class CameraFreeing {
   bool is_video_ = false;
   Eigen::VectorXd start_;  // parameters, then the readout
   Eigen::Index num_ = 0;
-  double noise_ = 1;     // in units of the pixels' sigma
+  double noise_ = 1;  // in units of the pixels' sigma
   double field_px_ = 0;
   Eigen::MatrixXd prior_;
   bool is_usable_ = false;
