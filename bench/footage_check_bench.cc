@@ -86,7 +86,9 @@ FootageTracks tracksOf(const FootageSimulator& simulator, std::uint64_t seed) {
 
 FootageTracks renderedTracks(const FootageSimulator& simulator) {
   const auto front_end = makeFrontEnd({.kind = FrontEndKind::kFlow});
-  FootageTracks kept{.size = kSize, .is_video = true};
+  FootageTracks kept;
+  kept.size = kSize;
+  kept.is_video = true;
   for (int i = 0; i < simulator.numFrames(); ++i) {
     std::vector<TrackPixel> frame = front_end->follow(simulator.renderFrame(i));
     if (!isKeyframe(kept, frame)) continue;

@@ -115,7 +115,9 @@ TEST(CameraCheck, FootageThatCannotTellSaysWhy) {
   const FootageCheck check = checkOnFootage(camera, few);
   EXPECT_EQ(check.verdict, FootageVerdict::kCannotTell);
   EXPECT_EQ(check.gap, FootageGap::kFewPoints);
-  EXPECT_EQ(checkOnFootage(camera, {.size = kFootageSize}).gap, FootageGap::kFewPoints);
+  FootageTracks none;
+  none.size = kFootageSize;
+  EXPECT_EQ(checkOnFootage(camera, none).gap, FootageGap::kFewPoints);
 }
 
 }  // namespace

@@ -34,7 +34,9 @@ inline FootageTracks simulatedTracks(const FootageSimulator& simulator, const Tr
       frames[static_cast<std::size_t>(track.first_frame) + i].push_back(at);
     }
   }
-  FootageTracks kept{.size = simulator.scene().image_size, .is_video = true};
+  FootageTracks kept;
+  kept.size = simulator.scene().image_size;
+  kept.is_video = true;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (!isKeyframe(kept, frames[i])) continue;
     kept.numbers.push_back(i);

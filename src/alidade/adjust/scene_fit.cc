@@ -294,8 +294,9 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   solver.gradient_tolerance = 1e-10;
   solver.parameter_tolerance = 1e-10;
   solver.max_num_consecutive_invalid_steps = 50;
-  // Damping never falls below what keeps the factorisation positive: the scale and far points are free.
-  solver.max_trust_region_radius = 1e8;
+  // The scale is free and only damping holds it: it must stay above the rounding of points that the same
+  // damping holds, so its reciprocal well below the root of the reciprocal of double's precision.
+  solver.max_trust_region_radius = 1e6;
   solver.logging_type = ceres::SILENT;
   CancelWatch watch(options.cancel);
   solver.callbacks.push_back(&watch);
