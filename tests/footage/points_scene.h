@@ -18,10 +18,11 @@ namespace alidade::testing {
 
 /// A camera of each kind that the tests of footage look through, for images of 640x480.
 inline std::vector<AnyCamera> footageCameras() {
-  return {AnyCamera::make("pinhole", std::vector<double>{500, 502, 322, 238}),
-          AnyCamera::make("radtan", std::vector<double>{520, 521, 318, 243, -0.28, 0.09, 0.001, -0.0005, 0.0}),
-          AnyCamera::make("kannala_brandt", std::vector<double>{205, 205.5, 321, 239, 0.01, -0.004, 0.001, 0.0}),
-          AnyCamera::make("double_sphere", std::vector<double>{190, 190, 320, 240, -0.2, 0.55})};
+  return {
+      AnyCamera::make("pinhole", std::vector<double>{500, 502, 322, 238}),
+      AnyCamera::make("radtan", std::vector<double>{520, 521, 318, 243, -0.28, 0.09, 0.001, -0.0005, 0.0}),
+      AnyCamera::make("kannala_brandt", std::vector<double>{205, 205.5, 321, 239, 0.01, -0.004, 0.001, 0.0}),
+      AnyCamera::make("double_sphere", std::vector<double>{190, 190, 320, 240, -0.2, 0.55})};
 }
 
 inline constexpr ImageSize kFootageSize{640, 480};

@@ -58,7 +58,8 @@ class SightingBlock final : public ceres::CostFunction {
     Eigen::Vector2d error = projection.pixel - target_;
     if (has_field_) {
       const Eigen::Map<const ErrorField::Coefficients> field(blocks[2]);
-      error += Eigen::Vector2d(field.head<ErrorField::kTerms>().dot(basis_), field.tail<ErrorField::kTerms>().dot(basis_));
+      error += Eigen::Vector2d(field.head<ErrorField::kTerms>().dot(basis_),
+                               field.tail<ErrorField::kTerms>().dot(basis_));
     }
     Eigen::Map<Eigen::Vector2d>{residuals} = scale_ * error;
     if (!is_derived) return true;
@@ -69,8 +70,7 @@ class SightingBlock final : public ceres::CostFunction {
           scale_ * (J_px_cam * p.J_pose) * tangent_by_block;
     }
     if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>>{jacobians[1]} =
-          scale_ * J_px_cam * p.J_point;
+      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>>{jacobians[1]} = scale_ * J_px_cam * p.J_point;
     }
     if (has_field_ && jacobians[2] != nullptr) {
       Eigen::Map<Eigen::Matrix<double, 2, ErrorField::kSize, Eigen::RowMajor>> J(jacobians[2]);
@@ -93,7 +93,8 @@ class FieldPrior final : public ceres::SizedCostFunction<ErrorField::kSize, Erro
  public:
   explicit FieldPrior(double field_px) : scale_(1 / field_px) {}
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    Eigen::Map<ErrorField::Coefficients>{residuals} = scale_ * Eigen::Map<const ErrorField::Coefficients>(blocks[0]);
+    Eigen::Map<ErrorField::Coefficients>{residuals} =
+        scale_ * Eigen::Map<const ErrorField::Coefficients>(blocks[0]);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       Eigen::Map<Eigen::Matrix<double, ErrorField::kSize, ErrorField::kSize, Eigen::RowMajor>>{jacobians[0]}
           .setIdentity() *= scale_;
@@ -139,6 +140,41 @@ std::vector<PointRange> rangesOf(const SceneFit& fit) {
   return ranges;
 }
 
+// What one sighting adds to the normal equations: its frame's pose (6), then its frame's error field, by
+// which the weighted error has the derivative J. A frame that is held has no pose, a fit may have no fields.
+struct SightingColumns {
+  static constexpr int kSize = 6 + ErrorField::kSize;
+  Eigen::Index pose_at = -1;  // in the normal equations; -1: none
+  Eigen::Index field_at = -1;
+  Eigen::Matrix<double, 2, kSize> J;
+  Eigen::Matrix<double, kSize, 3> W;  // J's product with the point's derivative
+
+  // Calls act(place in the normal equations, columns of J) for each part that is there.
+  template <class Act>
+  void forEach(const Act& act) const {
+    if (pose_at >= 0) act(pose_at, Eigen::seqN(Eigen::fix<0>, Eigen::fix<6>));
+    if (field_at >= 0) act(field_at, Eigen::seqN(Eigen::fix<6>, Eigen::fix<ErrorField::kSize>));
+  }
+
+  // Adds a product of this one's columns and those of another sighting of an earlier or the same frame: the
+  // lower triangle of the normal equations, in which fields come after all poses.
+  template <class Product>
+  void addProducts(Eigen::MatrixXd& sum, const SightingColumns& other, const Product& lazy) const {
+    const Eigen::Matrix<double, kSize, kSize> product = lazy;
+    constexpr int kField = ErrorField::kSize;
+    if (pose_at >= 0 && other.pose_at >= 0)
+      sum.block<6, 6>(pose_at, other.pose_at) += product.template topLeftCorner<6, 6>();
+    if (field_at < 0) return;
+    sum.block<kField, kField>(field_at, other.field_at) +=
+        product.template bottomRightCorner<kField, kField>();
+    if (other.pose_at >= 0)
+      sum.block<kField, 6>(field_at, other.pose_at) += product.template bottomLeftCorner<kField, 6>();
+    if (pose_at >= 0 && this != &other)
+      sum.block<kField, 6>(other.field_at, pose_at) +=
+          product.template topRightCorner<6, kField>().transpose();
+  }
+};
+
 // By how much the pose of each frame changes if the scene grows about the first camera.
 Eigen::VectorXd scaleDirection(const SceneFit& fit) {
   const std::size_t num_free = fit.camera_from_world.size() - fit.num_held_frames;
@@ -167,8 +203,7 @@ Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point) {
   point.cwiseAbs().maxCoeff(&largest);
   Eigen::Vector4d v = point.normalized();
   v[largest] += v[largest] < 0 ? -1 : 1;
-  const Eigen::Matrix4d reflection =
-      Eigen::Matrix4d::Identity() - 2 / v.squaredNorm() * v * v.transpose();
+  const Eigen::Matrix4d reflection = Eigen::Matrix4d::Identity() - 2 / v.squaredNorm() * v * v.transpose();
   Eigen::Matrix<double, 4, 3> tangent;
   for (Eigen::Index i = 0, column = 0; i < 4; ++i) {
     if (i != largest) tangent.col(column++) = reflection.col(i);
@@ -259,6 +294,9 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   solver.gradient_tolerance = 1e-10;
   solver.parameter_tolerance = 1e-10;
   solver.max_num_consecutive_invalid_steps = 50;
+  // The scale is free and only damping holds it: it must stay above the rounding of points that the same
+  // damping holds, so its reciprocal well below the root of the reciprocal of double's precision.
+  solver.max_trust_region_radius = 1e6;
   solver.logging_type = ceres::SILENT;
   CancelWatch watch(options.cancel);
   solver.callbacks.push_back(&watch);
@@ -298,90 +336,93 @@ SceneEquations sceneEquations(const SceneFit& fit) {
   const std::vector<PointRange> ranges = rangesOf(fit);
 
   SceneEquations result;
-  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(n, n);
+  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(n, n);  // its lower triangle
   Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n, static_cast<Eigen::Index>(fit.points.size()));
-  std::vector<Eigen::Matrix<double, 2, 3>> J_points;
-  std::vector<Eigen::MatrixXd> J_others;
-  std::vector<Eigen::Index> columns;
+  std::vector<SightingColumns> columns;
   for (const PointRange& range : ranges) {
     const std::uint32_t point = fit.sightings[range.begin].point;
     const Eigen::Matrix<double, 4, 3> tangent = pointTangent(fit.points[point]);
-    // The unknowns of this point's frames, then the others.
+    auto gradient = gradients.col(static_cast<Eigen::Index>(point));
     columns.clear();
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      const std::uint32_t frame = fit.sightings[i].frame;
-      if (frame < fit.num_held_frames) continue;
-      for (Eigen::Index k = 0; k < 6; ++k)
-        columns.push_back(6 * static_cast<Eigen::Index>(frame - fit.num_held_frames) + k);
-    }
-    const auto fields_at = static_cast<Eigen::Index>(columns.size());
-    for (std::size_t i = range.begin; i < range.end && has_fields; ++i) {
-      for (Eigen::Index k = 0; k < ErrorField::kSize; ++k)
-        columns.push_back(num_pose + ErrorField::kSize * static_cast<Eigen::Index>(fit.sightings[i].frame) + k);
-    }
-    const auto num_own = static_cast<Eigen::Index>(columns.size());
-    for (Eigen::Index k = 0; k < num_extra; ++k) columns.push_back(num_gone + k);
-    const auto m = static_cast<Eigen::Index>(columns.size());
-
     Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
     Eigen::Vector3d v = Eigen::Vector3d::Zero();
-    Eigen::MatrixXd U = Eigen::MatrixXd::Zero(m, m);
-    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(m, 3);
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(m);
-    Eigen::MatrixXd J(2, m);
-    Eigen::Index own = 0;
+    Eigen::Matrix<double, Eigen::Dynamic, 3> W_camera =
+        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(num_extra, 3);
+    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 25> J_camera(2, num_extra);
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const SceneSighting& sighting = fit.sightings[i];
       const SceneProjection p = projectSighting(fit, sighting);
       expect(p.ok, "every sighting projects");
       const double scale = 1 / sighting.sigma_px;
-      const Eigen::Vector2d error = scale * p.error;
-      const double weight = fit.loss.weight(error.squaredNorm());
+      Eigen::Vector2d error = scale * p.error;
       result.cost += 0.5 * fit.loss.rho(error.squaredNorm());
       result.num_redundant += 2;
-      J.setZero();
-      if (sighting.frame >= fit.num_held_frames) {
-        J.middleCols<6>(own) = scale * p.J_pose;
-        own += 6;
-      }
+      const double weight = std::sqrt(fit.loss.weight(error.squaredNorm()));
+      error *= weight;
+      expect(i == range.begin || fit.sightings[i - 1].frame < sighting.frame,
+             "sightings are in order of frames");
+      SightingColumns& own = columns.emplace_back();
+      own.pose_at = sighting.frame >= fit.num_held_frames
+                        ? 6 * static_cast<Eigen::Index>(sighting.frame - fit.num_held_frames)
+                        : -1;
+      own.field_at =
+          has_fields ? num_pose + ErrorField::kSize * static_cast<Eigen::Index>(sighting.frame) : -1;
+      own.J.setZero();
+      own.J.leftCols<6>() = weight * scale * p.J_pose;
       if (has_fields) {
-        const Eigen::Index at = fields_at + ErrorField::kSize * static_cast<Eigen::Index>(i - range.begin);
-        J.block<1, ErrorField::kTerms>(0, at) = scale * p.field.transpose();
-        J.block<1, ErrorField::kTerms>(1, at + ErrorField::kTerms) = scale * p.field.transpose();
+        own.J.block<1, ErrorField::kTerms>(0, 6) = weight * scale * p.field.transpose();
+        own.J.block<1, ErrorField::kTerms>(1, 6 + ErrorField::kTerms) = weight * scale * p.field.transpose();
       }
-      J.middleCols(num_own, num_params) = scale * p.J_params;
-      J.col(num_own + num_params) = scale * sighting.readout_px;
-      const Eigen::Matrix<double, 2, 3> J_point = scale * p.J_point * tangent;
-      V.noalias() += weight * J_point.transpose() * J_point;
-      v.noalias() += weight * J_point.transpose() * error;
-      U.noalias() += weight * J.transpose() * J;
-      W.noalias() += weight * J.transpose() * J_point;
-      u.noalias() += weight * J.transpose() * error;
+      J_camera.leftCols(num_params) = weight * scale * p.J_params;
+      J_camera.col(num_params) = weight * scale * sighting.readout_px;
+      const Eigen::Matrix<double, 2, 3> J_point = weight * scale * p.J_point * tangent;
+      V.noalias() += J_point.transpose() * J_point;
+      v.noalias() += J_point.transpose() * error;
+      own.W.noalias() = own.J.transpose() * J_point;
+      W_camera.noalias() += J_camera.transpose() * J_point;
+      own.forEach([&](Eigen::Index at, auto part) {
+        gradient.segment(at, part.size()).noalias() += own.J(Eigen::all, part).transpose() * error;
+        reduced.block(num_gone, at, num_extra, part.size()).noalias() +=
+            J_camera.transpose() * own.J(Eigen::all, part);
+      });
+      own.addProducts(reduced, own, own.J.transpose() * own.J);
+      gradient.tail(num_extra).noalias() += J_camera.transpose() * error;
+      reduced.bottomRightCorner(num_extra, num_extra).noalias() += J_camera.transpose() * J_camera;
     }
     result.num_redundant -= 3;
     // A point that its sightings do not place: what is left of it is held.
     V.diagonal().array() += 1e-12 * V.trace();
     const Eigen::LDLT<Eigen::Matrix3d> factor(V);
-    const Eigen::MatrixXd WV = factor.solve(W.transpose()).transpose();
-    U.noalias() -= WV * W.transpose();
-    u.noalias() -= WV * v;
-    for (Eigen::Index a = 0; a < m; ++a) {
-      for (Eigen::Index b = 0; b < m; ++b)
-        reduced(columns[static_cast<std::size_t>(a)], columns[static_cast<std::size_t>(b)]) += U(a, b);
-      gradients(columns[static_cast<std::size_t>(a)], static_cast<Eigen::Index>(point)) += u[a];
+    const Eigen::Vector3d shift = factor.solve(v);
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> WV_camera = factor.solve(W_camera.transpose()).transpose();
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const SightingColumns& own = columns[i];
+      const Eigen::Matrix<double, SightingColumns::kSize, 3> WV = factor.solve(own.W.transpose()).transpose();
+      for (std::size_t k = 0; k <= i; ++k)
+        own.addProducts(reduced, columns[k], -WV.lazyProduct(columns[k].W.transpose()));
+      own.forEach([&](Eigen::Index at, auto part) {
+        gradient.segment(at, part.size()).noalias() -= own.W(part, Eigen::all) * shift;
+        reduced.block(num_gone, at, num_extra, part.size()).noalias() -=
+            WV_camera * own.W(part, Eigen::all).transpose();
+      });
     }
+    gradient.tail(num_extra).noalias() -= W_camera * shift;
+    reduced.bottomRightCorner(num_extra, num_extra).noalias() -= WV_camera * W_camera.transpose();
   }
+  reduced.triangularView<Eigen::StrictlyUpper>() = reduced.transpose().eval();
   Eigen::MatrixXd A = reduced.topLeftCorner(num_gone, num_gone);
   result.num_redundant -= static_cast<double>(num_pose) - (fit.num_held_frames == 1 ? 1 : 0);
   if (fit.num_held_frames == 1 && num_pose > 0) {
     const Eigen::VectorXd scale = scaleDirection(fit);
     if (scale.norm() > 0) {
-      A.topLeftCorner(num_pose, num_pose) += A.topLeftCorner(num_pose, num_pose).trace() / static_cast<double>(num_pose) *
-                                             scale.normalized() * scale.normalized().transpose();
+      A.topLeftCorner(num_pose, num_pose) += A.topLeftCorner(num_pose, num_pose).trace() /
+                                             static_cast<double>(num_pose) * scale.normalized() *
+                                             scale.normalized().transpose();
     }
   }
   // A rotation alone leaves the translations undetermined.
-  A.topLeftCorner(num_pose, num_pose).diagonal().array() += 1e-13 * A.topLeftCorner(num_pose, num_pose).trace();
+  A.topLeftCorner(num_pose, num_pose).diagonal().array() +=
+      1e-13 * A.topLeftCorner(num_pose, num_pose).trace();
   for (Eigen::Index i = 0; i < num_field; ++i) {
     const double value = fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize];
     A(num_pose + i, num_pose + i) += 1 / (fit.field_px * fit.field_px);
@@ -398,8 +439,9 @@ SceneEquations sceneEquations(const SceneFit& fit) {
     // The priors' gradients at the fields as they are; with the points' they sum to nothing at the optimum.
     Eigen::VectorXd prior = Eigen::VectorXd::Zero(num_gone);
     for (Eigen::Index i = 0; i < num_field; ++i) {
-      prior[num_pose + i] = fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize] /
-                            (fit.field_px * fit.field_px);
+      prior[num_pose + i] =
+          fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize] /
+          (fit.field_px * fit.field_px);
     }
     result.prior_gradient = Eigen::MatrixXd(-T.transpose() * prior);
   } else {

@@ -46,7 +46,7 @@ struct SceneFit {
   std::vector<SE3> camera_from_world;
   /// Homogeneous, of length 1: (x, y, z, w) is the point (x, y, z) / w, at infinity for w = 0.
   std::vector<Eigen::Vector4d> points;
-  std::vector<SceneSighting> sightings;  ///< sorted by point
+  std::vector<SceneSighting> sightings;  ///< sorted by point, those of a point by frame
   std::size_t num_held_frames = 1;       ///< the first ones keep their poses; one or more
   /// Time from the first row's exposure to the last one's, in frames: a rolling shutter.
   double readout = 0;
@@ -72,8 +72,8 @@ struct SceneProjection {
 /// The error of a sighting, px; NaN where the point has no pixel.
 [[nodiscard]] Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting);
 
-/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera stays as it is.
-/// A sighting that cannot be projected at the start is a failure (Termination::kFailed).
+/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera stays
+/// as it is. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
 /// @throws Cancelled
 [[nodiscard]] SceneFit solveScene(SceneFit fit, const SolveOptions& options = {});
 
@@ -86,10 +86,10 @@ struct SceneEquations {
   /// Of the poses of the frames that are not held, with the camera as it is: 6 per frame, right perturbation
   /// [translation, rotation]. Free scale is held along the frames' displacement from the first.
   DenseMatrix pose_covariance;
-  double cost = 0;             ///< half the sum of rho, and that of the fields' priors
-  double field_square = 0;     ///< sum of squares of the fields' coefficients, px^2
-  double field_variance = 0;   ///< trace of their covariance, for errors with the standard deviation sigma_px
-  double num_redundant = 0;    ///< coordinates minus unknowns of points and poses
+  double cost = 0;            ///< half the sum of rho, and that of the fields' priors
+  double field_square = 0;    ///< sum of squares of the fields' coefficients, px^2
+  double field_variance = 0;  ///< trace of their covariance, for errors with the standard deviation sigma_px
+  double num_redundant = 0;   ///< coordinates minus unknowns of points and poses
 };
 
 /// @pre every sighting projects

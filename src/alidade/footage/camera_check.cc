@@ -12,11 +12,12 @@
 namespace alidade {
 namespace {
 
-constexpr double kPenalty = 6;           // of the score, for each unknown: 1 in 1000 and a choice of six kinds
-constexpr double kEvidence = 10;         // of the score: tracks have errors in common that their scatter does not show
-constexpr double kMuch = 1.0 / 3;        // of the squared errors
-constexpr double kFailure = 5;           // times the tolerance, as for findings of boards
-constexpr double kBlind = 10;            // times the tolerance: beyond, footage cannot tell
+constexpr double kPenalty = 6;     // of the score, for each unknown: 1 in 1000 and a choice of six kinds
+// Of the score: tracks have errors in common that their scatter does not show.
+constexpr double kEvidence = 10;
+constexpr double kMuch = 1.0 / 3;  // of the squared errors
+constexpr double kFailure = 5;     // times the tolerance, as for findings of boards
+constexpr double kBlind = 10;      // times the tolerance: beyond, footage cannot tell
 constexpr double kOneSided95 = 1.645;
 
 struct Candidate {
@@ -88,6 +89,26 @@ double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_co
   return lengths.empty() ? 0 : quantile95(std::move(lengths));
 }
 
+CameraChange changeBy(const AnyCamera& camera, const Candidate& candidate, const FreedCamera& given,
+                      const FreedCamera& freed, const std::vector<Eigen::Vector2d>& pixels) {
+  CameraChange change{.kind = candidate.kind, .camera = freed.camera};
+  for (Eigen::Index i = 0; i < freed.amounts.size(); ++i) {
+    change.amounts.push_back(freed.amounts[i]);
+    change.std.push_back(std::sqrt(freed.amount_covariance(i, i)));
+  }
+  const double drop = given.cost - freed.cost;
+  const double unit = freed.dispersion * std::max(1.0, freed.disagreement);
+  change.cost_drop = drop / given.cost;
+  change.score = drop / unit - kPenalty * static_cast<double>(candidate.directions.cols());
+  change.effect_px = displacement(camera, freed.camera, pixels);
+  const Eigen::Index n = candidate.directions.rows();
+  const Eigen::MatrixXd covariance = freed.covariance.view();
+  const double std_px = displacement(freed.camera, covariance.topLeftCorner(n, n), pixels);
+  change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
+  change.blind_px = kNormal95 * std_px;
+  return change;
+}
+
 void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, ImageSize size) {
   check.cells.resize(std::size_t{FootageCheck::kColumns} * FootageCheck::kRows);
   double sum = 0;
@@ -97,8 +118,8 @@ void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, 
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (!errors[i].allFinite()) continue;
       const Eigen::Vector2d& pixel = window.fit->sightings[i].pixel;
-      const int column = std::clamp(static_cast<int>((pixel.x() + 0.5) / size.width * FootageCheck::kColumns), 0,
-                                    FootageCheck::kColumns - 1);
+      const int column = std::clamp(static_cast<int>((pixel.x() + 0.5) / size.width * FootageCheck::kColumns),
+                                    0, FootageCheck::kColumns - 1);
       const int row = std::clamp(static_cast<int>((pixel.y() + 0.5) / size.height * FootageCheck::kRows), 0,
                                  FootageCheck::kRows - 1);
       FootageCell& cell = check.cells[static_cast<std::size_t>(row * FootageCheck::kColumns + column)];
@@ -186,7 +207,8 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   check.is_video = tracks.is_video;
   const FootageWindows found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs);
   for (const auto* list : {&found.windows, &found.without_fit}) {
-    for (const Reconstruction& window : *list) check.parallax_px = std::max(check.parallax_px, window.parallax_px);
+    for (const Reconstruction& window : *list)
+      check.parallax_px = std::max(check.parallax_px, window.parallax_px);
   }
   if (found.windows.empty()) {
     check.gap = gapOf(tracks, found);
@@ -201,43 +223,55 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   }
   check.num_windows = static_cast<int>(found.windows.size());
 
-  const CameraFreeing freeing(camera, found.windows, tracks, {.num_jobs = options.num_jobs, .cancel = options.cancel});
+  const CameraFreeing freeing(camera, found.windows, tracks,
+                              {.num_jobs = options.num_jobs, .cancel = options.cancel});
   check.noise_px = freeing.noisePx();
   addErrors(check, freeing.windows(), tracks.size);
-  const auto n = static_cast<Eigen::Index>(camera.parameters().size());
-  const auto given = freeing.along(Eigen::MatrixXd(n, 0));
+  const auto given = freeing.given();
   if (!given) {
     check.gap = FootageGap::kMovingScene;
     return check;
   }
   check.readout = given->readout;
   const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
-  for (const Candidate& candidate : candidatesFor(camera)) {
-    const auto freed = freeing.along(candidate.directions);
-    if (!freed || !freed->is_converged) continue;
-    const double drop = given->cost - freed->cost;
-    const double unit = freed->dispersion * std::max(1.0, freed->disagreement);
-    const auto unknowns = static_cast<double>(candidate.directions.cols());
-    CameraChange change{.kind = candidate.kind, .camera = freed->camera};
-    const Eigen::MatrixXd covariance = freed->covariance.view();
-    for (Eigen::Index i = 0; i < freed->amounts.size(); ++i) {
-      change.amounts.push_back(freed->amounts[i]);
-      change.std.push_back(std::sqrt(freed->amount_covariance(i, i)));
+  const std::vector<Candidate> candidates = candidatesFor(camera);
+  for (const Candidate& candidate : candidates) {
+    const auto freed = candidate.kind == CameraChangeKind::kSeveral
+                           ? freeing.all()
+                           : freeing.predictedAlong(candidate.directions);
+    if (freed) check.changes.push_back(changeBy(camera, candidate, *given, *freed, pixels));
+  }
+  // Those that may be the best explanation are solved for. How far windows agree is not predicted well.
+  double best_drop = 0;
+  bool is_any_significant = false;
+  for (const CameraChange& change : check.changes) {
+    is_any_significant = is_any_significant || change.score > 0;
+    if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
+  }
+  for (CameraChange& change : check.changes) {
+    constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
+    if (!is_any_significant || change.kind == CameraChangeKind::kSeveral ||
+        change.cost_drop < kRival * best_drop)
+      continue;
+    const auto candidate = std::find_if(candidates.begin(), candidates.end(),
+                                        [&](const Candidate& c) { return c.kind == change.kind; });
+    const auto freed = freeing.along(candidate->directions);
+    if (freed && freed->is_converged) {
+      change = changeBy(camera, *candidate, *given, *freed, pixels);
+    } else {
+      change.score = 0;
     }
-    change.cost_drop = drop / given->cost;
-    change.score = drop / unit - kPenalty * unknowns;
-    change.effect_px = displacement(camera, freed->camera, pixels);
-    const double std_px = displacement(freed->camera, covariance.topLeftCorner(n, n), pixels);
-    change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
-    change.blind_px = kNormal95 * std_px;
-    check.changes.push_back(std::move(change));
   }
 
   // The best explanation of one kind; of all together if they take away much more.
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
     const CameraChange& change = check.changes[i];
     const bool is_one = change.kind != CameraChangeKind::kSeveral;
-    if (is_one && change.kind != CameraChangeKind::kAspect) check.blind_px = std::max(check.blind_px, change.blind_px);
+    if (is_one && change.blind_px > kBlind * options.tolerance_px) check.undetermined.push_back(change.kind);
+    const bool is_binding = change.kind == CameraChangeKind::kFocalLength ||
+                            change.kind == CameraChangeKind::kDistortion ||
+                            change.kind == CameraChangeKind::kFirstRadial;
+    if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
     if (!(change.score > kEvidence)) continue;
     const double best = check.explanation ? check.changes[*check.explanation].score : 0;
     const double others = check.explanation ? check.changes[*check.explanation].cost_drop : 0;
@@ -268,13 +302,13 @@ std::string describe(const CameraChange& change) {
     case CameraChangeKind::kAspect:
       return percent("fx alone");
     case CameraChangeKind::kPrincipalPoint:
-      return fmt::format("principal point {:+.1f} +- {:.1f} px in x and {:+.1f} +- {:.1f} px in y", change.amounts[0],
-                         change.std[0], change.amounts[1], change.std[1]);
+      return fmt::format("principal point {:+.1f} +- {:.1f} px in x and {:+.1f} +- {:.1f} px in y",
+                         change.amounts[0], change.std[0], change.amounts[1], change.std[1]);
     case CameraChangeKind::kDistortion:
       return fmt::format("distortion times {:.2f} +- {:.2f}", 1 + change.amounts[0], change.std[0]);
     case CameraChangeKind::kFirstRadial:
-      return fmt::format("{} {:+.3f} +- {:.3f}", std::string(change.camera.parameterNames()[4]), change.amounts[0],
-                         change.std[0]);
+      return fmt::format("{} {:+.3f} +- {:.3f}", std::string(change.camera.parameterNames()[4]),
+                         change.amounts[0], change.std[0]);
     case CameraChangeKind::kSeveral:
       break;
   }

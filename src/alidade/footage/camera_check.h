@@ -43,9 +43,9 @@ enum class CameraChangeKind : std::uint8_t {
   kFocalLength,
   kAspect,  ///< fx alone: the image was stretched
   kPrincipalPoint,
-  kDistortion,  ///< all of it by one factor
+  kDistortion,   ///< all of it by one factor
   kFirstRadial,  ///< the first coefficient of the lens alone
-  kSeveral,     ///< all parameters
+  kSeveral,      ///< all parameters
 };
 /// "focal_length", "aspect", "principal_point", "distortion", "radial", "several".
 [[nodiscard]] std::string_view changeId(CameraChangeKind kind);
@@ -76,11 +76,15 @@ struct FootageCell {
 struct FootageCheck {
   FootageVerdict verdict = FootageVerdict::kCannotTell;
   FootageGap gap = FootageGap::kNone;
-  std::vector<CameraChange> changes;         ///< those that were tried
-  std::optional<std::size_t> explanation;    ///< the change that explains the footage best, if one does
+  std::vector<CameraChange> changes;       ///< those that were tried
+  std::optional<std::size_t> explanation;  ///< the change that explains the footage best, if one does
   double tolerance_px = 1;
-  double blind_px = 0;  ///< the largest of changes of one kind that would go unnoticed
-  int num_frames = 0;   ///< in windows
+  /// The largest change of focal length or distortion that would go unnoticed.
+  double blind_px = 0;
+  /// Kinds of which a change of ten times the tolerance would go unnoticed. Where the principal point is the
+  /// only one, the camera may still be consistent: rotations compensate for most of its displacement.
+  std::vector<CameraChangeKind> undetermined;
+  int num_frames = 0;  ///< in windows
   int num_windows = 0;
   int num_points = 0;
   int num_pixels = 0;

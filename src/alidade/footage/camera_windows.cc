@@ -25,14 +25,23 @@ double medianMotion(const std::vector<TrackPixel>& a, const std::vector<TrackPix
   return motions.empty() ? std::numeric_limits<double>::infinity() : medianOf(std::move(motions));
 }
 
+constexpr int kMostSteps = 40;
+
+// Directions of the parameters, with the readout as a last one.
+Eigen::MatrixXd withReadout(const Eigen::MatrixXd& directions) {
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(directions.rows() + 1, directions.cols() + 1);
+  D.topLeftCorner(directions.rows(), directions.cols()) = directions;
+  D(directions.rows(), directions.cols()) = 1;
+  return D;
+}
+
 // Parameters differ by many orders of magnitude.
 Eigen::VectorXd unitsOf(const Eigen::MatrixXd& A) {
   return A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
 }
 Eigen::VectorXd solveScaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   const Eigen::VectorXd unit = unitsOf(A);
-  return unit.asDiagonal() *
-         (unit.asDiagonal() * A * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * b);
+  return unit.asDiagonal() * (unit.asDiagonal() * A * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * b);
 }
 Eigen::MatrixXd inverseScaled(const Eigen::MatrixXd& A) {
   const Eigen::VectorXd unit = unitsOf(A);
@@ -68,6 +77,7 @@ struct CameraFreeing::Sums {
   Eigen::MatrixXd scatter;                        // by points
   std::vector<Eigen::VectorXd> window_gradients;  // and each one's scatter
   std::vector<Eigen::MatrixXd> window_scatters;
+  std::vector<Eigen::MatrixXd> window_informations;
   std::size_t num_points = 0;
   double field_square = 0;  // expected, px^2, of so many coefficients
   double num_coefficients = 0;
@@ -96,41 +106,80 @@ CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction>
   state.sums = sumsAt(state);
   const Eigen::MatrixXd all = Eigen::MatrixXd::Identity(num_ - 1, num_ - 1);
   constexpr double kLeast = 0.01;  // px
-  for (int round = 0; round < 6; ++round) {
-    minimise(state, all);
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    minimise(state, all, 2);
     const double next = std::max(kLeast, std::sqrt(state.sums.field_square / state.sums.num_coefficients));
-    const bool is_settled = std::abs(next - field_px_) < 0.1 * field_px_;
+    const bool is_settled = std::abs(next - field_px_) < 0.2 * field_px_;
     field_px_ = next;
     setField(state, field_px_);
-    if (is_settled || !solveAt(state, state.at)) break;
+    if (!solveAt(state, state.at)) return;
     state.sums = sumsAt(state);
+    if (is_settled) break;
   }
-  State at_given{.windows = windows_, .at = start_, .sums = {}};
-  setField(at_given, field_px_);
-  if (solveAt(at_given, start_)) windows_ = std::move(at_given.windows);
+  is_all_found_ = minimise(state, all, kMostSteps);
+  State given_state{.windows = windows_, .at = start_, .sums = {}};
+  setField(given_state, field_px_);
+  if (!solveAt(given_state, start_)) return;
+  given_state.sums = sumsAt(given_state);
+  is_usable_ = minimise(given_state, Eigen::MatrixXd(num_ - 1, 0), kMostSteps);
+  at_all_ = std::make_unique<State>(std::move(state));
+  at_given_ = std::make_unique<State>(std::move(given_state));
 }
 
 CameraFreeing::~CameraFreeing() = default;
 
+const std::vector<Reconstruction>& CameraFreeing::windows() const {
+  return at_given_ ? at_given_->windows : windows_;
+}
+
+std::optional<FreedCamera> CameraFreeing::given() const {
+  if (!is_usable_) return std::nullopt;
+  return freedAt(at_given_->at, at_given_->sums, Eigen::MatrixXd(num_ - 1, 0), true);
+}
+
+std::optional<FreedCamera> CameraFreeing::all() const {
+  if (!is_usable_ || !is_all_found_) return std::nullopt;
+  return freedAt(at_all_->at, at_all_->sums, Eigen::MatrixXd::Identity(num_ - 1, num_ - 1), true);
+}
+
 std::optional<FreedCamera> CameraFreeing::along(const Eigen::MatrixXd& directions) const {
-  State state{.windows = windows_, .at = start_, .sums = {}};
-  if (!solveAt(state, start_)) return std::nullopt;
-  state.sums = sumsAt(state);
-  const bool is_converged = minimise(state, directions);
-  const Sums& sums = state.sums;
-  FreedCamera freed{
-      .camera = AnyCamera::make(given_.modelId(), std::span<const double>(state.at.data(), static_cast<std::size_t>(num_ - 1))),
-      .amounts = {},
-      .cost = sums.cost,
-      .covariance = {},
-      .amount_covariance = {},
-      .readout = state.at[num_ - 1],
-      .is_converged = is_converged};
-  // With the readout as a last direction.
-  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(num_, directions.cols() + 1);
-  D.topLeftCorner(num_ - 1, directions.cols()) = directions;
-  D(num_ - 1, directions.cols()) = 1;
-  const Eigen::VectorXd change = state.at - start_;
+  if (!is_usable_) return std::nullopt;
+  State state = *at_given_;
+  const bool is_converged = minimise(state, directions, kMostSteps);
+  return freedAt(state.at, state.sums, directions, is_converged);
+}
+
+std::optional<FreedCamera> CameraFreeing::predictedAlong(const Eigen::MatrixXd& directions) const {
+  if (!is_usable_) return std::nullopt;
+  const Eigen::MatrixXd D = withReadout(directions);
+  Sums sums = at_given_->sums;
+  const Eigen::VectorXd pull = sums.gradient + prior_ * (at_given_->at - start_);
+  const Eigen::VectorXd step =
+      -D * solveScaled(D.transpose() * (sums.information + prior_) * D, D.transpose() * pull);
+  sums.cost += sums.gradient.dot(step) + 0.5 * step.dot(sums.information * step);
+  sums.gradient += sums.information * step;
+  for (std::size_t w = 0; w < sums.window_gradients.size(); ++w)
+    sums.window_gradients[w] += sums.window_informations[w] * step;
+  return freedAt(at_given_->at + step, sums, directions, true);
+}
+
+std::optional<FreedCamera> CameraFreeing::freedAt(const Eigen::VectorXd& at, const Sums& sums,
+                                                  const Eigen::MatrixXd& directions,
+                                                  bool is_converged) const {
+  const std::span<const double> params(at.data(), static_cast<std::size_t>(num_ - 1));
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    if (parameterComplaint(given_.modelId(), i, params[i])) return std::nullopt;
+  }
+  FreedCamera freed{.camera = AnyCamera::make(given_.modelId(), params),
+                    .amounts = {},
+                    .cost = sums.cost,
+                    .covariance = {},
+                    .amount_covariance = {},
+                    .readout = at[num_ - 1],
+                    .is_converged = is_converged};
+  const Eigen::MatrixXd D = withReadout(directions);
+  const Eigen::VectorXd change = at - start_;
   if (directions.cols() > 0) {
     const Eigen::MatrixXd gram = directions.transpose() * directions;
     freed.amounts = gram.ldlt().solve(directions.transpose() * change.head(num_ - 1));
@@ -139,19 +188,21 @@ std::optional<FreedCamera> CameraFreeing::along(const Eigen::MatrixXd& direction
   const Eigen::MatrixXd prior = D.transpose() * prior_ * D;
   const Eigen::MatrixXd own = D.transpose() * sums.scatter * D;
   // Each window's gradient at the common optimum.
-  if (state.windows.size() > 1) {
+  const std::size_t num_windows = sums.window_gradients.size();
+  if (num_windows > 1) {
     double sum = 0;
-    for (std::size_t w = 0; w < state.windows.size(); ++w) {
+    for (std::size_t w = 0; w < num_windows; ++w) {
       const Eigen::MatrixXd scatter = D.transpose() * sums.window_scatters[w] * D + 1e-6 * prior;
       const Eigen::VectorXd gradient = D.transpose() * sums.window_gradients[w];
       sum += gradient.dot(solveScaled(scatter, gradient));
     }
-    const double freedom = static_cast<double>(D.cols()) * static_cast<double>(state.windows.size() - 1);
+    const double freedom = static_cast<double>(D.cols()) * static_cast<double>(num_windows - 1);
     freed.disagreement = sum / freedom;
   }
   const auto points = static_cast<double>(sums.num_points);
   const double few = points / std::max(1.0, points - static_cast<double>(D.cols()));
-  const Eigen::MatrixXd scatter = std::max(1.0, freed.disagreement) * atLeast(few * own, information, &freed.dispersion);
+  const Eigen::MatrixXd scatter =
+      std::max(1.0, freed.disagreement) * atLeast(few * own, information, &freed.dispersion);
   const Eigen::MatrixXd inverse = inverseScaled(information + prior);
   const Eigen::MatrixXd covariance = inverse * (scatter + prior) * inverse;
   freed.amount_covariance = Eigen::MatrixXd(covariance.topLeftCorner(directions.cols(), directions.cols()));
@@ -224,7 +275,7 @@ bool CameraFreeing::solveAt(State& state, const Eigen::VectorXd& at) const {
         fit.camera = camera;
         fit.readout = at[num_ - 1];
         fit = solveScene(std::move(fit),
-                         {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = options_.cancel});
+                         {.max_iterations = 40, .function_tolerance = 1e-6, .cancel = options_.cancel});
         is_solved[i] = fit.summary.termination != Termination::kFailed ? 1 : 0;
       },
       options_.cancel);
@@ -246,6 +297,7 @@ CameraFreeing::Sums CameraFreeing::sumsAt(const State& state) const {
     const Eigen::MatrixXd gradients = unit * window.point_gradients.view();
     sums.window_gradients.emplace_back(gradients.rowwise().sum() + unit * window.prior_gradient.view());
     sums.window_scatters.emplace_back(gradients * gradients.transpose());
+    sums.window_informations.emplace_back(unit * window.information.view());
     sums.gradient += sums.window_gradients.back();
     sums.scatter += sums.window_scatters.back();
     sums.num_points += static_cast<std::size_t>(gradients.cols());
@@ -256,13 +308,11 @@ CameraFreeing::Sums CameraFreeing::sumsAt(const State& state) const {
 }
 
 // Gauss-Newton steps on the windows' normal equations, to the optimum. @returns whether it was reached
-bool CameraFreeing::minimise(State& state, const Eigen::MatrixXd& directions) const {
-  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(num_, directions.cols() + 1);
-  D.topLeftCorner(num_ - 1, directions.cols()) = directions;
-  D(num_ - 1, directions.cols()) = 1;
+bool CameraFreeing::minimise(State& state, const Eigen::MatrixXd& directions, int max_steps) const {
+  const Eigen::MatrixXd D = withReadout(directions);
   double cost = state.sums.cost + priorCost(state.at);
   double damping = 0;
-  for (int step = 0; step < 40; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     throwIfCancelled(options_.cancel);
     Eigen::MatrixXd A = D.transpose() * (state.sums.information + prior_) * D;
     A.diagonal() += damping * A.diagonal();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,8 +30,8 @@ namespace alidade {
 
 /// Reconstructs groups of frames; what is left of a group of photographs becomes further windows.
 struct FootageWindows {
-  std::vector<Reconstruction> windows;       ///< with fits
-  std::vector<Reconstruction> without_fit;   ///< why others failed
+  std::vector<Reconstruction> windows;      ///< with fits
+  std::vector<Reconstruction> without_fit;  ///< why others failed
 };
 [[nodiscard]] FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
                                             const ReconstructionOptions& options, int num_jobs);
@@ -38,15 +39,15 @@ struct FootageWindows {
 /// A camera that was changed in some directions of its parameters to fit footage better.
 struct FreedCamera {
   AnyCamera camera;
-  Eigen::VectorXd amounts;     ///< steps along the directions
-  double cost = 0;             ///< of the pixels, in units of their noise, with the error fields' priors
+  Eigen::VectorXd amounts;  ///< steps along the directions
+  double cost = 0;          ///< of the pixels, in units of their noise, with the error fields' priors
   /// Of the parameters in storage order, then the readout; zero across the directions. The points of a scene
   /// are taken as independent, the pixels of one point are not; where windows differ by more than this
   /// explains, it is larger by that.
   DenseMatrix covariance;
   DenseMatrix amount_covariance;
-  double readout = 0;  ///< see SceneFit::readout
-  double dispersion = 1;  ///< variance over that of independent pixels, mean over the directions
+  double readout = 0;       ///< see SceneFit::readout
+  double dispersion = 1;    ///< variance over that of independent pixels, mean over the directions
   double disagreement = 1;  ///< of the windows: variance of their gradients over the expected
   bool is_converged = false;
 };
@@ -63,20 +64,27 @@ struct FreeingOptions {
 /// throughout.
 class CameraFreeing {
  public:
-  /// Solves all windows at the camera that is given. Estimates the noise and the error fields' size with all
-  /// parameters free.
+  /// Solves all windows at the camera that is given, and once more with all parameters free, by which the
+  /// noise and the error fields' size are estimated.
   /// @param windows  reconstructed, with fits; one or more
   CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows, const FootageTracks& tracks,
                 const FreeingOptions& options);
   ~CameraFreeing();
 
+  /// Whether the given camera could be evaluated; without, there are no results.
+  [[nodiscard]] bool isUsable() const { return is_usable_; }
+  /// The given camera, with the readout freed.
+  [[nodiscard]] std::optional<FreedCamera> given() const;
+  /// The best camera with all parameters freed; nothing if none was found.
+  [[nodiscard]] std::optional<FreedCamera> all() const;
   /// The best camera among those that differ from the given one along directions.
-  /// @param directions  of the parameters in storage order, one a column; may have no columns
-  /// @returns nothing if the given camera cannot be evaluated
+  /// @param directions  of the parameters in storage order, one a column
   [[nodiscard]] std::optional<FreedCamera> along(const Eigen::MatrixXd& directions) const;
+  /// The same by the normal equations at the given camera alone, at no cost: exact for small changes.
+  [[nodiscard]] std::optional<FreedCamera> predictedAlong(const Eigen::MatrixXd& directions) const;
 
   /// As solved at the given camera.
-  [[nodiscard]] const std::vector<Reconstruction>& windows() const { return windows_; }
+  [[nodiscard]] const std::vector<Reconstruction>& windows() const;
   [[nodiscard]] double noisePx() const;  ///< of a coordinate
   [[nodiscard]] double fieldPx() const { return field_px_; }
 
@@ -86,7 +94,10 @@ class CameraFreeing {
 
   [[nodiscard]] bool solveAt(State& state, const Eigen::VectorXd& at) const;
   [[nodiscard]] Sums sumsAt(const State& state) const;
-  bool minimise(State& state, const Eigen::MatrixXd& directions) const;
+  bool minimise(State& state, const Eigen::MatrixXd& directions, int max_steps) const;
+  [[nodiscard]] std::optional<FreedCamera> freedAt(const Eigen::VectorXd& at, const Sums& sums,
+                                                   const Eigen::MatrixXd& directions,
+                                                   bool is_converged) const;
   [[nodiscard]] double priorCost(const Eigen::VectorXd& at) const;
   void setNoise();
   void setPrior();
@@ -98,9 +109,13 @@ class CameraFreeing {
   bool is_video_ = false;
   Eigen::VectorXd start_;  // parameters, then the readout
   Eigen::Index num_ = 0;
-  double noise_ = 1;     // in units of the pixels' sigma
+  double noise_ = 1;  // in units of the pixels' sigma
   double field_px_ = 0;
   Eigen::MatrixXd prior_;
+  bool is_usable_ = false;
+  bool is_all_found_ = false;
+  std::unique_ptr<State> at_given_;
+  std::unique_ptr<State> at_all_;
 };
 
 }  // namespace alidade

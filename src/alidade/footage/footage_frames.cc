@@ -28,7 +28,8 @@ InputFiles filesOf(std::span<const std::string> inputs) {
 // All images of one footage have one size.
 class SizeCheck {
  public:
-  explicit SizeCheck(std::optional<ImageSize> expected) : expected_(expected), is_cameras_(expected.has_value()) {}
+  explicit SizeCheck(std::optional<ImageSize> expected)
+      : expected_(expected), is_cameras_(expected.has_value()) {}
 
   void check(const std::string& name, ImageSize size) {
     if (!expected_) expected_ = size;
@@ -48,7 +49,7 @@ class SizeCheck {
   bool is_cameras_;
 };
 
-FootagePass showVideo(const std::string& path, const std::function<void(const FootageFrame&)>& show,
+FootagePass showVideo(const std::string& path, const std::function<void(const FootageImage&)>& show,
                       const FootagePassOptions& options) {
   FootagePass pass{.is_video = true};
   SizeCheck sizes(options.expected_size);
@@ -78,17 +79,19 @@ FootagePass showVideo(const std::string& path, const std::function<void(const Fo
                       ? fmt::format("all {} frames are damaged", pass.num_frames)
                       : fmt::format("the file ends early: only {:.0f} % can be read", 100 * (1 - missing)),
          .expected = "a video that can be decoded completely",
-         .next_step = "copy the video again, or convert it: ffmpeg -i '" + path + "' -map 0:v:0 -c copy whole.mp4"});
+         .next_step =
+             "copy the video again, or convert it: ffmpeg -i '" + path + "' -map 0:v:0 -c copy whole.mp4"});
   }
   if (missing > kLittle || reader.isCut()) pass.notes.push_back(path + ": the file ends a little early");
   if (pass.num_damaged > 0) {
-    pass.notes.push_back(
-        fmt::format("{}: {} of {} frames are damaged; they are not used", path, pass.num_damaged, pass.num_frames));
+    pass.notes.push_back(fmt::format("{}: {} of {} frames are damaged; they are not used", path,
+                                     pass.num_damaged, pass.num_frames));
   }
   if (num_interlaced > 0) {
-    pass.notes.push_back(fmt::format("{}: {} frames are interlaced: each holds two moments, which makes points "
-                                     "inexact",
-                                     path, num_interlaced));
+    pass.notes.push_back(
+        fmt::format("{}: {} frames are interlaced: each holds two moments, which makes points "
+                    "inexact",
+                    path, num_interlaced));
   }
   return pass;
 }
@@ -99,7 +102,8 @@ bool isVideoFootage(std::span<const std::string> inputs) {
   return filesOf(inputs).images.empty();
 }
 
-FootagePass forEachFrame(std::span<const std::string> inputs, const std::function<void(const FootageFrame&)>& show,
+FootagePass forEachFrame(std::span<const std::string> inputs,
+                         const std::function<void(const FootageImage&)>& show,
                          const FootagePassOptions& options) {
   const InputFiles files = filesOf(inputs);
   if (!files.videos.empty()) return showVideo(files.videos.front(), show, options);
@@ -118,14 +122,14 @@ FootagePass forEachFrame(std::span<const std::string> inputs, const std::functio
   return pass;
 }
 
-FootageTracks trackFootage(std::span<const std::string> inputs, const FrontEndOptions& front_end, FootagePass& pass,
-                           const FootagePassOptions& options) {
+FootageTracks trackFootage(std::span<const std::string> inputs, const FrontEndOptions& front_end,
+                           FootagePass& pass, const FootagePassOptions& options) {
   FootageTracks tracks;
   tracks.is_video = isVideoFootage(inputs);
   const std::unique_ptr<FrontEnd> tracker = makeFrontEnd(front_end);
   pass = forEachFrame(
       inputs,
-      [&](const FootageFrame& frame) {
+      [&](const FootageImage& frame) {
         tracks.size = frame.image.size;
         std::vector<TrackPixel> points = tracker->follow(frame.image);
         if (!isKeyframe(tracks, points)) return;

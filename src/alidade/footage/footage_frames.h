@@ -16,7 +16,7 @@
 namespace alidade {
 
 /// An image of some footage.
-struct FootageFrame {
+struct FootageImage {
   const GrayImage& image;
   std::size_t number = 0;  ///< in the video, or among the photographs; counts from 0
   double seconds = 0;      ///< from the beginning of the video; 0 for photographs
@@ -26,7 +26,7 @@ struct FootageFrame {
 struct FootagePass {
   bool is_video = false;  ///< a video or a numbered sequence: frames are equally spaced in time
   std::size_t num_frames = 0;
-  std::size_t num_damaged = 0;  ///< of a video: left out
+  std::size_t num_damaged = 0;     ///< of a video: left out
   std::vector<std::string> notes;  ///< what to tell the user, a sentence each
 };
 
@@ -45,12 +45,14 @@ struct FootagePassOptions {
 /// One is in memory at a time.
 /// @throws Error as listInputs(); Error (kInput) for a damaged photograph, a video without an intact frame or
 /// with less than nine tenths of its stated length, and images of different sizes; Cancelled
-FootagePass forEachFrame(std::span<const std::string> inputs, const std::function<void(const FootageFrame&)>& show,
+FootagePass forEachFrame(std::span<const std::string> inputs,
+                         const std::function<void(const FootageImage&)>& show,
                          const FootagePassOptions& options = {});
 
 /// Follows points through footage. Of a video, only keyframes are kept.
 /// @param pass  set to what was met
-[[nodiscard]] FootageTracks trackFootage(std::span<const std::string> inputs, const FrontEndOptions& front_end,
-                                         FootagePass& pass, const FootagePassOptions& options = {});
+[[nodiscard]] FootageTracks trackFootage(std::span<const std::string> inputs,
+                                         const FrontEndOptions& front_end, FootagePass& pass,
+                                         const FootagePassOptions& options = {});
 
 }  // namespace alidade

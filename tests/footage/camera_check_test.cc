@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/footage/camera_check.h"
+
+#include <cmath>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "footage/points_scene.h"
+#include "footage/simulated_tracks.h"
+
+namespace alidade {
+namespace {
+
+using testing::footageCameras;
+using testing::kFootageSize;
+using testing::simulatedTracks;
+
+FootageScene sceneOf(const AnyCamera& camera) {
+  return {.camera = camera, .image_size = kFootageSize, .num_frames = 40, .flow_px = 12, .num_jobs = 1};
+}
+
+FootageTracks tracksOf(const FootageScene& scene) {
+  return simulatedTracks(FootageSimulator(scene), {.noise_px = 0.1, .drift_px = 0.02}, 51);
+}
+
+AnyCamera changed(const AnyCamera& camera, const std::function<void(std::vector<double>&)>& change) {
+  std::vector<double> params(camera.parameters().begin(), camera.parameters().end());
+  change(params);
+  return AnyCamera::make(camera.modelId(), params);
+}
+
+TEST(CameraCheck, ChangesAreFoundAndNamed) {
+  const AnyCamera camera = footageCameras()[1];
+  const FootageTracks tracks = tracksOf(sceneOf(camera));
+  EXPECT_EQ(checkOnFootage(camera, tracks).verdict, FootageVerdict::kConsistent);
+
+  const auto crop = checkOnFootage(changed(camera, [](auto& p) { p[0] *= 0.9, p[1] *= 0.9; }), tracks);
+  ASSERT_EQ(crop.verdict, FootageVerdict::kInconsistent);
+  const CameraChange& longer = crop.changes[crop.explanation.value()];
+  EXPECT_EQ(longer.kind, CameraChangeKind::kFocalLength);
+  EXPECT_NEAR(longer.amounts[0], 1 / 0.9 - 1, 0.03);
+  EXPECT_EQ(describe(longer).substr(0, 14), "focal length +");
+
+  const auto shifted = checkOnFootage(changed(camera, [](auto& p) { p[2] += 20; }), tracks);
+  ASSERT_EQ(shifted.verdict, FootageVerdict::kInconsistent);
+  const CameraChange& back = shifted.changes[shifted.explanation.value()];
+  EXPECT_EQ(back.kind, CameraChangeKind::kPrincipalPoint);
+  EXPECT_NEAR(back.amounts[0], -20, 6);
+  EXPECT_NEAR(back.amounts[1], 0, 6);
+
+  const auto bent = checkOnFootage(changed(camera,
+                                           [](auto& p) {
+                                             for (std::size_t i = 4; i < p.size(); ++i) p[i] *= 0.5;
+                                           }),
+                                   tracks);
+  ASSERT_EQ(bent.verdict, FootageVerdict::kInconsistent);
+  const CameraChangeKind kind = bent.changes[bent.explanation.value()].kind;
+  EXPECT_TRUE(kind == CameraChangeKind::kDistortion || kind == CameraChangeKind::kFirstRadial);
+}
+
+TEST(CameraCheck, TrueCamerasAreNotDoubted) {
+  int num_consistent = 0;
+  int num_checked = 0;
+  for (const AnyCamera& camera : footageCameras()) {
+    SCOPED_TRACE(camera.modelId());
+    const FootageCheck check = checkOnFootage(camera, tracksOf(sceneOf(camera)));
+    EXPECT_NE(check.verdict, FootageVerdict::kInconsistent);
+    num_consistent += check.verdict == FootageVerdict::kConsistent ? 1 : 0;
+    EXPECT_GE(check.num_windows, 1);
+    EXPECT_GT(check.num_points, 200);
+    int num_pixels = 0;
+    for (const FootageCell& cell : check.cells) num_pixels += cell.num_pixels;
+    EXPECT_GT(num_pixels, 0.8 * check.num_pixels);
+    EXPECT_LT(check.noise_px, 0.2);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 4);
+  EXPECT_GE(num_consistent, 3);
+}
+
+TEST(CameraCheck, FootageThatCannotTellSaysWhy) {
+  struct Case {
+    FootageGap gap;
+    std::function<void(FootageScene&)> apply;
+  };
+  const std::vector<Case> cases = {
+      {FootageGap::kNoParallax, [](FootageScene& s) { s.path = FootagePath::kRotation; }},
+      {FootageGap::kNoMotion, [](FootageScene& s) {
+         s.path = FootagePath::kStatic;
+         s.flow_px = 0;
+       }}};
+  const AnyCamera camera = footageCameras()[0];
+  int num_checked = 0;
+  for (const Case& c : cases) {
+    SCOPED_TRACE(gapId(c.gap));
+    FootageScene scene = sceneOf(camera);
+    c.apply(scene);
+    const FootageCheck check = checkOnFootage(camera, tracksOf(scene));
+    EXPECT_EQ(check.verdict, FootageVerdict::kCannotTell);
+    EXPECT_EQ(check.gap, c.gap) << gapId(check.gap);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 2);
+
+  // One plane leaves the lens undetermined, or says no more than the truth.
+  FootageScene plane = sceneOf(camera);
+  plane.surroundings = FootageSurroundings::kPlane;
+  EXPECT_NE(checkOnFootage(camera, tracksOf(plane)).verdict, FootageVerdict::kInconsistent);
+
+  // Ten points in each frame.
+  FootageTracks few = tracksOf(sceneOf(camera));
+  for (auto& frame : few.frames)
+    std::erase_if(frame, [](const TrackPixel& at) { return at.track % 30 != 0; });
+  const FootageCheck check = checkOnFootage(camera, few);
+  EXPECT_EQ(check.verdict, FootageVerdict::kCannotTell);
+  EXPECT_EQ(check.gap, FootageGap::kFewPoints);
+  FootageTracks none;
+  none.size = kFootageSize;
+  EXPECT_EQ(checkOnFootage(camera, none).gap, FootageGap::kFewPoints);
+}
+
+}  // namespace
+}  // namespace alidade
