@@ -33,12 +33,20 @@ PointInCamera inCamera(const SE3& camera_from_world, const Eigen::Vector4d& poin
   return p;
 }
 
-class SightingBlock final : public ceres::SizedCostFunction<2, 7, 4> {
+// Its parameter blocks are the pose, the point and, where images have one, the coefficients of the field.
+class SightingBlock final : public ceres::CostFunction {
  public:
-  SightingBlock(const AnyCamera& camera, const SceneSighting& sighting, double readout)
-      : camera_(camera),
-        target_(sighting.pixel - readout * sighting.readout_px),
-        scale_(1 / sighting.sigma_px) {}
+  SightingBlock(const SceneFit& fit, const SceneSighting& sighting)
+      : camera_(fit.camera),
+        target_(sighting.pixel - fit.readout * sighting.readout_px),
+        scale_(1 / sighting.sigma_px),
+        has_field_(fit.field_px > 0) {
+    set_num_residuals(2);
+    *mutable_parameter_block_sizes() = {7, 4};
+    if (!has_field_) return;
+    mutable_parameter_block_sizes()->push_back(ErrorField::kSize);
+    basis_ = ErrorField::basisAt(sighting.pixel, fit.size);
+  }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     const SE3 pose = fromBlock(blocks[0]);
@@ -47,7 +55,12 @@ class SightingBlock final : public ceres::SizedCostFunction<2, 7, 4> {
     const bool is_derived = jacobians != nullptr;
     const Projection projection = camera_.project(p.at, is_derived ? J_px_cam.data() : nullptr);
     if (!projection.ok()) return false;
-    Eigen::Map<Eigen::Vector2d>{residuals} = scale_ * (projection.pixel - target_);
+    Eigen::Vector2d error = projection.pixel - target_;
+    if (has_field_) {
+      const Eigen::Map<const ErrorField::Coefficients> field(blocks[2]);
+      error += Eigen::Vector2d(field.head<ErrorField::kTerms>().dot(basis_), field.tail<ErrorField::kTerms>().dot(basis_));
+    }
+    Eigen::Map<Eigen::Vector2d>{residuals} = scale_ * error;
     if (!is_derived) return true;
     if (jacobians[0] != nullptr) {
       Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangent_by_block;
@@ -59,6 +72,12 @@ class SightingBlock final : public ceres::SizedCostFunction<2, 7, 4> {
       Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>>{jacobians[1]} =
           scale_ * J_px_cam * p.J_point;
     }
+    if (has_field_ && jacobians[2] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, ErrorField::kSize, Eigen::RowMajor>> J(jacobians[2]);
+      J.setZero();
+      J.block<1, ErrorField::kTerms>(0, 0) = scale_ * basis_.transpose();
+      J.block<1, ErrorField::kTerms>(1, ErrorField::kTerms) = scale_ * basis_.transpose();
+    }
     return true;
   }
 
@@ -66,7 +85,30 @@ class SightingBlock final : public ceres::SizedCostFunction<2, 7, 4> {
   const AnyCamera& camera_;
   Eigen::Vector2d target_;
   double scale_;
+  bool has_field_;
+  ErrorField::Basis basis_;
 };
+
+class FieldPrior final : public ceres::SizedCostFunction<ErrorField::kSize, ErrorField::kSize> {
+ public:
+  explicit FieldPrior(double field_px) : scale_(1 / field_px) {}
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    Eigen::Map<ErrorField::Coefficients>{residuals} = scale_ * Eigen::Map<const ErrorField::Coefficients>(blocks[0]);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, ErrorField::kSize, ErrorField::kSize, Eigen::RowMajor>>{jacobians[0]}
+          .setIdentity() *= scale_;
+    }
+    return true;
+  }
+
+ private:
+  double scale_;
+};
+
+Eigen::Vector2d fieldAt(const SceneFit& fit, std::uint32_t frame, const ErrorField::Basis& basis) {
+  const ErrorField::Coefficients& field = fit.fields[frame];
+  return {field.head<ErrorField::kTerms>().dot(basis), field.tail<ErrorField::kTerms>().dot(basis)};
+}
 
 // Observes the flag only; Ceres' own rules decide when to stop.
 class CancelWatch final : public ceres::IterationCallback {
@@ -111,6 +153,14 @@ Eigen::VectorXd scaleDirection(const SceneFit& fit) {
 
 }  // namespace
 
+ErrorField::Basis ErrorField::basisAt(const Eigen::Vector2d& pixel, const ImageSize& size) {
+  const double x = (2 * pixel.x() + 1) / size.width - 1;
+  const double y = (2 * pixel.y() + 1) / size.height - 1;
+  Basis basis;
+  basis << 1, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y;
+  return basis;
+}
+
 Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point) {
   // The columns of a Householder reflection that takes the point to an axis, without that axis.
   Eigen::Index largest = 0;
@@ -139,6 +189,10 @@ SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighti
   result.J_pose = J_px_cam * p.J_pose;
   result.J_point = J_px_cam * p.J_point;
   result.J_params = J_params;
+  if (fit.field_px > 0) {
+    result.field = ErrorField::basisAt(sighting.pixel, fit.size);
+    result.error += fieldAt(fit, sighting.frame, result.field);
+  }
   return result;
 }
 
@@ -147,7 +201,9 @@ Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting
   const SE3& pose = fit.camera_from_world[sighting.frame];
   const Projection projection =
       fit.camera.project(pose.rotation * Eigen::Vector3d(point.head<3>()) + pose.translation * point.w());
-  return projection.pixel + fit.readout * sighting.readout_px - sighting.pixel;
+  Eigen::Vector2d error = projection.pixel + fit.readout * sighting.readout_px - sighting.pixel;
+  if (fit.field_px > 0) error += fieldAt(fit, sighting.frame, ErrorField::basisAt(sighting.pixel, fit.size));
+  return error;
 }
 
 SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
@@ -164,8 +220,9 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   std::vector<PoseBlock> poses;
   for (const SE3& pose : fit.camera_from_world) poses.push_back(toBlock(pose));
   for (const SceneSighting& sighting : fit.sightings) {
-    problem.AddResidualBlock(new SightingBlock(fit.camera, sighting, fit.readout), loss.get(),
-                             poses[sighting.frame].data(), fit.points[sighting.point].data());
+    std::vector<double*> blocks = {poses[sighting.frame].data(), fit.points[sighting.point].data()};
+    if (fit.field_px > 0) blocks.push_back(fit.fields[sighting.frame].data());
+    problem.AddResidualBlock(new SightingBlock(fit, sighting), loss.get(), blocks);
   }
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (Eigen::Vector4d& point : fit.points) {
@@ -181,6 +238,9 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
     problem.SetManifold(poses[i].data(), &pose_manifold);
     if (i < fit.num_held_frames) problem.SetParameterBlockConstant(poses[i].data());
     has_free_pose = has_free_pose || i >= fit.num_held_frames;
+    if (fit.field_px == 0) continue;
+    problem.AddResidualBlock(new FieldPrior(fit.field_px), nullptr, fit.fields[i].data());
+    ordering->AddElementToGroup(fit.fields[i].data(), static_cast<int>(poses.size() + i) + 1);
   }
 
   double cost = 0;
@@ -228,8 +288,13 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
 SceneEquations sceneEquations(const SceneFit& fit) {
   const auto num_params = static_cast<Eigen::Index>(fit.camera.parameters().size());
   const Eigen::Index num_extra = num_params + 1;
-  const auto num_pose = static_cast<Eigen::Index>(6 * (fit.camera_from_world.size() - fit.num_held_frames));
-  const Eigen::Index n = num_pose + num_extra;
+  const bool has_fields = fit.field_px > 0;
+  const auto num_frames = static_cast<Eigen::Index>(fit.camera_from_world.size());
+  const auto num_pose = 6 * (num_frames - static_cast<Eigen::Index>(fit.num_held_frames));
+  const Eigen::Index num_field = has_fields ? ErrorField::kSize * num_frames : 0;
+  // Poses and fields, which are eliminated, then the camera.
+  const Eigen::Index num_gone = num_pose + num_field;
+  const Eigen::Index n = num_gone + num_extra;
   const std::vector<PointRange> ranges = rangesOf(fit);
 
   SceneEquations result;
@@ -249,8 +314,13 @@ SceneEquations sceneEquations(const SceneFit& fit) {
       for (Eigen::Index k = 0; k < 6; ++k)
         columns.push_back(6 * static_cast<Eigen::Index>(frame - fit.num_held_frames) + k);
     }
+    const auto fields_at = static_cast<Eigen::Index>(columns.size());
+    for (std::size_t i = range.begin; i < range.end && has_fields; ++i) {
+      for (Eigen::Index k = 0; k < ErrorField::kSize; ++k)
+        columns.push_back(num_pose + ErrorField::kSize * static_cast<Eigen::Index>(fit.sightings[i].frame) + k);
+    }
     const auto num_own = static_cast<Eigen::Index>(columns.size());
-    for (Eigen::Index k = 0; k < num_extra; ++k) columns.push_back(num_pose + k);
+    for (Eigen::Index k = 0; k < num_extra; ++k) columns.push_back(num_gone + k);
     const auto m = static_cast<Eigen::Index>(columns.size());
 
     Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
@@ -274,6 +344,11 @@ SceneEquations sceneEquations(const SceneFit& fit) {
         J.middleCols<6>(own) = scale * p.J_pose;
         own += 6;
       }
+      if (has_fields) {
+        const Eigen::Index at = fields_at + ErrorField::kSize * static_cast<Eigen::Index>(i - range.begin);
+        J.block<1, ErrorField::kTerms>(0, at) = scale * p.field.transpose();
+        J.block<1, ErrorField::kTerms>(1, at + ErrorField::kTerms) = scale * p.field.transpose();
+      }
       J.middleCols(num_own, num_params) = scale * p.J_params;
       J.col(num_own + num_params) = scale * sighting.readout_px;
       const Eigen::Matrix<double, 2, 3> J_point = scale * p.J_point * tangent;
@@ -296,22 +371,45 @@ SceneEquations sceneEquations(const SceneFit& fit) {
       gradients(columns[static_cast<std::size_t>(a)], static_cast<Eigen::Index>(point)) += u[a];
     }
   }
-  Eigen::MatrixXd A = reduced.topLeftCorner(num_pose, num_pose);
+  Eigen::MatrixXd A = reduced.topLeftCorner(num_gone, num_gone);
   result.num_redundant -= static_cast<double>(num_pose) - (fit.num_held_frames == 1 ? 1 : 0);
   if (fit.num_held_frames == 1 && num_pose > 0) {
     const Eigen::VectorXd scale = scaleDirection(fit);
-    if (scale.norm() > 0)
-      A += A.trace() / static_cast<double>(num_pose) * scale.normalized() * scale.normalized().transpose();
+    if (scale.norm() > 0) {
+      A.topLeftCorner(num_pose, num_pose) += A.topLeftCorner(num_pose, num_pose).trace() / static_cast<double>(num_pose) *
+                                             scale.normalized() * scale.normalized().transpose();
+    }
   }
-  A.diagonal().array() += 1e-13 * A.trace();  // a rotation alone leaves the translations undetermined
+  // A rotation alone leaves the translations undetermined.
+  A.topLeftCorner(num_pose, num_pose).diagonal().array() += 1e-13 * A.topLeftCorner(num_pose, num_pose).trace();
+  for (Eigen::Index i = 0; i < num_field; ++i) {
+    const double value = fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize];
+    A(num_pose + i, num_pose + i) += 1 / (fit.field_px * fit.field_px);
+    result.cost += 0.5 * value * value / (fit.field_px * fit.field_px);
+    result.field_square += value * value;
+  }
   const Eigen::LDLT<Eigen::MatrixXd> factor(A);
-  const Eigen::MatrixXd B = reduced.topRightCorner(num_pose, num_extra);
-  const Eigen::MatrixXd T = num_pose > 0 ? Eigen::MatrixXd(factor.solve(B)) : B;
+  const Eigen::MatrixXd B = reduced.topRightCorner(num_gone, num_extra);
+  const Eigen::MatrixXd T = num_gone > 0 ? Eigen::MatrixXd(factor.solve(B)) : B;
   result.information = Eigen::MatrixXd(reduced.bottomRightCorner(num_extra, num_extra) - B.transpose() * T);
   result.point_gradients =
-      Eigen::MatrixXd(gradients.bottomRows(num_extra) - T.transpose() * gradients.topRows(num_pose));
-  if (num_pose > 0)
-    result.pose_covariance = Eigen::MatrixXd(factor.solve(Eigen::MatrixXd::Identity(num_pose, num_pose)));
+      Eigen::MatrixXd(gradients.bottomRows(num_extra) - T.transpose() * gradients.topRows(num_gone));
+  if (num_field > 0) {
+    // The priors' gradients at the fields as they are; with the points' they sum to nothing at the optimum.
+    Eigen::VectorXd prior = Eigen::VectorXd::Zero(num_gone);
+    for (Eigen::Index i = 0; i < num_field; ++i) {
+      prior[num_pose + i] = fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize] /
+                            (fit.field_px * fit.field_px);
+    }
+    result.prior_gradient = Eigen::MatrixXd(-T.transpose() * prior);
+  } else {
+    result.prior_gradient = Eigen::MatrixXd(Eigen::VectorXd::Zero(num_extra));
+  }
+  if (num_pose > 0 || num_field > 0) {
+    const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(num_gone, num_gone));
+    result.pose_covariance = Eigen::MatrixXd(inverse.topLeftCorner(num_pose, num_pose));
+    result.field_variance = inverse.bottomRightCorner(num_field, num_field).trace();
+  }
   return result;
 }
 

@@ -10,6 +10,7 @@
 #include "alidade/adjust/fit.h"
 #include "alidade/adjust/solve.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/core/image.h"
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/geometry/se3.h"
 
@@ -26,6 +27,18 @@ struct SceneSighting {
   Eigen::Vector2d readout_px{0, 0};
 };
 
+/// Errors of position that the points of one image share, smooth over the image: for each coordinate a
+/// polynomial of degree 3 in the pixel, scaled to -1 to 1 over the image. The first ten numbers are those of
+/// x, in px: 1 x y xx xy yy xxx xxy xyy yyy.
+struct ErrorField {
+  static constexpr int kTerms = 10;
+  static constexpr int kSize = 2 * kTerms;
+  using Basis = Eigen::Matrix<double, kTerms, 1>;
+  using Coefficients = Eigen::Matrix<double, kSize, 1>;
+
+  [[nodiscard]] static Basis basisAt(const Eigen::Vector2d& pixel, const ImageSize& size);
+};
+
 /// Images of a rigid scene of unknown points, by one camera on the move. World and points have no known
 /// scale.
 struct SceneFit {
@@ -38,6 +51,10 @@ struct SceneFit {
   /// Time from the first row's exposure to the last one's, in frames: a rolling shutter.
   double readout = 0;
   HuberLoss loss = kNoLoss;  ///< of errors in units of sigma_px
+  ImageSize size = {};
+  /// Standard deviation of the coefficients of each image's error field, px; 0: there are none.
+  double field_px = 0;
+  std::vector<ErrorField::Coefficients> fields = {};  ///< one per frame if field_px is above 0
   SolveSummary summary = {};
 };
 
@@ -48,13 +65,14 @@ struct SceneProjection {
   Eigen::Matrix<double, 2, 6> J_pose;
   Eigen::Matrix<double, 2, 4> J_point;
   Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 24> J_params;
+  ErrorField::Basis field;  ///< by each coordinate's coefficients
 };
 [[nodiscard]] SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighting);
 
 /// The error of a sighting, px; NaN where the point has no pixel.
 [[nodiscard]] Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting);
 
-/// Minimises the robust reprojection error over poses and points, with Ceres; the camera stays as it is.
+/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera stays as it is.
 /// A sighting that cannot be projected at the start is a failure (Termination::kFailed).
 /// @throws Cancelled
 [[nodiscard]] SceneFit solveScene(SceneFit fit, const SolveOptions& options = {});
@@ -64,10 +82,13 @@ struct SceneProjection {
 struct SceneEquations {
   DenseMatrix information;      ///< E x E
   DenseMatrix point_gradients;  ///< E x points: what each point adds to the gradient of the cost
+  DenseMatrix prior_gradient;   ///< E x 1: what the fields' priors add
   /// Of the poses of the frames that are not held, with the camera as it is: 6 per frame, right perturbation
   /// [translation, rotation]. Free scale is held along the frames' displacement from the first.
   DenseMatrix pose_covariance;
-  double cost = 0;             ///< half the sum of rho
+  double cost = 0;             ///< half the sum of rho, and that of the fields' priors
+  double field_square = 0;     ///< sum of squares of the fields' coefficients, px^2
+  double field_variance = 0;   ///< trace of their covariance, for errors with the standard deviation sigma_px
   double num_redundant = 0;    ///< coordinates minus unknowns of points and poses
 };
 

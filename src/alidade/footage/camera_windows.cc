@@ -34,6 +34,8 @@ struct Sums {
   std::vector<Eigen::VectorXd> window_gradients;  // and each one's scatter
   std::vector<Eigen::MatrixXd> window_scatters;
   std::size_t num_points = 0;
+  double field_square = 0;  // expected, px^2, of so many coefficients
+  double num_coefficients = 0;
 };
 
 class Freeing {
@@ -51,20 +53,38 @@ class Freeing {
   std::optional<FreedCamera> run() {
     Eigen::VectorXd at = Eigen::VectorXd::Zero(num_);
     at.head(start_.size()) = start_;
+    double field = 0.1;  // px
+    setField(field);
     if (!solveAt(at)) return std::nullopt;
     Sums sums = sumsHere();
-    double cost = sums.cost + priorCost(at);
     bool is_converged = false;
+    for (int round = 0; round < 6; ++round) {
+      is_converged = minimise(at, sums);
+      const double next = std::max(kLeastField, std::sqrt(sums.field_square / sums.num_coefficients));
+      if (std::abs(next - field) < 0.1 * field) break;
+      field = next;
+      setField(field);
+      if (!solveAt(at)) return std::nullopt;
+      sums = sumsHere();
+    }
+    field_ = field;
+    return result(at, sums, is_converged);
+  }
+
+ private:
+  // Moves to the optimum. @returns whether it was reached
+  bool minimise(Eigen::VectorXd& at, Sums& sums) {
+    double cost = sums.cost + priorCost(at);
     double damping = 0;
-    for (int step = 0; step < 40 && !is_converged; ++step) {
+    for (int step = 0; step < 40; ++step) {
       throwIfCancelled(options_.cancel);
       Eigen::MatrixXd A = sums.information + prior_;
       A.diagonal() += damping * A.diagonal();
       const Eigen::VectorXd gradient = sums.gradient + prior_ * offset(at);
       const Eigen::VectorXd delta = -solved(A, gradient);
       const double promise = -0.5 * gradient.dot(delta);
-      if (!(promise > 0)) break;
-      if (promise < 1e-4 * (1 + damping)) is_converged = true;
+      if (!(promise > 0)) return false;
+      if (promise < 1e-3 * (1 + damping)) return true;
       const std::vector<Reconstruction> before = windows_;
       const Eigen::VectorXd trial = at + delta;
       if (solveAt(trial)) {
@@ -79,14 +99,20 @@ class Freeing {
         }
       }
       windows_ = before;
-      if (is_converged) break;
       damping = std::max(1e-2, damping * 8);
-      if (damping > 1e8) break;
+      if (damping > 1e8) return false;
     }
-    return result(at, sums, is_converged);
+    return false;
   }
 
- private:
+  void setField(double field_px) {
+    for (Reconstruction& window : windows_) {
+      SceneFit& fit = *window.fit;
+      fit.field_px = field_px / noise_;
+      fit.fields.resize(fit.camera_from_world.size(), ErrorField::Coefficients::Zero());
+    }
+  }
+
   void setNoise() {
     std::vector<double> noises;
     for (const Reconstruction& window : windows_) noises.push_back(noiseOf(*window.fit));
@@ -141,6 +167,23 @@ class Freeing {
            scale.asDiagonal();
   }
 
+  // The scatter, in no direction less than the information: that would be by chance.
+  static Eigen::MatrixXd atLeast(const Eigen::MatrixXd& scatter, const Eigen::MatrixXd& information) {
+    const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt();
+    const Eigen::VectorXd unscale = scale.cwiseInverse();
+    Eigen::MatrixXd scaled = unscale.asDiagonal() * information * unscale.asDiagonal();
+    scaled.diagonal().array() += 1e-10;
+    const Eigen::LLT<Eigen::MatrixXd> root(scaled);
+    const Eigen::MatrixXd L = root.matrixL();
+    const Eigen::MatrixXd half =
+        root.matrixL().solve(Eigen::MatrixXd(unscale.asDiagonal() * scatter * unscale.asDiagonal()));
+    const Eigen::MatrixXd whitened = root.matrixL().solve(Eigen::MatrixXd(half.transpose()));
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(whitened);
+    const Eigen::MatrixXd rotated = L * eigen.eigenvectors();
+    return scale.asDiagonal() * rotated * eigen.eigenvalues().cwiseMax(1).asDiagonal() * rotated.transpose() *
+           scale.asDiagonal();
+  }
+
   bool solveAt(const Eigen::VectorXd& at) {
     const std::span<const double> params(at.data(), static_cast<std::size_t>(start_.size()));
     for (std::size_t i = 0; i < params.size(); ++i) {
@@ -171,7 +214,9 @@ class Freeing {
       sums.cost += unit * window.cost;
       sums.information += unit * window.information.view();
       const Eigen::MatrixXd gradients = unit * window.point_gradients.view();
-      sums.window_gradients.emplace_back(gradients.rowwise().sum());
+      sums.window_gradients.emplace_back(gradients.rowwise().sum() + unit * window.prior_gradient.view());
+      sums.field_square += window.field_square + noise_ * noise_ * window.field_variance;
+      sums.num_coefficients += ErrorField::kSize * static_cast<double>(window.pose_covariance.rows() / 6 + 1);
       sums.window_scatters.emplace_back(gradients * gradients.transpose());
       sums.gradient += sums.window_gradients.back();
       sums.scatter += sums.window_scatters.back();
@@ -209,13 +254,15 @@ class Freeing {
                       .is_converged = is_converged,
                       .has_readout = is_video_};
     freed.disagreement = disagreementOf(sums);
-    const Eigen::MatrixXd scatter = few * std::max(1.0, freed.disagreement) * sums.scatter;
+    const Eigen::MatrixXd scatter =
+        std::max(1.0, freed.disagreement) * atLeast(few * sums.scatter, sums.information);
     const Eigen::MatrixXd inverse = inverseOf(sums.information + prior_);
     freed.scatter = scatter;
     freed.covariance = Eigen::MatrixXd(inverse * (scatter + prior_) * inverse);
     double sigma = 0;
     for (const Reconstruction& window : windows_) sigma += window.noise_px / static_cast<double>(windows_.size());
     freed.noise_px = sigma;
+    freed.field_px = field_;
     freed.windows = std::move(windows_);
     return freed;
   }
@@ -226,35 +273,36 @@ class Freeing {
   bool is_video_;
   Eigen::VectorXd start_;
   Eigen::Index num_ = 0;
+  static constexpr double kLeastField = 0.01;  // px
   double noise_ = 1;
+  double field_ = 0;
   Eigen::MatrixXd prior_;
 };
 
 }  // namespace
 
+bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame) {
+  constexpr double kMotion = 0.04;  // of the width
+  constexpr double kShared = 0.5;   // of tracks
+  if (frame.empty()) return false;
+  if (!kept.is_video || kept.frames.empty()) return true;
+  double shared = 0;
+  const double motion = medianMotion(kept.frames.back(), frame, &shared);
+  return motion > kMotion * kept.size.width || shared < kShared;
+}
+
 std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks, std::size_t most) {
-  constexpr std::size_t kFrames = 9;  // of a window
-  constexpr double kMotion = 0.04;    // of the width
-  constexpr double kShared = 0.5;     // of tracks
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < tracks.frames.size(); ++i) {
-    if (tracks.is_video && !chosen.empty()) {
-      double shared = 0;
-      const double motion = medianMotion(tracks.frames[chosen.back()], tracks.frames[i], &shared);
-      if (motion < kMotion * tracks.size.width && shared > kShared) continue;
-    }
-    if (!tracks.frames[i].empty()) chosen.push_back(i);
-  }
+  const std::size_t kFrames = tracks.is_video ? 9 : 25;  // of a window
   std::vector<std::vector<std::size_t>> windows;
-  if (chosen.size() < 2) return windows;
+  if (tracks.frames.size() < 2) return windows;
   // Of about equal length.
-  const std::size_t count = (chosen.size() + kFrames - 1) / kFrames;
+  const std::size_t count = (tracks.frames.size() + kFrames - 1) / kFrames;
   for (std::size_t w = 0; w < count; ++w) {
-    const std::size_t begin = w * chosen.size() / count;
-    const std::size_t end = (w + 1) * chosen.size() / count;
+    const std::size_t begin = w * tracks.frames.size() / count;
+    const std::size_t end = (w + 1) * tracks.frames.size() / count;
     if (end - begin < 2) continue;
-    windows.emplace_back(chosen.begin() + static_cast<std::ptrdiff_t>(begin),
-                         chosen.begin() + static_cast<std::ptrdiff_t>(end));
+    std::vector<std::size_t>& window = windows.emplace_back();
+    for (std::size_t i = begin; i < end; ++i) window.push_back(i);
   }
   if (windows.size() > most) {
     std::vector<std::vector<std::size_t>> fewer;

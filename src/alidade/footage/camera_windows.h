@@ -15,8 +15,13 @@
 
 namespace alidade {
 
-/// Frames of a video between which points move by some 4 % of the width, all photographs otherwise; in
-/// groups of frames that are reconstructed together.
+/// Whether a frame shows something new: points moved by 4 % of the width since the last one that did, or half
+/// of them are new. Photographs always do.
+/// @param kept  the frames so far that did
+[[nodiscard]] bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame);
+
+/// Keyframes in groups that are reconstructed together.
+/// @param tracks  of keyframes
 /// @param most  groups; of more, so many are taken evenly
 [[nodiscard]] std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks, std::size_t most);
 
@@ -31,6 +36,7 @@ struct FreedCamera {
   DenseMatrix scatter;      ///< covariance of the gradient of the cost that the information belongs to
   std::vector<Reconstruction> windows;  ///< at the camera
   double noise_px = 0;
+  double field_px = 0;  ///< standard deviation of the coefficients of the images' error fields
   double disagreement = 1;  ///< of the windows: variance of their gradients over the expected; 1 for one window
   bool is_converged = false;
   bool has_readout = false;  ///< it was free: the footage is a video

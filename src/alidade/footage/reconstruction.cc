@@ -182,7 +182,7 @@ class Builder {
       if (poses_[i]) posed.push_back(i);
     }
     world_from_first = poses_[posed.front()]->inverse();
-    SceneFit fit{.camera = camera_, .camera_from_world = {}, .points = {}, .sightings = {}};
+    SceneFit fit{.camera = camera_, .camera_from_world = {}, .points = {}, .sightings = {}, .size = tracks_.size};
     for (const std::size_t i : posed) {
       result.frames.push_back(frames_[i]);
       fit.camera_from_world.push_back(*poses_[i] * world_from_first);
