@@ -56,6 +56,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeReportCommand();
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
+[[nodiscard]] std::unique_ptr<Command> makeTrackCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigValidateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigTriangulateCommand();

@@ -15,7 +15,7 @@ namespace alidade {
 namespace {
 
 constexpr std::array kWords = {
-    "calibrate", "detect", "project", "unproject", "undistort", "validate", "diff", "convert", "simulate",
+    "calibrate", "detect", "project", "unproject", "undistort", "validate", "diff", "convert", "simulate", "track",
     // Flags.
     "--help", "--version", "--against", "--bin", "--board", "--board-shape", "--camera", "--camera-only",
     "--clip", "--config", "--corners-only", "--crop", "--debug", "--distance", "--evidence", "--fix", "--fov",
