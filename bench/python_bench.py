@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: MIT
 """Compares the Python module with cv2 on a million points, and with the C++ batch calls behind it.
 
-usage: PYTHONPATH=build/python bench/python_bench.py [PROJECT_BENCH]
+usage: PYTHONPATH=build/python bench/python_bench.py [BATCH_CALLS]
 
-PROJECT_BENCH is build/bench/project_bench (-DALIDADE_BUILD_BENCH=ON). Times are CPU times on one thread each, medians of
-nine runs, unless the line says otherwise. cv2.projectPoints() always computes Jacobians, which project() does not. Exit code 1: a ratio misses its limit, which stands beside it.
+BATCH_CALLS is build/bench/libbatch_calls.so (-DALIDADE_BUILD_BENCH=ON): projectBatch(), called in turns with project() in
+this process, so that what else the machine does slows both. Times are CPU times on one thread each, medians of nine runs,
+unless the line says otherwise. cv2.projectPoints() always computes Jacobians, which project() does not. Exit code 1: a
+ratio misses its limit, which stands beside it.
 """
 from __future__ import annotations
 
+import ctypes
 import os
-import re
 import statistics
 import subprocess
 import sys
@@ -51,11 +53,36 @@ print(1024 * (kilobytes("VmHWM:") - before) + points.nbytes, points.nbytes + pix
 """
 
 
-def batch_seconds(program: str, case: str) -> float:
-    """Returns the median CPU time of a case of project_bench, which has as many points."""
-    run = subprocess.run([program, f"--benchmark_filter=^{case}/"], capture_output=True, text=True, check=True)
-    found = re.search(r"_median +[\d.]+ \w+ +([\d.]+) (ns|us|ms|s)", re.sub(r"\x1b\[[\d;]*m", "", run.stdout))
-    return float(found[1]) * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1}[found[2]]
+def ratio_in_turns(call: Callable[[], object], other: Callable[[], object]) -> float:
+    """Returns the median ratio of the CPU times of two calls that follow each other."""
+    ratios = []
+    for _ in range(5 * NUM_RUNS):
+        times = [time.process_time()]
+        for each in (call, other):
+            each()
+            times.append(time.process_time())
+        ratios.append((times[1] - times[0]) / (times[2] - times[1]))
+    return statistics.median(ratios)
+
+
+class BatchCalls:
+    """projectBatch() on the same points, one array a coordinate, as C++ stores them."""
+
+    def __init__(self, library: str, points: np.ndarray) -> None:
+        self._library = ctypes.CDLL(os.path.abspath(library))
+        self._library.newBatchScene.restype = ctypes.c_void_p
+        numbers = ctypes.POINTER(ctypes.c_double)
+        params = np.array(list(PARAMETERS.values()), float)
+        self._scene = ctypes.c_void_p(self._library.newBatchScene(
+            params.ctypes.data_as(numbers), points.ctypes.data_as(numbers), ctypes.c_size_t(len(points))))
+
+    def into_kept(self, with_pose: bool) -> None:
+        """Into the same arrays in each call."""
+        self._library.projectIntoKept(self._scene, ctypes.c_bool(with_pose))
+
+    def into_new(self, with_pose: bool) -> None:
+        """Into new vectors in each call."""
+        self._library.projectIntoNew(self._scene, ctypes.c_bool(with_pose))
 
 
 def main() -> int:
@@ -72,7 +99,7 @@ def main() -> int:
         nonlocal failed
         is_good = value >= limit if is_least else value <= limit
         failed += not is_good
-        print(f"{name:<58} {value:8.2f}   {'at least' if is_least else 'at most'} {limit:g}{'' if is_good else '   MISSED'}")
+        print(f"{name:<66} {value:8.2f}   {'at least' if is_least else 'at most'} {limit:g}{'' if is_good else '   MISSED'}")
 
     memory = subprocess.run([sys.executable, "-c", MEMORY.format(parameters=PARAMETERS, count=NUM_POINTS)], capture_output=True,
                             text=True, check=True)
@@ -82,16 +109,18 @@ def main() -> int:
     own = seconds(lambda: camera.project(points))
     other = seconds(lambda: cv2.projectPoints(points, zero, zero, matrix, distortion))
     report("project: time of cv2.projectPoints over project()", other / own, 8, True)
-    print(f"{'  its largest difference in px':<58} {np.abs(cv2.projectPoints(points, zero, zero, matrix, distortion)[0][:, 0] - pixels).max():.1e}")
-    posed = seconds(lambda: camera.project(points, np.eye(4)))
-    into = seconds(lambda: camera.project(points, np.eye(4), out=(pixels, status)))
+    print(f"{'  its largest difference in px':<66} {np.abs(cv2.projectPoints(points, zero, zero, matrix, distortion)[0][:, 0] - pixels).max():.1e}")
     if len(sys.argv) > 1:
-        batch = batch_seconds(sys.argv[1], "radtan/project/alidade")
-        report("project(out=) with a pose: its time over projectBatch()", into / batch, 1.3, False)
-        print(f"{'  the same with new arrays, whose memory is mapped first':<58} {posed / batch:8.2f}")
+        batch = BatchCalls(sys.argv[1], points)
+        for words, pose in (("", None), (" with a pose", np.eye(4))):
+            report(f"project(){words}: time over projectBatch() to new vectors",
+                   ratio_in_turns(lambda: camera.project(points, pose), lambda: batch.into_new(pose is not None)), 1.3, False)
+            report(f"project(out=){words}: over projectBatch() to the same vectors",
+                   ratio_in_turns(lambda: camera.project(points, pose, out=(pixels, status)), lambda: batch.into_kept(pose is not None)), 1.3, False)
+            print(f"{'  new arrays over the same vectors':<66} {ratio_in_turns(lambda: camera.project(points, pose), lambda: batch.into_kept(pose is not None)):8.2f}")
     threads = os.cpu_count() or 1
     alone, shared = (seconds(lambda: camera.project(points, jobs=jobs), time.perf_counter) for jobs in (1, 0))
-    print(f"{f'project: {threads} threads are faster than one by a factor of':<58} {alone / shared:8.2f}")
+    print(f"{f'project: {threads} threads are faster than one by a factor of':<66} {alone / shared:8.2f}")
     own = seconds(lambda: camera.project_with_jacobians(points, np.eye(4)))
     report("Jacobians: time of cv2.projectPoints over all of ours", other / own, 3, True)
 
@@ -103,9 +132,9 @@ def main() -> int:
     plane = iterate()[:, 0]
     rays = camera.unproject(pixels)[0]
     for name, given in (("cv2", np.column_stack([plane, np.ones(len(plane))])), ("alidade", rays)):
-        print(f"{f'  largest error of {name} in px':<58} {np.abs(camera.project(given)[0] - pixels).max():.1e}")
+        print(f"{f'  largest error of {name} in px':<66} {np.abs(camera.project(given)[0] - pixels).max():.1e}")
     alone, shared = (seconds(lambda: camera.unproject(pixels, jobs=jobs), time.perf_counter) for jobs in (1, 0))
-    print(f"{f'unproject: {threads} threads are faster than one by a factor of':<58} {alone / shared:8.2f}")
+    print(f"{f'unproject: {threads} threads are faster than one by a factor of':<66} {alone / shared:8.2f}")
     return 1 if failed else 0
 
 

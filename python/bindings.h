@@ -19,5 +19,6 @@ void bindDetection(pybind11::module_& module);
 void bindCalibration(pybind11::module_& module);
 void bindRig(pybind11::module_& module);
 void bindChecks(pybind11::module_& module);
+void bindDifference(pybind11::module_& module);
 
 }  // namespace alidade::python

@@ -21,7 +21,7 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_save.h"
-#include "alidade/imagery/image_file.h"
+#include "alidade/imagery/image_set.h"
 #include "alidade/report/page.h"
 #include "bindings.h"
 #include "camera.h"
@@ -197,17 +197,24 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
   return value;
 }
 
-// What a notebook or a page shows of the images: those that are files.
+// What a notebook or a page shows of the images: those that are files, and frames of videos.
 PageOptions pageOptions(const ViewsValue& from) {
-  const std::map<std::string, std::string> path_of(from.paths.begin(), from.paths.end());
-  const ImageOfView image_of = [path_of](const std::string& name) -> std::optional<GrayImage> {
-    const auto found = path_of.find(name);
-    if (found == path_of.end()) return std::nullopt;
+  std::vector<std::string> paths;
+  std::map<std::string, std::size_t> index_of;
+  for (const auto& [name, path] : from.paths) {
+    index_of[name] = paths.size();
+    paths.push_back(path);
+  }
+  const ImageOfView image_of = [index_of, set = openNamed(paths)](const std::string& name) {
+    const auto found = index_of.find(name);
+    std::optional<GrayImage> image;
+    if (found == index_of.end()) return image;
     try {
-      return readGrayImage(found->second).image;
+      image = set.read(found->second).decode().image;
     } catch (const Error&) {
-      return std::nullopt;  // the page shows the corners in its place
+      return image;  // the page shows the corners in its place
     }
+    return image;
   };
   return {.pictures = {.image_of = image_of}};
 }
@@ -498,14 +505,15 @@ py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findi
                    const std::vector<FigureFile>& figures, const std::vector<CaptionedFigure>& shown) {
   const py::object escape = py::module_::import("html").attr("escape");
   const auto escaped = [&](const std::string& text) { return escape(nameText(text)).cast<std::string>(); };
-  std::string html = "<p><b>" + escaped(title) + "</b></p><ul>";
+  std::string html = title.empty() ? "" : "<p><b>" + escaped(title) + "</b></p>";
+  std::string list;
   for (const Diagnosis& finding : findings) {
     if (finding.severity < Severity::kWarning) continue;
-    html += "<li>" + escaped(std::string(severityName(finding.severity)) + ": " + finding.message());
-    if (!finding.next_step.empty()) html += "; " + escaped(finding.next_step);
-    html += "</li>";
+    list += "<li>" + escaped(std::string(severityName(finding.severity)) + ": " + finding.message());
+    if (!finding.next_step.empty()) list += "; " + escaped(finding.next_step);
+    list += "</li>";
   }
-  html += "</ul>";
+  if (!list.empty()) html += "<ul>" + list + "</ul>";
   // As pictures of their own: the style of a drawing must not reach the notebook, nor the other drawings.
   for (const CaptionedFigure& figure : shown) {
     const auto file = std::ranges::find(figures, figure.file, &FigureFile::name);

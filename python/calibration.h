@@ -42,7 +42,7 @@ struct CaptionedFigure {
   std::string caption;
 };
 
-/// What a notebook shows of a result: title, warnings and some figures of the report.
+/// What a notebook shows of a result: title, warnings and some figures of the report. The title may be empty.
 [[nodiscard]] py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findings,
                                  const std::vector<FigureFile>& figures,
                                  const std::vector<CaptionedFigure>& shown);

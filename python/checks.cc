@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -7,7 +7,7 @@
 
 #include <pybind11/stl.h>
 
-#include "alidade/compare/projection_difference.h"
+#include "alidade/calibrate/record_of.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/files/camera_source.h"
@@ -15,6 +15,7 @@
 #include "bindings.h"
 #include "calibration.h"
 #include "camera.h"
+#include "difference.h"
 
 namespace alidade::python {
 namespace {
@@ -27,7 +28,14 @@ struct CheckResult {
   FileCheck check;
 };
 
-std::vector<CheckResult> checksOf(const FileJudgement& judgement) {
+// A judged file, and the camera that its cameras were compared with.
+struct FileValue {
+  FileJudgement judgement;
+  std::shared_ptr<const CameraRecord> other;
+};
+
+std::vector<CheckResult> checksOf(const FileValue& self) {
+  const FileJudgement& judgement = self.judgement;
   std::vector<CheckResult> checks;
   for (const CameraJudgement& camera : judgement.cameras) {
     for (const FileCheck& check : camera.checks) checks.push_back({camera.name, check});
@@ -36,9 +44,9 @@ std::vector<CheckResult> checksOf(const FileJudgement& judgement) {
   return checks;
 }
 
-std::vector<FileJudgement> validate(const py::object& path, const py::object& images, const py::object& board,
-                                    const py::object& against, double tolerance_px, int jobs,
-                                    const py::object& progress) {
+std::vector<FileValue> validate(const py::object& path, const py::object& images, const py::object& board,
+                                const py::object& against, double tolerance_px, int jobs,
+                                const py::object& progress) {
   FileTests tests{.tolerance_px = tolerance_px, .jobs = jobs};
   if (!(tolerance_px > 0))
     throw usageError(
@@ -65,61 +73,73 @@ std::vector<FileJudgement> validate(const py::object& path, const py::object& im
     tests.other = loadCamera(pathOf(against));
   }
   const std::vector<std::string> inputs = {pathOf(path)};
-  std::vector<FileJudgement> judgements;
+  std::vector<FileValue> judgements;
+  const auto other = tests.other ? std::make_shared<const CameraRecord>(*tests.other) : nullptr;
   runInterruptibly(progress, [&](const CancelFlag* cancel, const ReportProgress& report) {
     tests.cancel = cancel;
     const std::vector<ListedFile> files = listCameraFiles(inputs);
     for (std::size_t i = 0; i < files.size(); ++i) {
       throwIfCancelled(cancel);
-      if (auto judgement = judgeFile(files[i], {}, tests)) judgements.push_back(*std::move(judgement));
+      if (auto judgement = judgeFile(files[i], {}, tests))
+        judgements.push_back({*std::move(judgement), other});
       report("checking files", i + 1, files.size());
     }
   });
   return judgements;
 }
 
-// What diff() returns.
-struct DifferenceValue {
-  ProjectionDifference difference;
-  std::optional<DifferenceSignificance> significance;
-};
-
-CameraRecord recordFrom(const py::handle& camera) {
-  if (py::isinstance<CameraValue>(camera)) return camera.cast<const CameraValue&>().record;
-  return loadCamera(pathOf(camera));
+// The maps of a judged camera: against the other camera, and against the one that the images give.
+void addMaps(const FileValue& self, const CameraJudgement& judged, std::vector<FigureFile>& figures,
+             std::vector<CaptionedFigure>& shown) {
+  if (!judged.camera || !judged.image_size) return;
+  CameraRecord record = bareRecord(*judged.camera, *judged.image_size, creatorName());
+  record.calibration = judged.calibration;
+  const auto add = [&](const CameraRecord& other, const std::string& caption) {
+    std::optional<DifferenceValue> value;
+    try {
+      value = tryDifference(record, other, {});
+    } catch (const Error&) {
+      return;  // images of another shape: a check says so
+    }
+    if (!value) return;
+    const std::string name = std::to_string(figures.size()) + ".svg";
+    figures.push_back(figureOf(*value, name));
+    shown.push_back({name, (judged.name.empty() ? "" : judged.name + ": ") + caption});
+  };
+  if (self.other) add(*self.other, "where the other camera projects points");
+  if (judged.held_out && judged.held_out->freed)
+    add(recordOf(*judged.held_out->freed, {.created_by = creatorName()}),
+        "where the camera of the images projects points");
 }
 
-DifferenceValue difference(const py::object& a, const py::object& b, const std::optional<double>& distance_m,
-                           bool same_frame) {
-  if (distance_m && same_frame)
-    throw usageError({.where = "distance_m and same_frame", .found = "both", .expected = "one of them"});
-  const CameraRecord record_a = recordFrom(a);
-  const CameraRecord record_b = recordFrom(b);
-  DifferenceOptions options;
-  if (same_frame) options.freed.reset();
-  if (distance_m) {
-    options.freed = Freed::kPose;
-    options.distance_m = *distance_m;
+py::str validationHtml(const FileValue& self) {
+  std::vector<FigureFile> figures;
+  std::vector<CaptionedFigure> shown;
+  {
+    const py::gil_scoped_release without_lock;
+    for (const CameraJudgement& judged : self.judgement.cameras) addMaps(self, judged, figures, shown);
   }
-  const py::gil_scoped_release without_lock;
-  const ComparedCamera in_a{&record_a.camera, record_a.image_size, statedCovariance(record_a)};
-  const ComparedCamera in_b{&record_b.camera, record_b.image_size, statedCovariance(record_b)};
-  DifferenceValue value{.difference = projectionDifference(in_a, in_b, options), .significance = {}};
-  if (!value.difference.is_converged || value.difference.num_compared == 0) {
-    throw inputError({.where = "diff()",
-                      .found = "cameras that have too little in common to be compared",
-                      .expected = "two cameras of the same image",
-                      .next_step = "check both with validate()"});
+  const py::object escape = py::module_::import("html").attr("escape");
+  const auto cell = [&](const std::string& text) {
+    return "<td style=\"text-align: left\">" + escape(nameText(text)).cast<std::string>() + "</td>";
+  };
+  std::string table;
+  for (const CheckResult& result : checksOf(self)) {
+    table += "<tr>" + cell(std::string(severityName(result.check.severity))) + cell(result.camera) +
+             cell(result.check.id) + cell(result.check.message) + "</tr>";
   }
-  value.significance = significanceOf(value.difference, in_a, in_b, options.freed);
-  return value;
+  if (!table.empty())
+    table =
+        "<table><tr><th>result</th><th>camera</th><th>check</th><th>message</th></tr>" + table + "</table>";
+  std::string title = self.judgement.file + ": " + std::string(severityName(self.judgement.severity()));
+  if (!self.judgement.error.empty()) title = self.judgement.error;
+  return py::str(resultHtml(title, {}, {}, {}).cast<std::string>() + table +
+                 resultHtml("", {}, figures, shown).cast<std::string>());
 }
 
-py::object gridOf(const DifferenceValue& self, const std::vector<Eigen::Vector2d>& values) {
-  return pixelsArray(values).attr("reshape")(self.difference.rows, self.difference.columns, 2);
-}
+}  // namespace
 
-void bindChecksOfFiles(py::module_& module) {
+void bindChecks(py::module_& module) {
   const auto status = [](Severity severity) { return std::string(severityName(severity)); };
   py::class_<CheckResult>(module, "Check", doc("Check"))
       .def_readonly("camera", &CheckResult::camera, doc("Check.camera"))
@@ -142,72 +162,28 @@ void bindChecksOfFiles(py::module_& module) {
         return "<alidade.Check: " + status(self.check.severity) + ", " + self.check.id + ": " +
                self.check.message + ">";
       });
-  py::class_<FileJudgement>(module, "FileValidation", doc("FileValidation"))
+  py::class_<FileValue>(module, "FileValidation", doc("FileValidation"))
       .def_property_readonly(
-          "file", [](const FileJudgement& self) { return nameText(self.file); }, doc("FileValidation.file"))
-      .def_readonly("format", &FileJudgement::format, doc("FileValidation.format"))
-      .def_readonly("error", &FileJudgement::error, doc("FileValidation.error"))
+          "file", [](const FileValue& self) { return nameText(self.judgement.file); },
+          doc("FileValidation.file"))
       .def_property_readonly(
-          "severity", [=](const FileJudgement& self) { return status(self.severity()); },
+          "format", [](const FileValue& self) { return self.judgement.format; }, doc("FileValidation.format"))
+      .def_property_readonly(
+          "error", [](const FileValue& self) { return self.judgement.error; }, doc("FileValidation.error"))
+      .def_property_readonly(
+          "severity", [=](const FileValue& self) { return status(self.judgement.severity()); },
           doc("FileValidation.severity"))
       .def_property_readonly("checks", &checksOf, doc("FileValidation.checks"))
-      .def("__bool__", [](const FileJudgement& self) { return self.severity() < Severity::kFailure; })
-      .def("__repr__", [=](const FileJudgement& self) {
-        return "<alidade.FileValidation: " + self.file + ": " + status(self.severity()) + ">";
-      });
+      .def("__bool__", [](const FileValue& self) { return self.judgement.severity() < Severity::kFailure; })
+      .def("__repr__",
+           [=](const FileValue& self) {
+             return "<alidade.FileValidation: " + self.judgement.file + ": " +
+                    status(self.judgement.severity()) + ">";
+           })
+      .def("_repr_html_", &validationHtml);
   module.def("validate", &validate, "path"_a, "images"_a = py::none(), "board"_a = py::none(), py::kw_only(),
              "against"_a = py::none(), "tolerance_px"_a = kDefaultTolerancePx, "jobs"_a = 0,
              "progress"_a = py::none(), doc("validate"));
-}
-
-void bindDifference(py::module_& module) {
-  py::class_<DifferenceValue>(module, "Difference", doc("Difference"))
-      .def_property_readonly(
-          "pixels", [](const DifferenceValue& self) { return gridOf(self, self.difference.pixels); },
-          doc("Difference.pixels"))
-      .def_property_readonly(
-          "difference_px",
-          [](const DifferenceValue& self) { return gridOf(self, self.difference.difference_px); },
-          doc("Difference.difference_px"))
-      .def_property_readonly(
-          "mean_px", [](const DifferenceValue& self) { return self.difference.mean_px; },
-          doc("Difference.mean_px"))
-      .def_property_readonly(
-          "rms_px", [](const DifferenceValue& self) { return self.difference.rms_px; },
-          doc("Difference.rms_px"))
-      .def_property_readonly(
-          "p95_px", [](const DifferenceValue& self) { return self.difference.p95_px; },
-          doc("Difference.p95_px"))
-      .def_property_readonly(
-          "max_px", [](const DifferenceValue& self) { return self.difference.max_px; },
-          doc("Difference.max_px"))
-      .def_property_readonly(
-          "num_compared", [](const DifferenceValue& self) { return self.difference.num_compared; },
-          doc("Difference.num_compared"))
-      .def_property_readonly(
-          "b_from_a", [](const DifferenceValue& self) { return poseArray(self.difference.b_from_a); },
-          doc("Difference.b_from_a"))
-      .def_property_readonly(
-          "is_significant",
-          [](const DifferenceValue& self) -> std::optional<bool> {
-            if (!self.significance) return std::nullopt;
-            return self.significance->isSignificant();
-          },
-          doc("Difference.is_significant"))
-      .def("__repr__", [](const DifferenceValue& self) {
-        return "<alidade.Difference: RMS " + numberText("%.4g", self.difference.rms_px) +
-               " px, 95 % within " + numberText("%.4g", self.difference.p95_px) + " px, at most " +
-               numberText("%.4g", self.difference.max_px) + " px>";
-      });
-  module.def("diff", &difference, "a"_a, "b"_a, py::kw_only(), "distance_m"_a = py::none(),
-             "same_frame"_a = false, doc("diff"));
-}
-
-}  // namespace
-
-void bindChecks(py::module_& module) {
-  bindChecksOfFiles(module);
-  bindDifference(module);
 }
 
 }  // namespace alidade::python

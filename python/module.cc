@@ -30,5 +30,6 @@ PYBIND11_MODULE(_core, module) {
   bindDetection(module);
   bindCalibration(module);
   bindRig(module);
+  bindDifference(module);
   bindChecks(module);
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "rig.h"
+
 #include <memory>
 #include <string>
 #include <utility>
@@ -23,15 +25,6 @@ namespace alidade::python {
 namespace {
 
 using namespace pybind11::literals;
-
-// A calibrated rig in Python.
-struct RigValue {
-  RigCalibration result;
-  RigRecord record;
-  double tolerance_px = 1;
-
-  [[nodiscard]] std::string evidence() const { return rigEvidenceJson(result, tolerance_px, creatorName()); }
-};
 
 RigValue calibratedRig(const py::dict& views, const py::object& board, const py::kwargs& given) {
   Keywords keywords("calibrate_rig", given);
@@ -77,6 +70,10 @@ std::vector<CameraValue> camerasOf(const RigValue& self) {
   return cameras;
 }
 
+std::string evidenceOf(const RigValue& self) {
+  return rigEvidenceJson(self.result, self.tolerance_px, creatorName());
+}
+
 void saveRigOf(const RigValue& self, const py::object& path, bool keep_untrustworthy) {
   const std::string file = pathOf(path);
   requireUsable(self.result.diagnoses, file, keep_untrustworthy);
@@ -87,7 +84,7 @@ void saveRigOf(const RigValue& self, const py::object& path, bool keep_untrustwo
 void writeRigReport(const RigValue& self, const py::object& path) {
   const std::string file = pathOf(path);
   const py::gil_scoped_release without_lock;
-  writeFileAtomically(file, reportPage(nlohmann::json::parse(self.evidence()), "the evidence"));
+  writeFileAtomically(file, reportPage(nlohmann::json::parse(evidenceOf(self)), "the evidence"));
 }
 
 std::string rigTitle(const RigValue& self) {
@@ -98,7 +95,7 @@ std::string rigTitle(const RigValue& self) {
 }
 
 py::str rigHtml(const RigValue& self) {
-  const auto figures = reportFigures(nlohmann::json::parse(self.evidence()), "the evidence");
+  const auto figures = reportFigures(nlohmann::json::parse(evidenceOf(self)), "the evidence");
   return resultHtml(rigTitle(self), self.result.diagnoses, figures,
                     {{"scene.svg", "The cameras and the boards"}});
 }
@@ -129,7 +126,7 @@ void bindRig(py::module_& module) {
           doc("RigCalibration.warnings"))
       .def_property_readonly(
           "evidence",
-          [](const RigValue& self) { return py::module_::import("json").attr("loads")(self.evidence()); },
+          [](const RigValue& self) { return py::module_::import("json").attr("loads")(evidenceOf(self)); },
           doc("RigCalibration.evidence"))
       .def("save", &saveRigOf, "path"_a, py::kw_only(), "keep_untrustworthy"_a = false,
            doc("RigCalibration.save"))

@@ -60,6 +60,7 @@ function(alidade_add_library name)
   elseif(NOT name STREQUAL "core")
     target_precompile_headers(${target} REUSE_FROM alidade_geometry)
   endif()
+  set_property(GLOBAL APPEND PROPERTY ALIDADE_LIBRARIES ${name})  # from the bottom up, for pkg_config.cmake
   set(export_set alidade-targets)
   foreach(group IN LISTS ALIDADE_GROUPS)
     if(name IN_LIST ALIDADE_${group}_LIBRARIES)
@@ -67,8 +68,8 @@ function(alidade_add_library name)
     endif()
   endforeach()
   install(TARGETS ${target} EXPORT ${export_set}
-          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
   if(ALIDADE_CAN_SEAL)
     set(archive "${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:${target}>")
     if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
@@ -78,6 +79,7 @@ function(alidade_add_library name)
                                           -D \"COMPILER=${CMAKE_CXX_COMPILER}\" -D COMPILER_ID=${CMAKE_CXX_COMPILER_ID}
                                           -D \"NM=${CMAKE_NM}\" -D \"OBJCOPY=${CMAKE_OBJCOPY}\" -D \"AR=${CMAKE_AR}\"
                                           -P \"${PROJECT_SOURCE_DIR}/src/seal_archive.cmake\"
-                                  COMMAND_ERROR_IS_FATAL ANY)")
+                                  COMMAND_ERROR_IS_FATAL ANY)"
+            COMPONENT development)
   endif()
 endfunction()

@@ -55,9 +55,10 @@ class BoardCommand final : public Command {
         "Example: alidade board checkerboard:9x6:25mm -o board.pdf\nPrint at 100 % (no fitting to the page), "
         "measure the ruler, and glue the print on a flat plate.");
     app.add_option(
-        "board", board_,
-        "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file");
-    app.add_option("-o,--output", output_, "File to write: .pdf, .svg or .png");
+           "board", board_,
+           "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file")
+        ->type_name(kSpecValue);
+    app.add_option("-o,--output", output_, "File to write: .pdf, .svg or .png")->type_name(kFileValue);
     app.add_option(
         "--paper", paper_,
         "A4, A3, A2, A1, A0, letter or WIDTHxHEIGHT, for example 300x400mm (default: the smallest of "

@@ -49,69 +49,45 @@ class CalibrateCommand final : public Command {
         "Exit code 3: done, but the camera must not be used; no camera file is written.");
     app.add_option("input", inputs_,
                    "Folders, image files, patterns (*.jpg, frame%04d.png) or videos; or corners files of one "
-                   "camera (.csv, or .vnl of mrcal)");
+                   "camera (.csv, or .vnl of mrcal)")
+        ->type_name(kFileValue);
     addBoardOption(app, boards_);
     app.add_option("--image-size", size_,
                    "Image size in pixels (WIDTHxHEIGHT), for .vnl files, which do not state it")
+        ->group(kBoardGroup)
         ->check(sizeComplaint, "");
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     app.add_option(
-        "--model", model_,
-        fmt::format("Camera model: {}; or auto: the smallest model that no larger one significantly "
-                    "outperforms in cross-validation (with --init, the model of that file)",
-                    fmt::join(models, ", ")));
+           "--model", model_,
+           fmt::format("Camera model: {}; or auto: the smallest model that no larger one significantly "
+                       "outperforms in cross-validation (with --init, the model of that file)",
+                       fmt::join(models, ", ")))
+        ->group(kFitGroup);
     models.emplace_back(kAutoModel);
     app.get_option("--model")->check(CLI::IsMember(models))->capture_default_str();
     app.add_option("--init", init_,
                    "Camera file for the initial guess, with the same image size; its lens is converted to "
-                   "--model. Default: automatic initial guess");
+                   "--model. Default: automatic initial guess")
+        ->group(kFitGroup)
+        ->type_name(kFileValue);
     app.add_option("--fix", fixed_,
                    "Fixed parameters, for example cx,cy,k3. They keep the values of --init; without it, cx "
                    "and cy are the image centre and lens parameters are 0. If the model is chosen "
                    "automatically, only cx and cy")
+        ->group(kFitGroup)
         ->delimiter(',');
-    app.add_flag("--same-focal", same_focal_, "Force fx = fy");
+    app.add_flag("--same-focal", same_focal_, "Force fx = fy")->group(kFitGroup);
     app.add_option("--board-shape", board_shape_,
-                   "flat: assume a flat board; warp: estimate its bend; uneven: estimate the place of every "
+                   "Shape of the board. flat: assume a flat board; warp: estimate its bend; uneven: estimate "
+                   "the place of every "
                    "point; auto: "
                    "estimate the bend if it is significant, and the points if they explain other views")
+        ->group(kFitGroup)
         ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
         ->capture_default_str();
     addDetectionOptions(app, detection_);
     addDebugOption(app, debug_);
-    app.add_option("-o,--output", output_,
-                   "Camera file to write (YAML); - for standard output instead of the summary");
-    app.add_option("--to", format_,
-                   fmt::format("Format of the camera file: {}. The lens model is one that the format can "
-                               "represent",
-                               fmt::join(formatIds(), ", ")))
-        ->check(CLI::IsMember(formatIds()))
-        ->capture_default_str();
-    app.add_option("--name", name_.name, "Camera name to store in the camera file");
-    app.add_option("--serial", name_.serial, "Serial number to store in the camera file");
-    app.add_option("--evidence", evidence_,
-                   "JSON file to write: everything that --json prints, the errors of all corners and the "
-                   "effective settings");
-    app.add_option("--report", report_,
-                   "HTML page to write: the verdict and its reasons in figures, in one file that needs no "
-                   "network");
-    app.add_option("--tolerance", tolerance_,
-                   "Error of a projected point that you accept (95 %). The verdict and the severity of "
-                   "warnings depend on it")
-        ->check(pixelComplaint, "")
-        ->capture_default_str();
-    app.add_option("--distance", distance_,
-                   "Distance of the points that the accuracy is for, for example 2m, with the camera's pose "
-                   "aligned. Default: distant points, with the rotation aligned");
-    app.add_flag("--verbose", is_verbose_, "Print all details after the summary");
-    app.add_option("--target-sigma", target_sigma_,
-                   "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "
-                   "states whether it is reached, and if not, about how many more views are needed")
-        ->check(pixelComplaint, "");
-    app.add_option("--next-view", next_view_,
-                   "SVG file to write: the suggested next view and the current projection uncertainty");
-    app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
-                 "Write the camera file even if the camera must not be used");
+    addResultOptions(app);
     addCommonOptions(app, common_, true);
   }
 
@@ -198,6 +174,57 @@ class CalibrateCommand final : public Command {
   }
 
  private:
+  // Where the results go, and what is expected of them.
+  void addResultOptions(CLI::App& app) {
+    app.add_option("-o,--output", output_,
+                   "Camera file to write (YAML); - for standard output instead of the summary")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--to", format_,
+                   fmt::format("Format of the camera file: {}. The lens model is one that the format can "
+                               "represent",
+                               fmt::join(formatIds(), ", ")))
+        ->group(kOutputGroup)
+        ->check(CLI::IsMember(formatIds()))
+        ->capture_default_str();
+    app.add_option("--name", name_.name, "Camera name to store in the camera file")->group(kOutputGroup);
+    app.add_option("--serial", name_.serial, "Serial number to store in the camera file")
+        ->group(kOutputGroup);
+    app.add_option("--evidence", evidence_,
+                   "JSON file to write: everything that --json prints, the errors of all corners and the "
+                   "effective settings")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--report", report_,
+                   "HTML page to write: the verdict and its reasons in figures, in one file that needs no "
+                   "network")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--tolerance", tolerance_,
+                   "Error of a projected point that you accept (95 %). The verdict and the severity of "
+                   "warnings depend on it")
+        ->group(kVerdictGroup)
+        ->check(pixelComplaint, "")
+        ->capture_default_str();
+    app.add_option("--distance", distance_,
+                   "Distance of the points that the accuracy is for, for example 2m, with the camera's pose "
+                   "aligned. Default: distant points, with the rotation aligned")
+        ->group(kVerdictGroup);
+    app.add_flag("--verbose", is_verbose_, "Print all details after the summary")->group(kOutputGroup);
+    app.add_option("--target-sigma", target_sigma_,
+                   "Largest accepted projection uncertainty in the image, for example 0.1px. The summary "
+                   "states whether it is reached, and if not, about how many more views are needed")
+        ->group(kVerdictGroup)
+        ->check(pixelComplaint, "");
+    app.add_option("--next-view", next_view_,
+                   "SVG file to write: the suggested next view and the current projection uncertainty")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
+                 "Write the camera file even if the camera must not be used")
+        ->group(kOutputGroup);
+  }
+
   [[nodiscard]] CalibratorOptions calibratorOptions() const {
     CalibratorOptions options{.model = model_, .held = fixed_, .same_focal = same_focal_};
     options.jobs = common_.jobs;

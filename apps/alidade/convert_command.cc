@@ -208,11 +208,13 @@ class ConvertCommand final : public Command {
         "axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
         "written.");
     app.add_option("file", paths_,
-                   "Camera or rig file of any format (docs/formats.md), or the files of a rig");
+                   "Camera or rig file of any format (docs/formats.md), or the files of a rig")
+        ->type_name(kFileValue);
     app.add_option(
-        "-o,--output", output_,
-        "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
-        "standard output instead of the summary");
+           "-o,--output", output_,
+           "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
+           "standard output instead of the summary")
+        ->type_name(kFileValue);
     app.add_option("--to", format_,
                    "Format of the output: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
         ->check(CLI::IsMember(formatIds()))

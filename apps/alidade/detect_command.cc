@@ -80,13 +80,15 @@ class DetectCommand final : public Command {
  public:
   void setUp(CLI::App& app) override {
     app.footer("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
-    app.add_option("input", inputs_, "Folders, image files, patterns (*.jpg, frame%04d.png) or videos");
+    app.add_option("input", inputs_, "Folders, image files, patterns (*.jpg, frame%04d.png) or videos")
+        ->type_name(kFileValue);
     addBoardOption(app, boards_);
     app.add_option("--camera", camera_, "Camera name to write into the corners file")->capture_default_str();
     addDetectionOptions(app, detection_);
     addDebugOption(app, debug_);
     app.add_option("-o,--output", output_,
-                   "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -");
+                   "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -")
+        ->type_name(kFileValue);
     addCommonOptions(app, common_, true);
   }
 

@@ -223,10 +223,11 @@ class DiffCommand final : public Command {
         "the first camera, then what both together do: a pixel of\none camera, as a point at --distance "
         "(default: 10 times the largest baseline), projected into another.\nExit code 3: the cameras see too "
         "little in common, or they differ significantly and by more than the tolerance.");
-    app.add_option(
-        "files", files_,
-        "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a file with "
-        "several");
+    app.add_option("files", files_,
+                   "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a "
+                   "file with "
+                   "several")
+        ->type_name(kFileValue);
     takeLength(*app.add_option("--distance", distance_m_,
                                "Compare points at this distance, for example 2m, and align by the best pose "
                                "instead of the best rotation")
@@ -245,6 +246,7 @@ class DiffCommand final : public Command {
                     ->check(nonNegativeNumber, "0 or more"));
     app.add_option("-o,--output", figure_,
                    "SVG file to write: the difference over the image of A, as colours and arrows")
+        ->type_name(kFileValue)
         ->check(figureComplaint, "");
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);

@@ -49,8 +49,10 @@ std::string longName(const CLI::Option& option) {
 }  // namespace
 
 void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
-  app.add_flag("--json", options.json, "Print only one JSON document to standard output");
-  app.add_flag("--quiet", options.quiet, "Print no progress and no messages except errors");
+  app.add_flag("--json", options.json, "Print only one JSON document to standard output")
+      ->group(kCommonGroup);
+  app.add_flag("--quiet", options.quiet, "Print no progress and no messages except errors")
+      ->group(kCommonGroup);
   if (has_jobs) {
     const auto complaint = [](const std::string& text) {
       const int jobs = parseInt(text).value_or(-1);
@@ -58,11 +60,14 @@ void addCommonOptions(CLI::App& app, CommonOptions& options, bool has_jobs) {
     };
     app.add_option("--jobs", options.jobs,
                    "Number of threads; 0 means one per processor. It does not affect the result")
+        ->group(kCommonGroup)
         ->check(complaint, "0 to 1024")
         ->capture_default_str();
   }
   app.add_option("--config", options.config,
-                 "YAML file with flags as keys; flags on the command line take precedence");
+                 "YAML file with flags as keys; flags on the command line take precedence")
+      ->group(kCommonGroup)
+      ->type_name(kFileValue);
 }
 
 void addBoardOption(CLI::App& app, std::vector<std::string>& boards) {
@@ -77,6 +82,8 @@ void addBoardOption(CLI::App& app, std::vector<std::string>& boards) {
   app.add_option("--board", boards,
                  "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") +
                      ") or YAML file; repeat it for several boards")
+      ->group(kBoardGroup)
+      ->type_name(kSpecValue)
       ->check(complaint, "")
       ->allow_extra_args(false);  // what follows a SPEC is an input
 }
@@ -93,14 +100,19 @@ void addDetectionOptions(CLI::App& app, DetectionOptions& options) {
          fmt::format("How many frames of each video or image sequence to search for boards: sharp ones that "
                      "differ from each other (default: {})",
                      options.num_frames))
+      ->group(kBoardGroup)
       ->check(complaint, "");
   app.add_option("--cache", options.cache,
-                 "Folder for the results of detection. Images that it knows are not searched again");
+                 "Folder for the results of detection. Images that it knows are not searched again")
+      ->group(kBoardGroup)
+      ->type_name(kFolderValue);
 }
 
 void addDebugOption(CLI::App& app, std::string& folder) {
   app.add_option("--debug", folder,
-                 "Folder for copies of the images with the corners, their ids and the board's axes drawn in");
+                 "Folder for copies of the images with the corners, their ids and the board's axes drawn in")
+      ->group(kBoardGroup)
+      ->type_name(kFolderValue);
 }
 
 ReadOptions CameraOptions::readOptions() const {
@@ -110,10 +122,12 @@ ReadOptions CameraOptions::readOptions() const {
 void addCameraOptions(CLI::App& app, CameraOptions& options) {
   app.add_option("--image-size", options.size,
                  "Image size in pixels (WIDTHxHEIGHT), for camera files that do not state it")
+      ->group(kCameraFileGroup)
       ->check(sizeComplaint, "");
   app.add_option(
          "--read-as", options.read_as,
          "Model of four distortion coefficients, for files that do not state it: radtan or kannala_brandt")
+      ->group(kCameraFileGroup)
       ->check(CLI::IsMember({"radtan", "kannala_brandt"}));
 }
 

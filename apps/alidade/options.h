@@ -45,6 +45,22 @@ class Command {
   CommonOptions common_;
 };
 
+/// Names of values, for CLI::Option::type_name(). They appear in the help, and shells complete files or
+/// folders by them; a SPEC of a board may be a file too.
+inline constexpr const char* kFileValue = "FILE";
+inline constexpr const char* kFolderValue = "FOLDER";
+inline constexpr const char* kSpecValue = "SPEC";
+inline constexpr const char* kCommandValue = "COMMAND";
+
+/// Headings of the flags that several commands have, for CLI::Option::group(). A command with few flags of
+/// its own leaves them under "Options".
+inline constexpr const char* kBoardGroup = "Boards and images";
+inline constexpr const char* kCameraFileGroup = "Incomplete camera files";
+inline constexpr const char* kFitGroup = "Fit";
+inline constexpr const char* kVerdictGroup = "Accuracy";
+inline constexpr const char* kOutputGroup = "Output";
+inline constexpr const char* kCommonGroup = "All commands";
+
 [[nodiscard]] std::unique_ptr<Command> makeDetectCommand();
 [[nodiscard]] std::unique_ptr<Command> makeCalibrateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeProjectCommand();
@@ -57,6 +73,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeReportCommand();
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
 [[nodiscard]] std::unique_ptr<Command> makeTrackCommand();
+[[nodiscard]] std::unique_ptr<Command> makeHelpCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigValidateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigTriangulateCommand();

@@ -313,8 +313,9 @@ class StreamCommand : public Command {
   // The options of both; `points` describes the input, which has these columns.
   void setUpStream(CLI::App& app, const char* points, std::vector<TableColumn> columns) {
     columns_ = std::move(columns);
-    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
-    app.add_option("points", points_path_, points);
+    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)")
+        ->type_name(kFileValue);
+    app.add_option("points", points_path_, points)->type_name(kFileValue);
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
@@ -394,8 +395,10 @@ class ProjectCommand final : public StreamCommand {
         "omitted or -",
         {{"x", "m"}, {"y", "m"}, {"z", "m"}});
     app.add_option("--pose", pose_,
-                   "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity");
-    app.add_option("--poses", poses_path_, "File of poses; all points are projected for each pose");
+                   "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity")
+        ->type_name(kFileValue);
+    app.add_option("--poses", poses_path_, "File of poses; all points are projected for each pose")
+        ->type_name(kFileValue);
     app.add_option(
            "--poses-are", direction_,
            "Direction of the poses, unless YAML keys state it: camera_from_world or world_from_camera")

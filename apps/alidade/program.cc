@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "program.h"
 
-#include <algorithm>
 #include <array>
 #include <exception>
 #include <map>
@@ -10,18 +9,17 @@
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <vector>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/cancel.h"
 #include "alidade/core/error.h"
-#include "alidade/core/mapped.h"
-#include "alidade/core/text.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/report/json_output.h"
 #include "console.h"
 #include "options.h"
+#include "unknown_words.h"
 
 namespace alidade {
 namespace {
@@ -53,64 +51,11 @@ constexpr std::array<CommandEntry, 16> kCommands = {{
     {"report", "Show a calibration in figures, as a page from its evidence file", makeReportCommand},
     {"track", "Find the path of a camera in a video (visual odometry)", makeTrackCommand},
     {"board", "Draw a board to print, at exact scale", makeBoardCommand},
-    {"simulate", "Render images of a board with known ground truth", makeSimulateCommand},
+    {"simulate", "Render images of a board, or footage, with known ground truth", makeSimulateCommand},
+    {"help", "Show the help of a command, or write man pages and shell completions", makeHelpCommand},
 }};
 
 constexpr int kUsageExit = static_cast<int>(ErrorCode::kUsage);
-
-std::vector<std::string> flagsOf(const CLI::App& app) {
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
-  }
-  return flags;
-}
-
-// The next step after words that were not understood: the nearest flag, or the help.
-std::string flagAdvice(const std::vector<std::string>& words, const std::vector<std::string>& flags,
-                       const std::string& help) {
-  for (const std::string& word : words) {
-    if (!word.starts_with("-")) continue;
-    if (const auto nearest = nearestName(word.substr(0, word.find('=')), flags))
-      return "\n  next: did you mean '" + *nearest + "'?";
-  }
-  return "\n  next: " + help;
-}
-
-// The parser of the command, or of the group or the whole program where no command was named.
-CLI::App& chosenParser(CLI::App& app) {
-  const auto chosen = app.get_subcommands();
-  return chosen.empty() ? app : chosenParser(*chosen.front());
-}
-
-// What is wrong with a command line that names no command of a program or group.
-std::string explainNoCommand(const CLI::App& app, std::vector<std::string> words) {
-  const std::vector<std::string> known =
-      mapped(app.get_subcommands({}), [](const CLI::App* command) { return command->get_name(); });
-  const std::string prefix = app.get_parent() == nullptr ? "" : commandName(app) + ": ";
-  const std::string help = callOf(app) + " --help";
-  const auto word = std::find_if(words.begin(), words.end(), [](const auto& w) { return w[0] != '-'; });
-  if (word != words.end()) {
-    return prefix + "unknown command '" + *word + "'; expected one of " + join(known, ", ") +
-           "\n  next: " + didYouMean(*word, known, help);
-  }
-  if (words.empty()) return prefix + "no command; expected one of " + join(known, ", ") + "\n  next: " + help;
-  return prefix + "unknown flag '" + words[0] + "'; expected a command, or " + join(flagsOf(app), ", ") +
-         flagAdvice(words, flagsOf(app), help);
-}
-
-// What the parser did not understand, with the nearest thing that it does.
-std::string explain(const CLI::Error& error, CLI::App& app, int argc, char** argv) {
-  const CLI::App& parser = chosenParser(app);
-  if (!parser.get_subcommands({}).empty()) {
-    const std::vector<std::string> words(argv + 1, argv + argc);
-    const auto group = std::ranges::find(words, parser.get_name());
-    return explainNoCommand(parser, {group == words.end() ? words.begin() : group + 1, words.end()});
-  }
-  const std::string text = commandName(parser) + ": " + error.what();
-  if (text.find("\n  next: ") != std::string::npos) return text;
-  return text + flagAdvice(app.remaining(true), flagsOf(parser), callOf(parser) + " --help");
-}
 
 int fail(int code, const std::string& message) {
   printMessage("error: " + message);
@@ -157,6 +102,16 @@ void printErrorJson(const std::exception& error) {
   }
 }
 
+// The parser's own puts two empty lines between groups of flags.
+class HelpFormatter final : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
+    for (std::size_t i = 0; (i = text.find("\n\n\n")) != std::string::npos;) text.erase(i, 1);
+    return text;
+  }
+};
+
 // The parser of a command, within that of its group.
 CLI::App* addParser(CLI::App& app, const CommandEntry& entry) {
   const std::string_view name = entry.name;
@@ -175,6 +130,7 @@ int runCommand(int argc, char** argv) {
       "Calibrates cameras from photographs of a board, projects points, and checks whether a camera file can "
       "be trusted.\nExample: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
       "alidade");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.set_version_flag("--version", programName());
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
@@ -197,7 +153,7 @@ int runCommand(int argc, char** argv) {
     printResult(out.str());
     return code;
   } catch (const CLI::Error& e) {
-    return fail(kUsageExit, explain(e, app, argc, argv));
+    return fail(kUsageExit, explainRefusal(e, app, argc, argv));
   }
   CLI::App& chosen = chosenParser(app);
   Command& command = *commands.at(&chosen);

@@ -26,15 +26,18 @@ class ReportCommand final : public Command {
         "Example: alidade report evidence.json -o page.html --images photos/\n"
         "The page is the same as that of alidade calibrate --report.");
     app.add_option(
-        "file", file_,
-        "Evidence file (JSON) of alidade calibrate --evidence; or the camera file, with --evidence");
-    app.add_option("--evidence", evidence_, "Evidence file of the camera file");
+           "file", file_,
+           "Evidence file (JSON) of alidade calibrate --evidence; or the camera file, with --evidence")
+        ->type_name(kFileValue);
+    app.add_option("--evidence", evidence_, "Evidence file of the camera file")->type_name(kFileValue);
     app.add_option("--images", images_,
                    "Images that the camera was calibrated from, for pictures of the views: folders, files, "
-                   "patterns or videos");
-    app.add_option("--against", against_, "Camera file (any format) to compare with");
-    app.add_option("-o,--output", output_, "HTML page to write");
-    app.add_option("--figures", figures_, "Folder to create, with the figures as SVG files");
+                   "patterns or videos")
+        ->type_name(kFileValue);
+    app.add_option("--against", against_, "Camera file (any format) to compare with")->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "HTML page to write")->type_name(kFileValue);
+    app.add_option("--figures", figures_, "Folder to create, with the figures as SVG files")
+        ->type_name(kFolderValue);
     app.add_flag("--overwrite", overwrite_,
                  "Replace an earlier, unchanged folder of figures; other files are never changed");
     addCommonOptions(app, common_, true);

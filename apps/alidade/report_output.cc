@@ -75,33 +75,24 @@ PictureSource picturesFrom(const std::string& evidence, const std::vector<std::s
   const std::vector<std::string> names = shortNames(paths);
   std::map<std::string, std::string> path_of;
   for (std::size_t i = 0; i < names.size(); ++i) path_of[nameInJson(names[i])] = paths[i];
-  // Frames are read in one pass for which their numbers have to be known.
-  std::vector<std::string> files;
-  std::vector<std::string> file_names;
-  std::map<std::string, std::vector<std::size_t>> frames_of;
+  std::vector<std::string> images;
+  std::map<std::string, std::size_t> index_of;
   for (const std::string& name : viewNames(evidence)) {
     const auto frame = parseFrameName(name);
     if (const auto file = path_of.find(name); file != path_of.end()) {
-      files.push_back(file->second);
-      file_names.push_back(name);
+      index_of[name] = images.size();
+      images.push_back(file->second);
     } else if (frame && path_of.contains(frame->video)) {
-      frames_of[frame->video].push_back(frame->number);
+      index_of[name] = images.size();
+      images.push_back(path_of[frame->video] + "@" + std::to_string(frame->number));
     }
   }
-  std::vector<ImageSet> sets = {ImageSet(files)};
-  std::map<std::string, std::pair<std::size_t, std::size_t>> place_of;  // set and index
-  for (std::size_t i = 0; i < files.size(); ++i) place_of[file_names[i]] = {0, i};
-  for (const auto& [video, numbers] : frames_of) {
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      place_of[video + "@" + std::to_string(numbers[i])] = {sets.size(), i};
-    sets.push_back(openFrames(path_of[video], numbers));
-  }
-  return {.image_of = [place_of, sets](const std::string& name) -> std::optional<GrayImage> {
-            const auto found = place_of.find(name);
-            if (found == place_of.end()) return std::nullopt;
-            return readOrNone(sets[found->second.first], found->second.second);
-          },
-          .picture_of = {}};
+  return {
+      .image_of = [index_of, set = openNamed(images)](const std::string& name) -> std::optional<GrayImage> {
+        const auto found = index_of.find(name);
+        return found == index_of.end() ? std::nullopt : readOrNone(set, found->second);
+      },
+      .picture_of = {}};
 }
 
 void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,

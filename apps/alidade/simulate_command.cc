@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <filesystem>
+#include <variant>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -8,16 +9,19 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/corners_file.h"
+#include "alidade/files/file_text.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/print/ink_of_board.h"
 #include "alidade/report/json_output.h"
+#include "alidade/simulate/footage_simulator.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
 #include "console.h"
 #include "options.h"
 #include "pending_folder.h"
+#include "simulated_footage.h"
 
 namespace alidade {
 namespace {
@@ -27,10 +31,13 @@ class SimulateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade simulate config/scene.yaml -o simulated\nWrites images/*.png, camera.yaml (the "
-        "true camera), corners.csv (the true corners) and poses.yaml (the true poses).");
-    app.add_option("scene", scene_path_, "Scene file (YAML): camera, board, views");
-    app.add_option("-o,--output", output_, "Folder to create");
-    app.add_flag("--corners-only", corners_only_, "Write only the ground truth, no images");
+        "true camera), corners.csv (the true corners) and poses.yaml (the true poses).\n"
+        "Example: alidade simulate config/footage.yaml -o footage\nWrites tracks.csv (true pixels of points "
+        "in each frame) in place of corners.csv, and trajectory.txt (the poses as TUM trajectory).");
+    app.add_option("scene", scene_path_, "Scene file (YAML): camera and either board and views, or footage")
+        ->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
+    app.add_flag("--corners-only,--truth-only", truth_only_, "Write only the ground truth, no images");
     app.add_flag("--overwrite", overwrite_,
                  "Replace an earlier, unchanged result of this command; other files are never changed");
     addCommonOptions(app, common_, true);
@@ -41,11 +48,43 @@ class SimulateCommand final : public Command {
     if (output_.empty()) throw missingError("simulate", "no --output", "-o FOLDER");
     refuseFolderOfInputs(output_, {scene_path_, common_.config});
     const CancelFlag* cancel = catchInterrupts();
-    const Scene scene = readSceneFile(scene_path_);
-    refuseFolderOfInputs(output_, scene.files);
-    if (!common_.quiet) {
-      for (const std::string& remark : scene.camera_remarks) printMessage("note: " + remark);
+    const AnyScene any_scene = readSceneFile(scene_path_);
+    std::visit(
+        [&](const auto& scene) {
+          refuseFolderOfInputs(output_, scene.files);
+          if (common_.quiet) return;
+          for (const std::string& remark : scene.camera_remarks) printMessage("note: " + remark);
+        },
+        any_scene);
+    if (const auto* footage = std::get_if<FootageScene>(&any_scene)) return runFootage(*footage, cancel);
+    return runBoard(std::get<Scene>(any_scene), cancel);
+  }
+
+ private:
+  int runFootage(FootageScene scene, const CancelFlag* cancel) const {
+    scene.num_jobs = common_.jobs;
+    // Whether objects can cover the wanted share is known only now.
+    const FootageSimulator simulator =
+        detail::withPlace(scene_path_ + ": footage", [&] { return FootageSimulator(scene); });
+    PendingFolder folder(output_, "simulate", overwrite_);
+    if (!common_.quiet) noteLeftovers(folder);
+    const FootageCounts counts =
+        writeFootage(simulator, folder, {.with_images = !truth_only_, .is_quiet = common_.quiet}, cancel);
+    folder.commit();
+    if (common_.json) {
+      printResult(jsonText({{"folder", output_},
+                            {"num_frames", simulator.numFrames()},
+                            {"num_tracks", counts.num_tracks},
+                            {"num_pixels", counts.num_pixels}}));
+    } else if (!common_.quiet) {
+      printResult(fmt::format("{}: {} frames, {} tracks of {} pixels{}\n", printable(output_),
+                              simulator.numFrames(), counts.num_tracks, counts.num_pixels,
+                              truth_only_ ? ", no images" : ""));
     }
+    return 0;
+  }
+
+  int runBoard(const Scene& scene, const CancelFlag* cancel) const {
     std::vector<SE3> poses = scene.camera_from_board;
     if (poses.empty()) {
       Random random(streamSeed(scene.seed, 0));
@@ -63,8 +102,8 @@ class SimulateCommand final : public Command {
       writeCornersFile(folder.path("corners.csv"), corners);
       writeCameraFile(folder.path("camera.yaml"),
                       bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
-      writeFileAtomically(folder.path("poses.yaml"), posesText(names, poses));
-      if (!corners_only_) renderAll(scene, poses, names, folder, cancel);
+      writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_board", poses));
+      if (!truth_only_) renderAll(scene, poses, names, folder, cancel);
     });
     folder.commit();
 
@@ -77,7 +116,7 @@ class SimulateCommand final : public Command {
                             {"views_without_corners", without_corners}}));
     } else if (!common_.quiet) {
       printResult(fmt::format("{}: {} views, {} corners{}\n", printable(output_), poses.size(), num_corners,
-                              corners_only_ ? ", no images" : ""));
+                              truth_only_ ? ", no images" : ""));
     }
     if (!without_corners.empty() && !common_.quiet) {
       printMessage(fmt::format("warning: no corner of the board is visible in {}\n  next: check these poses",
@@ -86,7 +125,6 @@ class SimulateCommand final : public Command {
     return 0;
   }
 
- private:
   [[nodiscard]] std::vector<std::string> viewsWithoutCorners(const CornersFile& corners) const {
     std::vector<std::string> names;
     for (const View& view : corners.views) {
@@ -138,7 +176,7 @@ class SimulateCommand final : public Command {
 
   std::string scene_path_;
   std::string output_;
-  bool corners_only_ = false;
+  bool truth_only_ = false;
   bool overwrite_ = false;
 };
 

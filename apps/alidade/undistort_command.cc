@@ -37,9 +37,10 @@ class UndistortCommand final : public Command {
         "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
         "channels and bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching "
         "pinhole camera. The other projections get projection.yaml instead.");
-    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)");
-    app.add_option("input", inputs_, "Folders, image files or patterns");
-    app.add_option("-o,--output", output_, "Folder to create");
+    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)")
+        ->type_name(kFileValue);
+    app.add_option("input", inputs_, "Folders, image files or patterns")->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
     view_.addOptions(app, "; rectilinear keeps straight lines straight", "size of the input");
     app.add_flag("--camera-only", camera_only_,
                  "Write only the camera or projection file; do not read inputs");

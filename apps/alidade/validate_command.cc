@@ -48,19 +48,22 @@ class ValidateCommand final : public Command {
         "more.\nFiles may have any supported format (docs/formats.md); FILE#NAME selects one camera of a "
         "file with several.\nExit code 0: no file failed; 1: no camera file, or --images or --against cannot "
         "be used; 3: a file failed.");
-    app.add_option("file", files_, "Camera files, folders, or patterns in quotes");
+    app.add_option("file", files_, "Camera files, folders, or patterns in quotes")->type_name(kFileValue);
     app.add_flag("--strict", is_strict_, "Treat warnings as failures");
     app.add_flag("--verbose", is_verbose_, "Print every check");
-    app.add_option("--junit", junit_path_, "Write the result as JUnit XML to this file");
+    app.add_option("--junit", junit_path_, "Write the result as JUnit XML to this file")
+        ->type_name(kFileValue);
     app.add_option("--report", report_,
-                   "HTML page to write: what was found, with figures, in one file that needs no network");
+                   "HTML page to write: what was found, with figures, in one file that needs no network")
+        ->type_name(kFileValue);
     addCameraOptions(app, camera_);
     app.add_option("--images", images_,
                    "Images of a board that were not used for the calibration: folders, files or patterns, or "
-                   "corners files (.csv or .vnl)");
+                   "corners files (.csv or .vnl)")
+        ->type_name(kFileValue);
     addBoardOption(app, boards_);
     addDetectionOptions(app, detection_);
-    app.add_option("--against", against_, "Camera file (any format) to compare with");
+    app.add_option("--against", against_, "Camera file (any format) to compare with")->type_name(kFileValue);
     takePixels(*app.add_option("--tolerance", tolerance_px_,
                                "Largest accepted error in pixels (95th percentile; --images: where boards "
                                "were seen), for --images and --against")

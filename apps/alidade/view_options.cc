@@ -14,7 +14,8 @@ void ViewOptions::addOptions(CLI::App& app, const std::string& projection_help,
       ->capture_default_str();
   app.add_option("--fov", fov_deg, "Horizontal field of view in degrees")->check(finiteNumber, "");
   app.add_option("--keep", keep,
-                 "all: every input pixel with a ray is visible; valid: the largest view without black pixels")
+                 "What stays visible. all: every input pixel with a ray; valid: the largest view without "
+                 "black pixels")
       ->check(CLI::IsMember({"all", "valid"}));
   app.add_option("--size", size, "Size of the output, for example 1280x720. Default: " + size_help)
       ->check(sizeComplaint, "");

@@ -3,9 +3,9 @@
 from enum import IntEnum as _IntEnum
 
 from ._core import (AccuracyMap, Board, Calibration, CalibrationInfo, CalibrationView, Camera, Check, Detection,
-                    Difference, Error, FileValidation, Finding, InputError, RigCalibration, Survey, UsageError,
-                    __version__, calibrate, calibrate_rig, detect, diff, load_camera, load_cameras, load_corners,
-                    models, parameter_names, save_camera, validate)
+                    Difference, Error, FileValidation, Finding, InputError, RigCalibration, RigDifference, Survey,
+                    UsageError, __version__, calibrate, calibrate_rig, detect, diff, diff_rigs, load_camera,
+                    load_cameras, load_corners, models, parameter_names, save_camera, validate)
 
 
 class Status(_IntEnum):
@@ -17,6 +17,6 @@ class Status(_IntEnum):
 
 
 __all__ = ["__version__", "AccuracyMap", "Board", "calibrate", "calibrate_rig", "Calibration", "CalibrationInfo",
-           "CalibrationView", "Camera", "Check", "detect", "Detection", "diff", "Difference", "Error", "FileValidation",
-           "Finding", "InputError", "load_camera", "load_cameras", "load_corners", "models", "parameter_names",
-           "RigCalibration", "save_camera", "Status", "Survey", "UsageError", "validate"]
+           "CalibrationView", "Camera", "Check", "detect", "Detection", "diff", "diff_rigs", "Difference", "Error",
+           "FileValidation", "Finding", "InputError", "load_camera", "load_cameras", "load_corners", "models", "parameter_names",
+           "RigCalibration", "RigDifference", "save_camera", "Status", "Survey", "UsageError", "validate"]

@@ -533,3 +533,28 @@ def diff(a: Union[Camera, _Path], b: Union[Camera, _Path], *, distance_m: Option
     distance_m: compare points at this distance, after alignment by the best pose. same_frame: do not align.
     InputError: images of different shape, or cameras with too little in common.
     """
+
+class RigDifference:
+    """By how much two rigs disagree. Angles are in radians, lengths in metres."""
+    @property
+    def distance_m(self) -> float:
+        """The distance of the points of `transfers`."""
+    @property
+    def lenses(self) -> dict[str, Difference]:
+        """The difference of each camera by itself, by its name."""
+    @property
+    def places(self) -> dict[str, tuple[float, float]]:
+        """(distance_m, angle_rad) by which each camera's pose from the first camera differs."""
+    @property
+    def transfers(self) -> dict[str, Optional[dict[str, Any]]]:
+        """What lenses and poses do together: pixels of from_camera as points, projected into each camera.
+
+        from_camera, num_compared, rms_px, p95_px and max_px; None for a camera that sees too little of what others see.
+        """
+
+def diff_rigs(a: Union[RigCalibration, _Path], b: Union[RigCalibration, _Path], *, distance_m: Optional[float] = None) -> RigDifference:
+    """Compares two rigs of the same cameras, matched by their names: each lens, the poses, and what both do together.
+
+    distance_m: of the points that are projected from one camera into another; default: 10 times the largest distance
+    between two cameras. InputError: other names or image sizes, or a file without poses.
+    """

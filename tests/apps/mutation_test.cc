@@ -61,11 +61,13 @@ TEST(Mutations, OfACornersFileNeverSurprise) {
 }
 
 TEST(Mutations, OfASceneNeverSurprise) {
-  const Counts counts =
-      readMutations(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), 3,
-                    [](const std::string& text) { (void)parseSceneFile(text, "scene.yaml"); });
-  EXPECT_GT(counts.read, kNumRuns / 30);
-  EXPECT_GT(counts.refused, kNumRuns / 4);
+  for (const char* name : {"/config/scene.yaml", "/config/footage.yaml"}) {
+    const Counts counts =
+        readMutations(readFile(std::string(ALIDADE_SOURCE_DIR) + name), 3,
+                      [](const std::string& text) { (void)parseSceneFile(text, "scene.yaml"); });
+    EXPECT_GT(counts.read, kNumRuns / 30) << name;
+    EXPECT_GT(counts.refused, kNumRuns / 4) << name;
+  }
 }
 
 TEST(Mutations, OfPosesNeverSurprise) {

@@ -327,6 +327,8 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
   // Rendering one of its views shows as much as rendering all.
   scratch.write("config/scene.yaml",
                 replaced(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), "{random: 12}", "{random: 1}"));
+  scratch.write("config/footage.yaml",
+                replaced(readFile(ALIDADE_SOURCE_DIR "/config/footage.yaml"), "frames: 60", "frames: 2"));
   int num_examples = 0;
   for (const std::string& command : kCommands) {
     for (const Example& example : examplesIn(runAlidade({command, "--help"}).out)) {
@@ -335,7 +337,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 19);
+  EXPECT_EQ(num_examples, 20);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 12);
@@ -347,7 +349,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 24);
+  EXPECT_EQ(num_examples, 25);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

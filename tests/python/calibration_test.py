@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Detection, calibration and checks from Python, and the same numbers as the program's."""
+import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -114,6 +116,22 @@ def test_report_shows_the_photographs(tmp_path):
     assert (tmp_path / "page.html").read_text().count("data:image/jpeg") >= 12
 
 
+def test_report_shows_frames_of_videos(tmp_path):
+    video = str(tmp_path / "board.avi")
+    writer = cv2.VideoWriter(video, cv2.VideoWriter_fourcc(*"MJPG"), 5, (640, 480))
+    for photo in sorted((DATA / "images").glob("*.png")):
+        for _ in range(2):
+            writer.write(cv2.imread(str(photo)))
+    writer.release()
+    result = alidade.calibrate(video, SPEC, model="radtan")
+    result.report(tmp_path / "page.html")
+    pictures = re.findall("data:image/jpeg[^\"]+", (tmp_path / "page.html").read_text())
+    assert len(result.views) == 12 and len(set(pictures)) >= 12
+    pathlib.Path(video).unlink()
+    result.report(tmp_path / "page.html")  # the corners in their place
+    assert "data:image/jpeg" not in (tmp_path / "page.html").read_text()
+
+
 def test_options(corners, camera):
     names, views = corners
     common = dict(image_size=(640, 480), names=names, model="radtan")
@@ -224,6 +242,9 @@ def test_validates(tmp_path, camera, photos):
     assert len(judged) == 2 and not judged["wrong.yaml"] and judged["broken.yaml"].error
     against = next(check for check in judged["wrong.yaml"].checks if check.id == "against")
     assert against.severity == "failure" and against.message
+    html = judged["wrong.yaml"]._repr_html_()
+    assert html.count("image/svg+xml") == 1 and against.message[:20] in html and "<td" not in judged["broken.yaml"]._repr_html_()
+    assert tested._repr_html_().count("image/svg+xml") == 1 and "<img" not in good._repr_html_()
     with pytest.raises(alidade.InputError, match="nowhere"):
         alidade.validate(tmp_path / "nowhere")
     with pytest.raises(alidade.UsageError, match="board without images"):
@@ -240,6 +261,8 @@ def test_compares(camera, result):
     assert abs(np.nanmean(lengths) - difference.mean_px) < 1e-12 and 0 < difference.p95_px < difference.max_px
     assert difference.difference_px.shape == difference.pixels.shape and difference.b_from_a.shape == (4, 4)
     assert "alidade.Difference" in repr(difference)
+    html = difference._repr_html_()
+    assert html.count("image/svg+xml") == 1 and "significant" in html and f"{difference.rms_px:.4g} px" in html
     with pytest.raises(alidade.UsageError):
         alidade.diff(camera, camera, distance_m=1, same_frame=True)
     with pytest.raises(alidade.InputError):
@@ -275,3 +298,19 @@ def test_rig(camera, tmp_path):
     assert 'id="evidence"' in (tmp_path / "rig.html").read_text() and rig._repr_html_().count("<img") == 1
     with pytest.raises(alidade.UsageError, match="two or more"):
         alidade.calibrate_rig({"left": views["left"]}, board, image_size=(640, 480))
+    renamed, count = re.subn('name: "?left"?', "name: middle", (tmp_path / "rig.yaml").read_text())
+    assert count == 2  # where it is, and the camera itself
+    (tmp_path / "other.yaml").write_text(renamed)
+    with pytest.raises(alidade.InputError, match="middle.*expected those of a: left"):
+        alidade.diff_rigs(rig, tmp_path / "other.yaml")
+    same = alidade.diff_rigs(rig, tmp_path / "rig.yaml")
+    assert list(same.lenses) == ["left", "right"] and same.places["right"][0] < 1e-9 and same.distance_m == pytest.approx(1, rel=0.05)
+    assert all(lens.max_px < 1e-9 for lens in same.lenses.values())
+    assert same.transfers["right"]["from_camera"] == "left" and same.transfers["right"]["max_px"] < 1e-6
+    again = alidade.calibrate_rig({name: [view + rng.normal(0, 0.3, view.shape) for view in of_camera] for name, of_camera in
+                                   views.items()}, board, image_size=(640, 480), model="radtan")
+    difference = alidade.diff_rigs(rig, again, distance_m=0.5)
+    assert difference.distance_m == 0.5 and 0 < difference.places["right"][0] < 0.01 and difference.places["left"] == (0, 0)
+    assert 0.01 < difference.transfers["left"]["p95_px"] < 5 and "0.5 m" in repr(difference)
+    with pytest.raises(alidade.UsageError, match="distance_m"):
+        alidade.diff_rigs(rig, again, distance_m=0)

@@ -34,33 +34,47 @@ class RigCalibrateCommand final : public Command {
         "Images with the same name, or else with the same last number in it, were taken at the same time.\n"
         "Exit code 3: done, but the rig must not be used; no rig file is written.");
     app.add_option("input", views_.inputs,
-                   "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)");
+                   "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)")
+        ->type_name(kFileValue);
     views_.addOptions(app);
     std::vector<std::string> models(modelIds().begin(), modelIds().end());
     models.emplace_back(kAutoModel);
     app.add_option(
            "--model", models_,
            "Camera model as for alidade calibrate, for all cameras; or one for each, separated by commas")
+        ->group(kFitGroup)
         ->delimiter(',')
         ->check(CLI::IsMember(models));
     app.add_option(
            "--fixed", fixed_,
            "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
            "calibrate this one); their lenses are kept")
+        ->group(kFitGroup)
+        ->type_name(kFileValue)
         ->delimiter(',');
     app.add_option("--board-shape", shape_,
-                   "flat: boards are flat; warp: their bend is estimated; uneven: the place of every point; "
+                   "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
+                   "place of every point; "
                    "auto: what is seen")
+        ->group(kFitGroup)
         ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
         ->capture_default_str();
-    app.add_option("-o,--output", output_, "Rig file to write (YAML)");
-    app.add_option("--evidence", evidence_, "JSON file to write: all results with the errors of all corners");
-    app.add_option("--report", report_, "HTML page to write: the rig and its errors in figures, in one file");
+    app.add_option("-o,--output", output_, "Rig file to write (YAML)")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--evidence", evidence_, "JSON file to write: all results with the errors of all corners")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
+    app.add_option("--report", report_, "HTML page to write: the rig and its errors in figures, in one file")
+        ->group(kOutputGroup)
+        ->type_name(kFileValue);
     app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
+        ->group(kVerdictGroup)
         ->check(pixelComplaint, "")
         ->capture_default_str();
-    app.add_flag("--verbose", is_verbose_, "Print all details after the summary");
-    app.add_flag("--keep-untrustworthy", keep_, "Write the rig file even if the rig must not be used");
+    app.add_flag("--verbose", is_verbose_, "Print all details after the summary")->group(kOutputGroup);
+    app.add_flag("--keep-untrustworthy", keep_, "Write the rig file even if the rig must not be used")
+        ->group(kOutputGroup);
     addCommonOptions(app, common_, true);
   }
 

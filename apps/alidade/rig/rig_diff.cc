@@ -2,7 +2,6 @@
 #include "rig/rig_diff.h"
 
 #include <algorithm>
-#include <set>
 
 #include <fmt/format.h>
 
@@ -45,7 +44,7 @@ std::vector<std::string> namesOf(const RigRecord& rig) {
 }
 
 // Brings the cameras of `b` into the order of those of `a`, by their names, or else leaves them by number.
-// Only the cameras and poses are kept. @returns whether the names are the same
+// @returns whether the names are the same
 bool matchCameras(const RigRecord& a, RigRecord& b, const std::string& path_a, const std::string& path_b) {
   const std::vector<std::string> names = namesOf(a);
   const std::vector<std::string> others = namesOf(b);
@@ -56,16 +55,7 @@ bool matchCameras(const RigRecord& a, RigRecord& b, const std::string& path_a, c
          .expected = fmt::format("{} as in {}: {}", names.size(), path_a, join(names, ", ")),
          .next_step = "write rigs of the same cameras: alidade convert RIG#NAME RIG#NAME -o RIG"});
   }
-  if (std::set<std::string>(names.begin(), names.end()) !=
-      std::set<std::string>(others.begin(), others.end()))
-    return false;
-  std::vector<RigCameraRecord> ordered;
-  for (const std::string& name : names) {
-    const auto at = std::find(others.begin(), others.end(), name) - others.begin();
-    ordered.push_back(b.cameras[static_cast<std::size_t>(at)]);
-  }
-  b.cameras = std::move(ordered);
-  return true;
+  return orderCamerasAs(a, b);
 }
 
 void requireSameSizes(const RigRecord& a, const RigRecord& b, const std::string& path_b) {

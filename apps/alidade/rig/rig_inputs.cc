@@ -95,6 +95,7 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
 void RigInputs::addOptions(CLI::App& app) {
   addBoardOption(app, boards);
   app.add_option("--names", names, "Names of the cameras, separated by commas. Default: from the inputs")
+      ->group(kBoardGroup)
       ->delimiter(',');
   addMatchOption(app, match);
   addDetectionOptions(app, detection);
@@ -104,7 +105,8 @@ void addMatchOption(CLI::App& app, std::string& match) {
   app.add_option("--match", match,
                  "CSV file that says which images were taken together: a column for each camera, a row for "
                  "each frame. Default: images whose names match")
-      ->type_name("FILE");
+      ->group(kBoardGroup)
+      ->type_name(kFileValue);
 }
 
 std::vector<std::string> RigInputs::sources() const {

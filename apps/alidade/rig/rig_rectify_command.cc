@@ -125,12 +125,14 @@ class RigRectifyCommand final : public Command {
         "cylindrical and equirectangular views show more than\nhalf of all directions. Corners files in "
         "place of the folders only measure the errors "
         "of the rows.");
-    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses");
+    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses")
+        ->type_name(kFileValue);
     app.add_option(
-        "input", views_.inputs,
-        "For the first and the second camera: a folder of images, a pattern in quotes, or a corners "
-        "file (.csv)");
-    app.add_option("-o,--output", output_, "Folder to create");
+           "input", views_.inputs,
+           "For the first and the second camera: a folder of images, a pattern in quotes, or a corners "
+           "file (.csv)")
+        ->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
     app.add_option("--cameras", names_,
                    "Names of the two cameras, separated by a comma. Default: those of a rig of two")
         ->delimiter(',');

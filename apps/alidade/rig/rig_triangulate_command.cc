@@ -158,11 +158,14 @@ class RigTriangulateCommand final : public Command {
         "too_few_cameras, no_ray (of a pixel), at_infinity (parallel\nrays), behind (the rays meet behind a "
         "camera), undetermined (rays along the line through the cameras) or\nnot_converged; all numbers are "
         "nan unless it is ok.");
-    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses");
+    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses")
+        ->type_name(kFileValue);
     app.add_option("pixels", pixels_path_,
                    "Table with the header id,camera,u,v[,sigma_px] and one row per pixel; standard input if "
-                   "omitted or -");
-    app.add_option("-o,--output", output_, "Table to write (CSV). Default: standard output");
+                   "omitted or -")
+        ->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Table to write (CSV). Default: standard output")
+        ->type_name(kFileValue);
     app.add_option("--sigma", sigma_,
                    "Standard deviation of each coordinate of a pixel, for rows without sigma_px")
         ->check(pixelComplaint, "")

@@ -93,9 +93,11 @@ class RigValidateCommand final : public Command {
         "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\n"
         "Inputs are in the order of the rig's cameras, unless --names or their own names say otherwise.\n"
         "Exit code 3: the images contradict the rig.");
-    app.add_option("rig", rig_path_, "Rig file of any format that states where its cameras are");
+    app.add_option("rig", rig_path_, "Rig file of any format that states where its cameras are")
+        ->type_name(kFileValue);
     app.add_option("input", views_.inputs,
-                   "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)");
+                   "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)")
+        ->type_name(kFileValue);
     views_.addOptions(app);
     app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
         ->check(pixelComplaint, "")

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <numbers>
 
 #include <Eigen/Core>
@@ -19,7 +20,8 @@ namespace alidade {
 namespace {
 
 // The arrays of one call. Outputs that are null are not wanted. Strides are from one point's coordinate to
-// the next one's: 1 in columns; in rows, the coordinates of a point are neighbours.
+// the next one's: 1 in columns; in rows, the coordinates of a point are neighbours, and the first array's
+// are those of all.
 template <std::size_t kNumIn, std::size_t kNumOut>
 struct Arrays {
   std::array<const double*, kNumIn> in;
@@ -48,18 +50,54 @@ ALIDADE_ALWAYS_INLINE void storeStrided(const Lanes& lanes, double* to, std::siz
 #endif
 }
 
-// A stride of 2 means that u and v are neighbours: half as many stores.
-ALIDADE_ALWAYS_INLINE void storePixels(const Lanes& u, const Lanes& v, double* to_u, double* to_v,
-                                       std::size_t i, std::size_t stride) {
 #if defined(ALIDADE_HAS_VECTORS)
-  if (stride == 2) {
-    lane::store(__builtin_shufflevector(u, v, 0, 4, 1, 5), to_u + 2 * i);
-    lane::store(__builtin_shufflevector(u, v, 2, 6, 3, 7), to_u + 2 * i + kNumLanes);
+// Two neighbours from each of two places. Processors move numbers within the halves of a vector faster than
+// across them.
+using LanePair = double __attribute__((vector_size(16)));
+
+ALIDADE_ALWAYS_INLINE Lanes loadPairs(const double* low, const double* high) {
+  LanePair l;
+  LanePair h;
+  std::memcpy(&l, low, sizeof l);
+  std::memcpy(&h, high, sizeof h);
+  return __builtin_shufflevector(l, h, 0, 1, 2, 3);
+}
+#endif
+
+// In rows, x, y and z are neighbours: six loads of two numbers instead of twelve of one.
+template <bool kIsRows>
+ALIDADE_ALWAYS_INLINE void loadPoints(const std::array<const double*, 3>& from, std::size_t i, Lanes* p) {
+#if defined(ALIDADE_HAS_VECTORS)
+  if constexpr (kIsRows) {
+    const double* const rows = from[0] + 3 * i;
+    const Lanes a = loadPairs(rows, rows + 6);       // x0 y0 x2 y2
+    const Lanes b = loadPairs(rows + 2, rows + 8);   // z0 x1 z2 x3
+    const Lanes c = loadPairs(rows + 4, rows + 10);  // y1 z1 y3 z3
+    p[0] = __builtin_shufflevector(a, b, 0, 5, 2, 7);
+    p[1] = __builtin_shufflevector(a, c, 1, 4, 3, 6);
+    p[2] = __builtin_shufflevector(b, c, 0, 5, 2, 7);
     return;
   }
 #endif
-  storeStrided(u, to_u, i, stride);
-  storeStrided(v, to_v, i, stride);
+  for (std::size_t c = 0; c < from.size(); ++c) p[c] = loadStrided(from[c], i, kIsRows ? from.size() : 1);
+}
+
+// In rows, u and v are neighbours: two stores of four numbers instead of eight of one.
+template <bool kIsRows>
+ALIDADE_ALWAYS_INLINE void storePixels(const Lanes& u, const Lanes& v, double* to_u, double* to_v,
+                                       std::size_t i) {
+#if defined(ALIDADE_HAS_VECTORS)
+  if constexpr (kIsRows) {
+    double* const rows = to_u + 2 * i;
+    const Lanes even = __builtin_shufflevector(u, v, 0, 4, 2, 6);  // u0 v0 u2 v2
+    const Lanes odd = __builtin_shufflevector(u, v, 1, 5, 3, 7);   // u1 v1 u3 v3
+    lane::store(__builtin_shufflevector(even, odd, 0, 1, 4, 5), rows);
+    lane::store(__builtin_shufflevector(even, odd, 2, 3, 6, 7), rows + kNumLanes);
+    return;
+  }
+#endif
+  storeStrided(u, to_u, i, kIsRows ? 2 : 1);
+  storeStrided(v, to_v, i, kIsRows ? 2 : 1);
 }
 
 ALIDADE_ALWAYS_INLINE bool laneOf(const LaneMask& mask, std::size_t l) {
@@ -89,12 +127,16 @@ void runGroups(const Loop& loop, const typename Loop::Columns& arrays, std::size
     const Loop local = loop;
     const typename Loop::Columns a = arrays;
     const std::size_t end = count;
-    for (std::size_t i = 0; i < end; i += kNumLanes) local.group(a, i);
+    if (a.in_stride == 1) {
+      for (std::size_t i = 0; i < end; i += kNumLanes) local.template group<false>(a, i);
+    } else {
+      for (std::size_t i = 0; i < end; i += kNumLanes) local.template group<true>(a, i);
+    }
   });
 }
 
-// Calls loop.group(arrays, i) for each group of points. The last points, fewer than there are lanes, are
-// copied to arrays of full length and back.
+// Calls loop.group<kIsRows>(arrays, i) for each group of points. The last points, fewer than there are lanes,
+// are copied to arrays of full length and back.
 template <class Loop>
 void runLoop(const Loop& loop, const typename Loop::Columns& arrays, std::size_t count) {
   const std::size_t whole = count - count % kNumLanes;
@@ -143,10 +185,11 @@ class ProjectLoop {
     signed_cos2_ = c * std::abs(c);
   }
 
+  template <bool kIsRows>
   ALIDADE_ALWAYS_INLINE void group(const Columns& a, std::size_t i) const {
     const auto [u, v, by_point_out, by_pose_out, by_params_out] = a.out;
-    const Lanes p[3] = {loadStrided(a.in[0], i, a.in_stride), loadStrided(a.in[1], i, a.in_stride),
-                        loadStrided(a.in[2], i, a.in_stride)};
+    Lanes p[3];
+    loadPoints<kIsRows>(a.in, i, p);
     Lanes p_cam[3] = {p[0], p[1], p[2]};
     const auto& R = pose_.R;
     if constexpr (kHasPose) {
@@ -174,8 +217,7 @@ class ProjectLoop {
     const Lanes undefined = (px[0] - px[0]) + (px[1] - px[1]);
     is_ok = lane::both(is_ok, undefined == 0.0);
     const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + lane::kNaN);
-    storePixels(lane::select(is_ok, px[0], nothing), lane::select(is_ok, px[1], nothing), u, v, i,
-                a.out_stride);
+    storePixels<kIsRows>(lane::select(is_ok, px[0], nothing), lane::select(is_ok, px[1], nothing), u, v, i);
     std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
     if (!lane::isAll(is_ok)) {
       for (std::size_t l = 0; l < kNumLanes; ++l) {
@@ -231,11 +273,14 @@ class UnprojectLoop {
         max_angle_(camera.cone().max_angle_rad),
         cos_max_angle_(std::cos(max_angle_)) {}
 
+  template <bool kIsRows>
   ALIDADE_ALWAYS_INLINE void group(const Columns& a, std::size_t i) const {
+    constexpr std::size_t kInStride = kIsRows ? 2 : 1;
+    constexpr std::size_t kOutStride = kIsRows ? 3 : 1;
     const auto [x, y, z, J_ray_pixel] = a.out;
     const double* params = params_.data();
-    const Lanes u = loadStrided(a.in[0], i, a.in_stride);
-    const Lanes v = loadStrided(a.in[1], i, a.in_stride);
+    const Lanes u = loadStrided(a.in[0], i, kInStride);
+    const Lanes v = loadStrided(a.in[1], i, kInStride);
     const Lanes m[2] = {(u - params[2]) * (1 / params[0]), (v - params[3]) * (1 / params[1])};
     Lanes ray[3];
     M::quickUnlens(params + 4, start_, m, max_angle_, ray);
@@ -243,17 +288,17 @@ class UnprojectLoop {
     LaneMask is_ok = lane::both(norm2 > 0.5, ray[2] >= cos_max_angle_);
     if constexpr (M::kMaxAngle <= std::numbers::pi / 2) is_ok = lane::both(is_ok, ray[2] > 0.0);
     const Lanes nothing = lane::select(is_ok, Lanes{}, Lanes{} + lane::kNaN);
-    storeStrided(ray[0] + nothing, x, i, a.out_stride);
-    storeStrided(ray[1] + nothing, y, i, a.out_stride);
-    storeStrided(ray[2] + nothing, z, i, a.out_stride);
+    storeStrided(ray[0] + nothing, x, i, kOutStride);
+    storeStrided(ray[1] + nothing, y, i, kOutStride);
+    storeStrided(ray[2] + nothing, z, i, kOutStride);
     std::fill_n(a.status + i, kNumLanes, ProjectStatus::kOk);
     if (!lane::isAll(is_ok)) {
       for (std::size_t l = 0; l < kNumLanes; ++l)
         if (!laneOf(is_ok, l)) tryHarder({u[l], v[l]}, a, i + l);
     }
     if (J_ray_pixel != nullptr) {
-      const Lanes found[3] = {loadStrided(x, i, a.out_stride), loadStrided(y, i, a.out_stride),
-                              loadStrided(z, i, a.out_stride)};
+      const Lanes found[3] = {loadStrided(x, i, kOutStride), loadStrided(y, i, kOutStride),
+                              loadStrided(z, i, kOutStride)};
       Lanes J[6];
       rayByPixel<M>(params, found, J);
       scatter<6>(J, 0.0 * found[0], J_ray_pixel + 6 * i);

@@ -331,4 +331,20 @@ PoseList readPoseList(const std::string& path, std::optional<PoseDirection> dire
   return parsePoseList(readTextFile(path, kMaxPoseFileBytes), path, direction);
 }
 
+std::string tumText(const std::vector<double>& times_s, const std::vector<SE3>& camera_from_world) {
+  expect(times_s.size() == camera_from_world.size(), "one time per pose");
+  std::string text = "# timestamp tx ty tz qx qy qz qw\n";
+  for (std::size_t i = 0; i < times_s.size(); ++i) {
+    const SE3 world_from_camera = camera_from_world[i].inverse();
+    const Eigen::Vector3d& t = world_from_camera.translation;
+    SO3::Quaternion q = world_from_camera.rotation.quaternion();
+    if (q.w() < 0) q.coeffs() = -q.coeffs();
+    text += exactText(times_s[i]);
+    for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()})
+      text += " " + exactText(value);
+    text += "\n";
+  }
+  return text;
+}
+
 }  // namespace alidade

@@ -57,4 +57,9 @@ struct PoseList {
 [[nodiscard]] PoseList parsePoseList(const std::string& text, const std::string& name,
                                      std::optional<PoseDirection> direction);
 
+/// Text of a TUM trajectory, a line per pose: timestamp tx ty tz qx qy qz qw, of world_from_camera. All
+/// numbers are exact.
+[[nodiscard]] std::string tumText(const std::vector<double>& times_s,
+                                  const std::vector<SE3>& camera_from_world);
+
 }  // namespace alidade

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <utility>
 
 #include "alidade/core/size_groups.h"
 #include "alidade/files/board_file.h"
@@ -40,6 +41,28 @@ constexpr Field<RenderOptions> kRenderFields[] = {
     {"read_noise", &RenderOptions::read_noise},
     {"full_well_electrons", &RenderOptions::full_well_electrons}};
 
+constexpr Field<FootageScene> kFootageFields[] = {
+    {"frame_rate_hz", &FootageScene::frame_rate_hz},
+    {"flow_px", &FootageScene::flow_px},
+    {"shake_px", &FootageScene::shake_px},
+    {"moving_share", &FootageScene::moving_share},
+    {"rolling_shutter", &FootageScene::rolling_shutter},
+    {"stabilisation_frames", &FootageScene::stabilisation_frames},
+    {"zoom", &FootageScene::zoom}};
+
+constexpr Field<FootageScene> kFootageRenderFields[] = {{"blur_px", &FootageScene::blur_px},
+                                                        {"read_noise", &FootageScene::read_noise}};
+
+constexpr std::pair<const char*, FootageSurroundings> kSurroundings[] = {
+    {"room", FootageSurroundings::kRoom},
+    {"plane", FootageSurroundings::kPlane},
+    {"far", FootageSurroundings::kFar}};
+
+constexpr std::pair<const char*, FootagePath> kPaths[] = {{"walk", FootagePath::kWalk},
+                                                          {"rotation", FootagePath::kRotation},
+                                                          {"static", FootagePath::kStatic},
+                                                          {"straight", FootagePath::kStraight}};
+
 template <class Options, std::size_t kCount>
 void readFields(const YamlNode& node, const Field<Options> (&fields)[kCount],
                 std::vector<std::string> other_keys, Options& options) {
@@ -70,25 +93,48 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
                    "at most " + std::to_string(kMaxPixels) + " pixels in total for a scene");
 }
 
-Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
-  const YamlNode camera = root.at("camera");
-  std::vector<std::string> files;
-  const Board board = readSceneBoard(root.at("board"), folder, files);
-  if (camera.isMap()) {
-    camera.allowKeys({"model", "image_size", "parameters"});
-    const YamlNode size_node = camera.at("image_size");
+// The camera of a scene, and what is known of the file that it comes from.
+struct SceneCamera {
+  AnyCamera camera;
+  ImageSize image_size;
+  std::vector<std::string> remarks = {};
+  std::vector<std::string> files = {};
+};
+
+SceneCamera readSceneCamera(const YamlNode& node, const std::filesystem::path& folder) {
+  if (node.isMap()) {
+    node.allowKeys({"model", "image_size", "parameters"});
+    const YamlNode size_node = node.at("image_size");
     const ImageSize size = detail::readImageSize(size_node);
     checkRenderSize(size_node, size);
-    return {.camera = detail::readCamera(camera), .image_size = size, .board = board, .files = files};
+    return {.camera = detail::readCamera(node), .image_size = size};
   }
-  const std::string file = (folder / camera.text()).string();
-  const CameraSource source = withPlace(camera.where(), [&] { return loadCameras(file); });
-  const CameraRecord read = withPlace(camera.where(), [&] { return onlyCamera(source); });
-  checkRenderSize(camera, read.image_size);
-  files.push_back(cameraFilePath(file));
-  Scene scene{.camera = read.camera, .image_size = read.image_size, .board = board, .files = files};
-  for (const Remark& remark : source.cameras.front().remarks) scene.camera_remarks.push_back(remark.message);
-  return scene;
+  const std::string file = (folder / node.text()).string();
+  const CameraSource source = withPlace(node.where(), [&] { return loadCameras(file); });
+  const CameraRecord read = withPlace(node.where(), [&] { return onlyCamera(source); });
+  checkRenderSize(node, read.image_size);
+  SceneCamera result{.camera = read.camera, .image_size = read.image_size, .files = {cameraFilePath(file)}};
+  for (const Remark& remark : source.cameras.front().remarks) result.remarks.push_back(remark.message);
+  return result;
+}
+
+Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
+  std::vector<std::string> files;
+  const Board board = readSceneBoard(root.at("board"), folder, files);
+  const SceneCamera camera = readSceneCamera(root.at("camera"), folder);
+  files.insert(files.end(), camera.files.begin(), camera.files.end());
+  return {.camera = camera.camera,
+          .image_size = camera.image_size,
+          .board = board,
+          .camera_remarks = camera.remarks,
+          .files = files};
+}
+
+std::uint64_t readSeed(const YamlNode& root, std::uint64_t otherwise) {
+  const auto node = root.find("seed");
+  if (!node) return otherwise;
+  if (node->integer() < 0) throw node->error("'" + node->text() + "'", "0 or more");
+  return static_cast<std::uint64_t>(node->integer());
 }
 
 void readViews(const YamlNode& node, Scene& scene) {
@@ -109,17 +155,12 @@ void readViews(const YamlNode& node, Scene& scene) {
   if (scene.camera_from_board.empty()) throw node.at("poses").error("no pose", "at least one");
 }
 
-Scene sceneFrom(const YamlNode& root, const std::string& name) {
-  root.allowKeys(
-      {"alidade_scene", "camera", "board", "views", "seed", "random", "render", "corner_noise_px"});
-  const YamlNode version = root.at("alidade_scene");
-  if (version.integer() != 1) throw version.error("format version " + version.text(), "1");
-  Scene scene = readBasics(root, std::filesystem::path(name).parent_path());
+Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) {
+  root.allowKeys({"alidade_scene", "camera", "board", "views", "footage", "seed", "random", "render",
+                  "corner_noise_px"});
+  Scene scene = readBasics(root, folder);
   readViews(root.at("views"), scene);
-  if (const auto n = root.find("seed")) {
-    if (n->integer() < 0) throw n->error("'" + n->text() + "'", "0 or more");
-    scene.seed = static_cast<std::uint64_t>(n->integer());
-  }
+  scene.seed = readSeed(root, scene.seed);
   if (const auto n = root.find("random")) {
     readFields(*n, kRandomFields, {}, scene.random_views);
     withPlace(n->where(), [&] { scene.random_views.validate(); });
@@ -136,23 +177,68 @@ Scene sceneFrom(const YamlNode& root, const std::string& name) {
   return scene;
 }
 
+// One of a few words.
+template <class Choice, std::size_t kCount>
+void readChoice(const YamlNode& map, const char* key, const std::pair<const char*, Choice> (&choices)[kCount],
+                Choice& choice) {
+  const auto node = map.find(key);
+  if (!node) return;
+  std::string expected;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (node->text() == choices[i].first) {
+      choice = choices[i].second;
+      return;
+    }
+    expected += (i == 0 ? "" : i + 1 == kCount ? " or " : ", ") + std::string(choices[i].first);
+  }
+  throw node->error("'" + node->text() + "'", expected);
+}
+
+FootageScene footageSceneFrom(const YamlNode& root, const std::filesystem::path& folder) {
+  root.allowKeys({"alidade_scene", "camera", "footage", "seed", "render"});
+  const SceneCamera camera = readSceneCamera(root.at("camera"), folder);
+  FootageScene scene{.camera = camera.camera,
+                     .image_size = camera.image_size,
+                     .camera_remarks = camera.remarks,
+                     .files = camera.files};
+  const YamlNode footage = root.at("footage");
+  readFields(footage, kFootageFields, {"surroundings", "path", "frames", "moving_objects"}, scene);
+  readChoice(footage, "surroundings", kSurroundings, scene.surroundings);
+  readChoice(footage, "path", kPaths, scene.path);
+  if (const auto n = footage.find("frames")) scene.num_frames = n->integer();
+  if (const auto n = footage.find("moving_objects")) scene.moving_objects = n->integer();
+  if (const auto n = root.find("render")) readFields(*n, kFootageRenderFields, {}, scene);
+  scene.seed = readSeed(root, scene.seed);
+  withPlace(footage.where(), [&] { scene.validate(); });
+  return scene;
+}
+
+AnyScene sceneFrom(const YamlNode& root, const std::string& name) {
+  const YamlNode version = root.at("alidade_scene");
+  if (version.integer() != 1) throw version.error("format version " + version.text(), "1");
+  const std::filesystem::path folder = std::filesystem::path(name).parent_path();
+  if (root.has("footage")) return footageSceneFrom(root, folder);
+  return boardSceneFrom(root, folder);
+}
+
 }  // namespace
 
-Scene readSceneFile(const std::string& path) {
+AnyScene readSceneFile(const std::string& path) {
   return sceneFrom(YamlNode::readFile(path), path);
 }
 
-Scene parseSceneFile(const std::string& text, const std::string& name) {
+AnyScene parseSceneFile(const std::string& text, const std::string& name) {
   return sceneFrom(YamlNode::parse(text, name), name);
 }
 
-std::string posesText(const std::vector<std::string>& images, const std::vector<SE3>& camera_from_board) {
-  expect(images.size() == camera_from_board.size(), "one pose per image");
+std::string posesText(const std::vector<std::string>& images, const std::string& key,
+                      const std::vector<SE3>& camera_from_x) {
+  expect(images.size() == camera_from_x.size(), "one pose per image");
   YAML::Emitter out;
   out << YAML::BeginSeq;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    const auto writePose = [&](YAML::Emitter& to) { detail::writePose(to, camera_from_board[i]); };
-    detail::flowMap("image", images[i], "camera_from_board", writePose)(out);
+    const auto writePose = [&](YAML::Emitter& to) { detail::writePose(to, camera_from_x[i]); };
+    detail::flowMap("image", images[i], key, writePose)(out);
   }
   out << YAML::EndSeq;
   return detail::documentText(out);

@@ -2,14 +2,19 @@
 #pragma once
 
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "alidade/geometry/se3.h"
+#include "alidade/record/footage_scene.h"
 #include "alidade/record/scene.h"
 
 namespace alidade {
 
-/// Reads a scene:
+/// What a scene file describes: views of a board, or ordinary footage.
+using AnyScene = std::variant<Scene, FootageScene>;
+
+/// Reads a scene. Views of a board:
 ///
 ///   alidade_scene: 1
 ///   camera: camera.yaml            # a camera file, or a map of its model, image_size, parameters
@@ -21,15 +26,26 @@ namespace alidade {
 ///            background_level: 110, border_square: 1, falloff: 0, vignetting_exponent: 0, samples: 377}
 ///   corner_noise_px: 0
 ///
-/// camera, board and views are needed. Files are looked for from the scene's folder.
+/// camera, board and views are needed. Footage, see FootageScene, has other keys in place of board and views:
+///
+///   alidade_scene: 1
+///   camera: camera.yaml
+///   footage: {surroundings: room, path: walk, frames: 60, frame_rate_hz: 30, flow_px: 0, shake_px: 0,
+///             moving_objects: 0, moving_share: 0, rolling_shutter: 0, stabilisation_frames: 0, zoom: 1}
+///   seed: 1
+///   render: {blur_px: 0.7, read_noise: 1.5}
+///
+/// camera and footage are needed. surroundings: room, plane or far; path: walk, rotation, static or straight.
+/// Files are looked for from the scene's folder.
 /// @throws Error (kInput) naming line and key
-[[nodiscard]] Scene readSceneFile(const std::string& path);
+[[nodiscard]] AnyScene readSceneFile(const std::string& path);
 
 /// The same from text; `name` stands for the file in messages and in the search for other files.
-[[nodiscard]] Scene parseSceneFile(const std::string& text, const std::string& name);
+[[nodiscard]] AnyScene parseSceneFile(const std::string& text, const std::string& name);
 
-/// Text of a YAML list of the true poses: image and camera_from_board of each view.
-[[nodiscard]] std::string posesText(const std::vector<std::string>& images,
-                                    const std::vector<SE3>& camera_from_board);
+/// Text of a YAML list of the true poses: image and pose of each picture. `key` names the frames of the
+/// poses: camera_from_board or camera_from_world.
+[[nodiscard]] std::string posesText(const std::vector<std::string>& images, const std::string& key,
+                                    const std::vector<SE3>& camera_from_x);
 
 }  // namespace alidade

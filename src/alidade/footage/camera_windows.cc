@@ -25,8 +25,43 @@ double medianMotion(const std::vector<TrackPixel>& a, const std::vector<TrackPix
   return motions.empty() ? std::numeric_limits<double>::infinity() : medianOf(std::move(motions));
 }
 
+// Parameters differ by many orders of magnitude.
+Eigen::VectorXd unitsOf(const Eigen::MatrixXd& A) {
+  return A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+}
+Eigen::VectorXd solveScaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  const Eigen::VectorXd unit = unitsOf(A);
+  return unit.asDiagonal() *
+         (unit.asDiagonal() * A * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * b);
+}
+Eigen::MatrixXd inverseScaled(const Eigen::MatrixXd& A) {
+  const Eigen::VectorXd unit = unitsOf(A);
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * A * unit.asDiagonal();
+  return unit.asDiagonal() * scaled.ldlt().solve(Eigen::MatrixXd::Identity(A.rows(), A.cols())) *
+         unit.asDiagonal();
+}
+
+// The scatter, in no direction less than the information: that would be by chance.
+Eigen::MatrixXd atLeast(const Eigen::MatrixXd& scatter, const Eigen::MatrixXd& information, double* mean) {
+  const Eigen::VectorXd unit = unitsOf(information);
+  Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  scaled.diagonal().array() += 1e-10;
+  const Eigen::LLT<Eigen::MatrixXd> root(scaled);
+  const Eigen::MatrixXd half =
+      root.matrixL().solve(Eigen::MatrixXd(unit.asDiagonal() * scatter * unit.asDiagonal()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(root.matrixL().solve(Eigen::MatrixXd(half.transpose()))));
+  const Eigen::VectorXd factors = eigen.eigenvalues().cwiseMax(1);
+  *mean = factors.size() > 0 ? factors.mean() : 1;
+  const Eigen::MatrixXd rotated = root.matrixL() * eigen.eigenvectors();
+  const Eigen::VectorXd scale = unit.cwiseInverse();
+  return scale.asDiagonal() * rotated * factors.asDiagonal() * rotated.transpose() * scale.asDiagonal();
+}
+
+}  // namespace
+
 // The windows' sums at one camera.
-struct Sums {
+struct CameraFreeing::Sums {
   double cost = 0;  // of the pixels, in units of their noise
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
@@ -38,248 +73,247 @@ struct Sums {
   double num_coefficients = 0;
 };
 
-class Freeing {
- public:
-  Freeing(const AnyCamera& given, std::vector<Reconstruction> windows, const FootageTracks& tracks,
-          const FreeingOptions& options)
-      : given_(given), windows_(std::move(windows)), options_(options), is_video_(tracks.is_video) {
-    const auto params = given.parameters();
-    start_ = Eigen::Map<const Eigen::VectorXd>(params.data(), static_cast<Eigen::Index>(params.size()));
-    num_ = start_.size() + 1;
-    setNoise();
-    setPrior();
-  }
-
-  std::optional<FreedCamera> run() {
-    Eigen::VectorXd at = Eigen::VectorXd::Zero(num_);
-    at.head(start_.size()) = start_;
-    double field = 0.1;  // px
-    setField(field);
-    if (!solveAt(at)) return std::nullopt;
-    Sums sums = sumsHere();
-    bool is_converged = false;
-    for (int round = 0; round < 6; ++round) {
-      is_converged = minimise(at, sums);
-      const double next = std::max(kLeastField, std::sqrt(sums.field_square / sums.num_coefficients));
-      if (std::abs(next - field) < 0.1 * field) break;
-      field = next;
-      setField(field);
-      if (!solveAt(at)) return std::nullopt;
-      sums = sumsHere();
-    }
-    field_ = field;
-    return result(at, sums, is_converged);
-  }
-
- private:
-  // Moves to the optimum. @returns whether it was reached
-  bool minimise(Eigen::VectorXd& at, Sums& sums) {
-    double cost = sums.cost + priorCost(at);
-    double damping = 0;
-    for (int step = 0; step < 40; ++step) {
-      throwIfCancelled(options_.cancel);
-      Eigen::MatrixXd A = sums.information + prior_;
-      A.diagonal() += damping * A.diagonal();
-      const Eigen::VectorXd gradient = sums.gradient + prior_ * offset(at);
-      const Eigen::VectorXd delta = -solved(A, gradient);
-      const double promise = -0.5 * gradient.dot(delta);
-      if (!(promise > 0)) return false;
-      if (promise < 1e-3 * (1 + damping)) return true;
-      const std::vector<Reconstruction> before = windows_;
-      const Eigen::VectorXd trial = at + delta;
-      if (solveAt(trial)) {
-        const Sums there = sumsHere();
-        const double trial_cost = there.cost + priorCost(trial);
-        if (trial_cost <= cost + 1e-9 * cost) {
-          at = trial;
-          sums = there;
-          cost = trial_cost;
-          damping = damping > 1e-3 ? damping / 8 : 0;
-          continue;
-        }
-      }
-      windows_ = before;
-      damping = std::max(1e-2, damping * 8);
-      if (damping > 1e8) return false;
-    }
-    return false;
-  }
-
-  void setField(double field_px) {
-    for (Reconstruction& window : windows_) {
-      SceneFit& fit = *window.fit;
-      fit.field_px = field_px / noise_;
-      fit.fields.resize(fit.camera_from_world.size(), ErrorField::Coefficients::Zero());
-    }
-  }
-
-  void setNoise() {
-    std::vector<double> noises;
-    for (const Reconstruction& window : windows_) noises.push_back(noiseOf(*window.fit));
-    noise_ = std::max(1e-3, medianOf(noises));
-    for (Reconstruction& window : windows_) window.fit->loss = {.threshold_px = 2.5 * noise_};
-  }
-
-  // The mean square change of the footage's pixels is as if measured to be zero, with the options' deviation.
-  void setPrior() {
-    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_);
-    double count = 0;
-    for (const Reconstruction& window : windows_) {
-      for (const SceneSighting& sighting : window.fit->sightings) {
-        const SceneProjection p = projectSighting(*window.fit, sighting);
-        if (!p.ok) continue;
-        Eigen::MatrixXd J(2, num_);
-        J << p.J_params, sighting.readout_px;
-        sum += J.transpose() * J;
-        count += 1;
-      }
-    }
-    prior_ = sum / (std::max(1.0, count) * options_.prior_px * options_.prior_px);
-    // Of directions that do not move the pixels at all.
-    for (Eigen::Index i = 0; i < num_; ++i) prior_(i, i) += 1e-6 * prior_(i, i) + 1e-12;
-    if (is_video_) {
-      prior_(num_ - 1, num_ - 1) += 1;  // a readout takes a frame's time at most
-    } else {
-      prior_(num_ - 1, num_ - 1) = 1e12;
-    }
-  }
-
-  [[nodiscard]] Eigen::VectorXd offset(const Eigen::VectorXd& at) const {
-    Eigen::VectorXd change = at;
-    change.head(start_.size()) -= start_;
-    return change;
-  }
-  [[nodiscard]] double priorCost(const Eigen::VectorXd& at) const {
-    const Eigen::VectorXd change = offset(at);
-    return 0.5 * change.dot(prior_ * change);
-  }
-
-  // Parameters differ by many orders of magnitude.
-  static Eigen::VectorXd solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
-    const Eigen::VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * A * scale.asDiagonal();
-    return scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * b);
-  }
-  static Eigen::MatrixXd inverseOf(const Eigen::MatrixXd& A) {
-    const Eigen::VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * A * scale.asDiagonal();
-    return scale.asDiagonal() * scaled.ldlt().solve(Eigen::MatrixXd::Identity(A.rows(), A.cols())) *
-           scale.asDiagonal();
-  }
-
-  // The scatter, in no direction less than the information: that would be by chance.
-  static Eigen::MatrixXd atLeast(const Eigen::MatrixXd& scatter, const Eigen::MatrixXd& information) {
-    const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt();
-    const Eigen::VectorXd unscale = scale.cwiseInverse();
-    Eigen::MatrixXd scaled = unscale.asDiagonal() * information * unscale.asDiagonal();
-    scaled.diagonal().array() += 1e-10;
-    const Eigen::LLT<Eigen::MatrixXd> root(scaled);
-    const Eigen::MatrixXd L = root.matrixL();
-    const Eigen::MatrixXd half =
-        root.matrixL().solve(Eigen::MatrixXd(unscale.asDiagonal() * scatter * unscale.asDiagonal()));
-    const Eigen::MatrixXd whitened = root.matrixL().solve(Eigen::MatrixXd(half.transpose()));
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(whitened);
-    const Eigen::MatrixXd rotated = L * eigen.eigenvectors();
-    return scale.asDiagonal() * rotated * eigen.eigenvalues().cwiseMax(1).asDiagonal() * rotated.transpose() *
-           scale.asDiagonal();
-  }
-
-  bool solveAt(const Eigen::VectorXd& at) {
-    const std::span<const double> params(at.data(), static_cast<std::size_t>(start_.size()));
-    for (std::size_t i = 0; i < params.size(); ++i) {
-      if (parameterComplaint(given_.modelId(), i, params[i])) return false;
-    }
-    const AnyCamera camera = AnyCamera::make(given_.modelId(), params);
-    std::vector<char> is_solved(windows_.size(), 0);
-    parallelFor(windows_.size(), options_.num_jobs, [&](std::size_t i) {
-      SceneFit& fit = *windows_[i].fit;
-      fit.camera = camera;
-      fit.readout = at[num_ - 1];
-      fit = solveScene(std::move(fit), {.max_iterations = 100, .function_tolerance = 1e-9, .cancel = options_.cancel});
-      is_solved[i] = fit.summary.termination != Termination::kFailed;
-    }, options_.cancel);
-    return std::all_of(is_solved.begin(), is_solved.end(), [](char ok) { return ok != 0; });
-  }
-
-  [[nodiscard]] Sums sumsHere() const {
-    std::vector<SceneEquations> equations(windows_.size());
-    parallelFor(windows_.size(), options_.num_jobs,
-                [&](std::size_t i) { equations[i] = sceneEquations(*windows_[i].fit); });
-    Sums sums;
-    sums.information = Eigen::MatrixXd::Zero(num_, num_);
-    sums.gradient = Eigen::VectorXd::Zero(num_);
-    sums.scatter = Eigen::MatrixXd::Zero(num_, num_);
-    const double unit = 1 / (noise_ * noise_);
-    for (const SceneEquations& window : equations) {
-      sums.cost += unit * window.cost;
-      sums.information += unit * window.information.view();
-      const Eigen::MatrixXd gradients = unit * window.point_gradients.view();
-      sums.window_gradients.emplace_back(gradients.rowwise().sum() + unit * window.prior_gradient.view());
-      sums.field_square += window.field_square + noise_ * noise_ * window.field_variance;
-      sums.num_coefficients += ErrorField::kSize * static_cast<double>(window.pose_covariance.rows() / 6 + 1);
-      sums.window_scatters.emplace_back(gradients * gradients.transpose());
-      sums.gradient += sums.window_gradients.back();
-      sums.scatter += sums.window_scatters.back();
-      sums.num_points += static_cast<std::size_t>(gradients.cols());
-    }
-    return sums;
-  }
-
-  // By how much the gradients of the windows vary more than those of their points explain.
-  [[nodiscard]] double disagreementOf(const Sums& sums) const {
-    if (windows_.size() < 2) return 1;
-    // Each window's gradient at the common optimum, in the directions in which it says something.
-    double sum = 0;
-    double count = 0;
-    for (std::size_t w = 0; w < windows_.size(); ++w) {
-      const Eigen::MatrixXd scatter = sums.window_scatters[w] + 1e-6 * Eigen::MatrixXd(prior_);
-      sum += sums.window_gradients[w].dot(solved(scatter, sums.window_gradients[w]));
-      count += static_cast<double>(num_);
-    }
-    const double freedom = count - static_cast<double>(num_);
-    return freedom > 0 ? sum / freedom : 1;
-  }
-
-  FreedCamera result(const Eigen::VectorXd& at, const Sums& sums, bool is_converged) {
-    const auto points = static_cast<double>(sums.num_points);
-    const double few = points / std::max(1.0, points - static_cast<double>(num_));
-    FreedCamera freed{.camera = AnyCamera::make(given_.modelId(),
-                                                std::span<const double>(
-                                                    at.data(), static_cast<std::size_t>(start_.size()))),
-                      .readout = at[num_ - 1],
-                      .covariance = {},
-                      .information = sums.information,
-                      .scatter = {},
-                      .windows = {},
-                      .is_converged = is_converged,
-                      .has_readout = is_video_};
-    freed.disagreement = disagreementOf(sums);
-    const Eigen::MatrixXd scatter =
-        std::max(1.0, freed.disagreement) * atLeast(few * sums.scatter, sums.information);
-    const Eigen::MatrixXd inverse = inverseOf(sums.information + prior_);
-    freed.scatter = scatter;
-    freed.covariance = Eigen::MatrixXd(inverse * (scatter + prior_) * inverse);
-    double sigma = 0;
-    for (const Reconstruction& window : windows_) sigma += window.noise_px / static_cast<double>(windows_.size());
-    freed.noise_px = sigma;
-    freed.field_px = field_;
-    freed.windows = std::move(windows_);
-    return freed;
-  }
-
-  const AnyCamera& given_;
-  std::vector<Reconstruction> windows_;
-  const FreeingOptions& options_;
-  bool is_video_;
-  Eigen::VectorXd start_;
-  Eigen::Index num_ = 0;
-  static constexpr double kLeastField = 0.01;  // px
-  double noise_ = 1;
-  double field_ = 0;
-  Eigen::MatrixXd prior_;
+// The windows, solved at a camera.
+struct CameraFreeing::State {
+  std::vector<Reconstruction> windows;
+  Eigen::VectorXd at;
+  Sums sums;
 };
 
-}  // namespace
+CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows,
+                             const FootageTracks& tracks, const FreeingOptions& options)
+    : given_(given), windows_(std::move(windows)), options_(options), is_video_(tracks.is_video) {
+  const auto params = given.parameters();
+  num_ = static_cast<Eigen::Index>(params.size()) + 1;
+  start_ = Eigen::VectorXd::Zero(num_);
+  for (std::size_t i = 0; i < params.size(); ++i) start_[static_cast<Eigen::Index>(i)] = params[i];
+  setNoise();
+  setPrior();
+  field_px_ = 0.1;
+  State state{.windows = windows_, .at = start_, .sums = {}};
+  setField(state, field_px_);
+  if (!solveAt(state, start_)) return;
+  state.sums = sumsAt(state);
+  const Eigen::MatrixXd all = Eigen::MatrixXd::Identity(num_ - 1, num_ - 1);
+  constexpr double kLeast = 0.01;  // px
+  for (int round = 0; round < 6; ++round) {
+    minimise(state, all);
+    const double next = std::max(kLeast, std::sqrt(state.sums.field_square / state.sums.num_coefficients));
+    const bool is_settled = std::abs(next - field_px_) < 0.1 * field_px_;
+    field_px_ = next;
+    setField(state, field_px_);
+    if (is_settled || !solveAt(state, state.at)) break;
+    state.sums = sumsAt(state);
+  }
+  State at_given{.windows = windows_, .at = start_, .sums = {}};
+  setField(at_given, field_px_);
+  if (solveAt(at_given, start_)) windows_ = std::move(at_given.windows);
+}
+
+CameraFreeing::~CameraFreeing() = default;
+
+std::optional<FreedCamera> CameraFreeing::along(const Eigen::MatrixXd& directions) const {
+  State state{.windows = windows_, .at = start_, .sums = {}};
+  if (!solveAt(state, start_)) return std::nullopt;
+  state.sums = sumsAt(state);
+  const bool is_converged = minimise(state, directions);
+  const Sums& sums = state.sums;
+  FreedCamera freed{
+      .camera = AnyCamera::make(given_.modelId(), std::span<const double>(state.at.data(), static_cast<std::size_t>(num_ - 1))),
+      .amounts = {},
+      .cost = sums.cost,
+      .covariance = {},
+      .amount_covariance = {},
+      .readout = state.at[num_ - 1],
+      .is_converged = is_converged};
+  // With the readout as a last direction.
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(num_, directions.cols() + 1);
+  D.topLeftCorner(num_ - 1, directions.cols()) = directions;
+  D(num_ - 1, directions.cols()) = 1;
+  const Eigen::VectorXd change = state.at - start_;
+  if (directions.cols() > 0) {
+    const Eigen::MatrixXd gram = directions.transpose() * directions;
+    freed.amounts = gram.ldlt().solve(directions.transpose() * change.head(num_ - 1));
+  }
+  const Eigen::MatrixXd information = D.transpose() * sums.information * D;
+  const Eigen::MatrixXd prior = D.transpose() * prior_ * D;
+  const Eigen::MatrixXd own = D.transpose() * sums.scatter * D;
+  // Each window's gradient at the common optimum.
+  if (state.windows.size() > 1) {
+    double sum = 0;
+    for (std::size_t w = 0; w < state.windows.size(); ++w) {
+      const Eigen::MatrixXd scatter = D.transpose() * sums.window_scatters[w] * D + 1e-6 * prior;
+      const Eigen::VectorXd gradient = D.transpose() * sums.window_gradients[w];
+      sum += gradient.dot(solveScaled(scatter, gradient));
+    }
+    const double freedom = static_cast<double>(D.cols()) * static_cast<double>(state.windows.size() - 1);
+    freed.disagreement = sum / freedom;
+  }
+  const auto points = static_cast<double>(sums.num_points);
+  const double few = points / std::max(1.0, points - static_cast<double>(D.cols()));
+  const Eigen::MatrixXd scatter = std::max(1.0, freed.disagreement) * atLeast(few * own, information, &freed.dispersion);
+  const Eigen::MatrixXd inverse = inverseScaled(information + prior);
+  const Eigen::MatrixXd covariance = inverse * (scatter + prior) * inverse;
+  freed.amount_covariance = Eigen::MatrixXd(covariance.topLeftCorner(directions.cols(), directions.cols()));
+  freed.covariance = Eigen::MatrixXd(D * covariance * D.transpose());
+  return freed;
+}
+
+double CameraFreeing::noisePx() const {
+  double sum = 0;
+  for (const Reconstruction& window : windows_) sum += window.noise_px;
+  return sum / static_cast<double>(windows_.size());
+}
+
+void CameraFreeing::setNoise() {
+  std::vector<double> noises;
+  for (const Reconstruction& window : windows_) noises.push_back(noiseOf(*window.fit));
+  noise_ = std::max(1e-3, medianOf(noises));
+  for (Reconstruction& window : windows_) window.fit->loss = {.threshold_px = 2.5 * noise_};
+}
+
+// The mean square change of the footage's pixels is as if measured to be zero, with the options' deviation.
+void CameraFreeing::setPrior() {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_);
+  double count = 0;
+  for (const Reconstruction& window : windows_) {
+    for (const SceneSighting& sighting : window.fit->sightings) {
+      const SceneProjection p = projectSighting(*window.fit, sighting);
+      if (!p.ok) continue;
+      Eigen::MatrixXd J(2, num_);
+      J << p.J_params, sighting.readout_px;
+      sum += J.transpose() * J;
+      count += 1;
+    }
+  }
+  prior_ = sum / (std::max(1.0, count) * options_.prior_px * options_.prior_px);
+  // Of directions that do not move the pixels at all.
+  for (Eigen::Index i = 0; i < num_; ++i) prior_(i, i) += 1e-6 * prior_(i, i) + 1e-12;
+  if (is_video_) {
+    prior_(num_ - 1, num_ - 1) += 1;  // a readout takes a frame's time at most
+  } else {
+    prior_(num_ - 1, num_ - 1) = 1e12;
+  }
+}
+
+// A standard deviation of the coefficients in units of the pixels' noise.
+void CameraFreeing::setField(State& state, double field_px) const {
+  for (Reconstruction& window : state.windows) {
+    SceneFit& fit = *window.fit;
+    fit.field_px = field_px / noise_;
+    fit.fields.resize(fit.camera_from_world.size(), ErrorField::Coefficients::Zero());
+  }
+}
+
+double CameraFreeing::priorCost(const Eigen::VectorXd& at) const {
+  const Eigen::VectorXd change = at - start_;
+  return 0.5 * change.dot(prior_ * change);
+}
+
+bool CameraFreeing::solveAt(State& state, const Eigen::VectorXd& at) const {
+  const std::span<const double> params(at.data(), static_cast<std::size_t>(num_ - 1));
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    if (parameterComplaint(given_.modelId(), i, params[i])) return false;
+  }
+  const AnyCamera camera = AnyCamera::make(given_.modelId(), params);
+  std::vector<char> is_solved(state.windows.size(), 0);
+  parallelFor(
+      state.windows.size(), options_.num_jobs,
+      [&](std::size_t i) {
+        SceneFit& fit = *state.windows[i].fit;
+        fit.camera = camera;
+        fit.readout = at[num_ - 1];
+        fit = solveScene(std::move(fit),
+                         {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = options_.cancel});
+        is_solved[i] = fit.summary.termination != Termination::kFailed ? 1 : 0;
+      },
+      options_.cancel);
+  return std::all_of(is_solved.begin(), is_solved.end(), [](char ok) { return ok != 0; });
+}
+
+CameraFreeing::Sums CameraFreeing::sumsAt(const State& state) const {
+  std::vector<SceneEquations> equations(state.windows.size());
+  parallelFor(state.windows.size(), options_.num_jobs,
+              [&](std::size_t i) { equations[i] = sceneEquations(*state.windows[i].fit); });
+  Sums sums;
+  sums.information = Eigen::MatrixXd::Zero(num_, num_);
+  sums.gradient = Eigen::VectorXd::Zero(num_);
+  sums.scatter = Eigen::MatrixXd::Zero(num_, num_);
+  const double unit = 1 / (noise_ * noise_);
+  for (const SceneEquations& window : equations) {
+    sums.cost += unit * window.cost;
+    sums.information += unit * window.information.view();
+    const Eigen::MatrixXd gradients = unit * window.point_gradients.view();
+    sums.window_gradients.emplace_back(gradients.rowwise().sum() + unit * window.prior_gradient.view());
+    sums.window_scatters.emplace_back(gradients * gradients.transpose());
+    sums.gradient += sums.window_gradients.back();
+    sums.scatter += sums.window_scatters.back();
+    sums.num_points += static_cast<std::size_t>(gradients.cols());
+    sums.field_square += window.field_square + noise_ * noise_ * window.field_variance;
+    sums.num_coefficients += ErrorField::kSize * static_cast<double>(window.pose_covariance.rows() / 6 + 1);
+  }
+  return sums;
+}
+
+// Gauss-Newton steps on the windows' normal equations, to the optimum. @returns whether it was reached
+bool CameraFreeing::minimise(State& state, const Eigen::MatrixXd& directions) const {
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(num_, directions.cols() + 1);
+  D.topLeftCorner(num_ - 1, directions.cols()) = directions;
+  D(num_ - 1, directions.cols()) = 1;
+  double cost = state.sums.cost + priorCost(state.at);
+  double damping = 0;
+  for (int step = 0; step < 40; ++step) {
+    throwIfCancelled(options_.cancel);
+    Eigen::MatrixXd A = D.transpose() * (state.sums.information + prior_) * D;
+    A.diagonal() += damping * A.diagonal();
+    const Eigen::VectorXd gradient = D.transpose() * (state.sums.gradient + prior_ * (state.at - start_));
+    const Eigen::VectorXd delta = -solveScaled(A, gradient);
+    const double promise = -0.5 * gradient.dot(delta);
+    if (!(promise >= 0)) return false;
+    if (promise < 1e-2 * (1 + damping)) return true;
+    State trial{.windows = state.windows, .at = state.at + D * delta, .sums = {}};
+    if (solveAt(trial, trial.at)) {
+      trial.sums = sumsAt(trial);
+      const double trial_cost = trial.sums.cost + priorCost(trial.at);
+      if (trial_cost <= cost + 1e-9 * cost) {
+        state = std::move(trial);
+        cost = trial_cost;
+        damping = damping > 1e-3 ? damping / 8 : 0;
+        continue;
+      }
+    }
+    damping = std::max(1e-2, damping * 8);
+    if (damping > 1e8) return false;
+  }
+  return false;
+}
+
+FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
+                              const ReconstructionOptions& options, int num_jobs) {
+  constexpr std::size_t kMost = 12;
+  const auto groups = chooseWindows(tracks, kMost);
+  std::vector<std::vector<Reconstruction>> found(groups.size());
+  parallelFor(
+      groups.size(), num_jobs,
+      [&](std::size_t g) {
+        std::vector<std::size_t> left = groups[g];
+        while (left.size() >= 2 && found[g].size() < kMost) {
+          found[g].push_back(reconstruct(camera, tracks, left, options));
+          const Reconstruction& window = found[g].back();
+          if (!window.fit || tracks.is_video) break;
+          std::erase_if(left, [&](std::size_t frame) {
+            return std::find(window.frames.begin(), window.frames.end(), frame) != window.frames.end();
+          });
+        }
+      },
+      options.cancel);
+  FootageWindows result;
+  for (auto& group : found) {
+    for (Reconstruction& window : group)
+      (window.fit ? result.windows : result.without_fit).push_back(std::move(window));
+  }
+  return result;
+}
 
 bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame) {
   constexpr double kMotion = 0.04;  // of the width
@@ -292,7 +326,7 @@ bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame)
 }
 
 std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks, std::size_t most) {
-  const std::size_t kFrames = tracks.is_video ? 9 : 25;  // of a window
+  const std::size_t kFrames = tracks.is_video ? 9 : 40;  // of a window
   std::vector<std::vector<std::size_t>> windows;
   if (tracks.frames.size() < 2) return windows;
   // Of about equal length.
@@ -310,12 +344,6 @@ std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks,
     return fewer;
   }
   return windows;
-}
-
-std::optional<FreedCamera> freeCamera(const AnyCamera& given, std::vector<Reconstruction> windows,
-                                      const FootageTracks& tracks, const FreeingOptions& options) {
-  expect(!windows.empty(), "there are windows");
-  return Freeing(given, std::move(windows), tracks, options).run();
 }
 
 }  // namespace alidade

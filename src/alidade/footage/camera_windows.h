@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -20,26 +21,34 @@ namespace alidade {
 /// @param kept  the frames so far that did
 [[nodiscard]] bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame);
 
-/// Keyframes in groups that are reconstructed together.
+/// Keyframes in groups that are reconstructed together. Photographs are one group.
 /// @param tracks  of keyframes
 /// @param most  groups; of more, so many are taken evenly
-[[nodiscard]] std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks, std::size_t most);
+[[nodiscard]] std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks,
+                                                                  std::size_t most);
 
-/// A camera that was estimated from footage.
+/// Reconstructs groups of frames; what is left of a group of photographs becomes further windows.
+struct FootageWindows {
+  std::vector<Reconstruction> windows;       ///< with fits
+  std::vector<Reconstruction> without_fit;   ///< why others failed
+};
+[[nodiscard]] FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
+                                            const ReconstructionOptions& options, int num_jobs);
+
+/// A camera that was changed in some directions of its parameters to fit footage better.
 struct FreedCamera {
   AnyCamera camera;
-  double readout = 0;  ///< see SceneFit::readout
-  /// Of the parameters in storage order, then the readout. The points of a scene are taken as independent,
-  /// the pixels of one point are not; where windows differ by more than this explains, it is larger by that.
+  Eigen::VectorXd amounts;     ///< steps along the directions
+  double cost = 0;             ///< of the pixels, in units of their noise, with the error fields' priors
+  /// Of the parameters in storage order, then the readout; zero across the directions. The points of a scene
+  /// are taken as independent, the pixels of one point are not; where windows differ by more than this
+  /// explains, it is larger by that.
   DenseMatrix covariance;
-  DenseMatrix information;  ///< of the same, by the pixels alone; in units of their noise
-  DenseMatrix scatter;      ///< covariance of the gradient of the cost that the information belongs to
-  std::vector<Reconstruction> windows;  ///< at the camera
-  double noise_px = 0;
-  double field_px = 0;  ///< standard deviation of the coefficients of the images' error fields
-  double disagreement = 1;  ///< of the windows: variance of their gradients over the expected; 1 for one window
+  DenseMatrix amount_covariance;
+  double readout = 0;  ///< see SceneFit::readout
+  double dispersion = 1;  ///< variance over that of independent pixels, mean over the directions
+  double disagreement = 1;  ///< of the windows: variance of their gradients over the expected
   bool is_converged = false;
-  bool has_readout = false;  ///< it was free: the footage is a video
 };
 
 struct FreeingOptions {
@@ -50,11 +59,48 @@ struct FreeingOptions {
   const CancelFlag* cancel = nullptr;
 };
 
-/// Estimates the camera's parameters together with poses and points of all windows: Gauss-Newton steps on the
-/// windows' normal equations, each solved for its poses and points with the camera held.
-/// @param windows  reconstructed, with fits
-/// @returns nothing if no step can be evaluated
-[[nodiscard]] std::optional<FreedCamera> freeCamera(const AnyCamera& given, std::vector<Reconstruction> windows,
-                                                    const FootageTracks& tracks, const FreeingOptions& options);
+/// Fits cameras to windows of footage. Poses, points, error fields and (for videos) the readout are free
+/// throughout.
+class CameraFreeing {
+ public:
+  /// Solves all windows at the camera that is given. Estimates the noise and the error fields' size with all
+  /// parameters free.
+  /// @param windows  reconstructed, with fits; one or more
+  CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows, const FootageTracks& tracks,
+                const FreeingOptions& options);
+  ~CameraFreeing();
+
+  /// The best camera among those that differ from the given one along directions.
+  /// @param directions  of the parameters in storage order, one a column; may have no columns
+  /// @returns nothing if the given camera cannot be evaluated
+  [[nodiscard]] std::optional<FreedCamera> along(const Eigen::MatrixXd& directions) const;
+
+  /// As solved at the given camera.
+  [[nodiscard]] const std::vector<Reconstruction>& windows() const { return windows_; }
+  [[nodiscard]] double noisePx() const;  ///< of a coordinate
+  [[nodiscard]] double fieldPx() const { return field_px_; }
+
+ private:
+  struct Sums;
+  struct State;
+
+  [[nodiscard]] bool solveAt(State& state, const Eigen::VectorXd& at) const;
+  [[nodiscard]] Sums sumsAt(const State& state) const;
+  bool minimise(State& state, const Eigen::MatrixXd& directions) const;
+  [[nodiscard]] double priorCost(const Eigen::VectorXd& at) const;
+  void setNoise();
+  void setPrior();
+  void setField(State& state, double field_px) const;
+
+  AnyCamera given_;
+  std::vector<Reconstruction> windows_;
+  FreeingOptions options_;
+  bool is_video_ = false;
+  Eigen::VectorXd start_;  // parameters, then the readout
+  Eigen::Index num_ = 0;
+  double noise_ = 1;     // in units of the pixels' sigma
+  double field_px_ = 0;
+  Eigen::MatrixXd prior_;
+};
 
 }  // namespace alidade

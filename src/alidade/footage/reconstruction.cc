@@ -19,11 +19,15 @@ struct FramePair {
   double score = 0;
 };
 
+double startScore(std::size_t num_points, double parallax_px) {
+  constexpr double kEnough = 60;  // px of parallax; more does not help the start
+  return std::sqrt(static_cast<double>(num_points)) * std::min(kEnough, parallax_px);
+}
+
 // All pairs of frames, the best to start from first.
 std::vector<FramePair> rankedPairs(const FootageTracks& tracks, std::span<const std::size_t> frames,
                                    const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& rays,
                                    double focal_px) {
-  constexpr double kEnough = 60;  // px of parallax; more does not help the start
   std::vector<FramePair> pairs;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (std::size_t j = i + 1; j < frames.size(); ++j) {
@@ -36,8 +40,7 @@ std::vector<FramePair> rankedPairs(const FootageTracks& tracks, std::span<const 
       std::vector<double> angles;
       for (const RayPair& pair : common) angles.push_back((pair.b - rotation * pair.a).norm());
       const double parallax = focal_px * medianOf(std::move(angles));
-      pairs.push_back(
-          {i, j, std::sqrt(static_cast<double>(common.size())) * std::min(kEnough, parallax)});
+      pairs.push_back({i, j, startScore(common.size(), parallax)});
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(),
@@ -72,8 +75,10 @@ class Builder {
   bool start(Reconstruction& result) {
     const double focal_px = 0.5 * (camera_.parameters()[0] + camera_.parameters()[1]);
     const std::vector<FramePair> pairs = rankedPairs(tracks_, frames_, rays_, focal_px);
-    constexpr std::size_t kMostTried = 4;
-    for (std::size_t k = 0; k < std::min(kMostTried, pairs.size()); ++k) {
+    // False matches spoil the ranking; what two views make of a pair does not.
+    const std::size_t most_tried = tracks_.is_video ? 4 : 12;
+    double best = 0;
+    for (std::size_t k = 0; k < std::min(most_tried, pairs.size()); ++k) {
       const auto& a = tracks_.frames[frames_[pairs[k].a]];
       const auto& b = tracks_.frames[frames_[pairs[k].b]];
       std::vector<PixelMatch> matches;
@@ -86,17 +91,21 @@ class Builder {
           camera_, matches,
           {.threshold_px = options_.threshold_px, .seed = options_.seed + k, .size = tracks_.size});
       result.parallax_px = std::max(result.parallax_px, two.parallax_px);
-      if (two.kind == TwoViewKind::kRotation) result.kind = two.kind;
+      if (two.kind == TwoViewKind::kRotation && best == 0) result.kind = two.kind;
       if (two.kind != TwoViewKind::kGeneral && two.kind != TwoViewKind::kPlane) continue;
+      const double score = startScore(two.num_inliers, two.parallax_px);
+      if (score <= best) continue;
+      best = score;
       result.kind = two.kind;
+      std::fill(poses_.begin(), poses_.end(), std::nullopt);
+      points_.clear();
       poses_[pairs[k].a] = SE3();
       poses_[pairs[k].b] = two.b_from_a;
       for (std::size_t i = 0; i < ids.size(); ++i) {
         if (two.is_inlier[i]) points_[ids[i]] = two.points[i];
       }
-      return true;
     }
-    return false;
+    return best > 0;
   }
 
   // The frame that shows most known points; false if there is none left.

@@ -432,4 +432,24 @@ ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& nu
   return {std::move(items), {}};
 }
 
+ImageSet openNamed(const std::vector<std::string>& names) {
+  std::map<std::string, std::vector<std::size_t>> frames_of;
+  std::map<std::string, std::vector<std::size_t>> places_of;  // of these frames among the names
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto frame = parseFrameName(names[i]);
+    std::error_code failed;
+    if (!frame || std::filesystem::exists(names[i], failed)) continue;
+    frames_of[frame->video].push_back(frame->number);
+    places_of[frame->video].push_back(i);
+  }
+  std::vector<ImageSet::Item> items;
+  for (std::size_t i = 0; i < names.size(); ++i) items.push_back({.name = names[i], .read = readFile});
+  for (const auto& [video, numbers] : frames_of) {
+    const ImageSet frames = openFrames(video, numbers);
+    for (std::size_t k = 0; k < numbers.size(); ++k)
+      items[places_of[video][k]].read = [frames, k](const std::string&) { return frames.read(k); };
+  }
+  return {std::move(items), {}};
+}
+
 }  // namespace alidade

@@ -92,4 +92,8 @@ struct FrameName {
 [[nodiscard]] ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& numbers,
                                   const CancelFlag* cancel = nullptr);
 
+/// Images and frames of videos by their names, as ImageSet::name() has them; a file of a frame's name is that
+/// file. Frames that are asked for in their order take one pass through their video.
+[[nodiscard]] ImageSet openNamed(const std::vector<std::string>& names);
+
 }  // namespace alidade

@@ -42,4 +42,8 @@ struct RigRecord {
 /// The cameras of the record at their places. @throws Error as AnyRig's constructor
 [[nodiscard]] AnyRig rigOf(const RigRecord& record);
 
+/// Brings the cameras of `rig` into the order of those of `other` with the same names. The joint covariance
+/// is left out if the order changes. @returns false, with nothing changed, if they have other names
+bool orderCamerasAs(const RigRecord& other, RigRecord& rig);
+
 }  // namespace alidade

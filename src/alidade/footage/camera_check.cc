@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/footage/camera_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/core/statistics.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kPenalty = 6;           // of the score, for each unknown: 1 in 1000 and a choice of six kinds
+constexpr double kMuch = 1.0 / 3;        // of the squared errors
+constexpr double kFailure = 5;           // times the tolerance, as for findings of boards
+constexpr double kBlind = 10;            // times the tolerance: beyond, footage cannot tell
+constexpr double kOneSided95 = 1.645;
+
+struct Candidate {
+  CameraChangeKind kind;
+  Eigen::MatrixXd directions;
+};
+
+std::vector<Candidate> candidatesFor(const AnyCamera& camera) {
+  const auto params = camera.parameters();
+  const auto n = static_cast<Eigen::Index>(params.size());
+  const Eigen::Map<const Eigen::VectorXd> at(params.data(), n);
+  Eigen::VectorXd focal = Eigen::VectorXd::Zero(n);
+  focal.head<2>() = at.head<2>();
+  Eigen::VectorXd aspect = Eigen::VectorXd::Zero(n);
+  aspect[0] = at[0];
+  Eigen::MatrixXd principal = Eigen::MatrixXd::Zero(n, 2);
+  principal(2, 0) = principal(3, 1) = 1;
+  std::vector<Candidate> candidates = {{CameraChangeKind::kFocalLength, focal},
+                                       {CameraChangeKind::kAspect, aspect},
+                                       {CameraChangeKind::kPrincipalPoint, principal}};
+  if (n > 4) {
+    Eigen::VectorXd lens = Eigen::VectorXd::Zero(n);
+    lens.tail(n - 4) = at.tail(n - 4);
+    if (lens.norm() > 0) candidates.push_back({CameraChangeKind::kDistortion, lens});
+    Eigen::VectorXd radial = Eigen::VectorXd::Zero(n);
+    radial[4] = 1;
+    // Of a lens with one parameter, the two are the same.
+    if (n > 5 || lens.norm() == 0) candidates.push_back({CameraChangeKind::kFirstRadial, radial});
+  }
+  candidates.push_back({CameraChangeKind::kSeveral, Eigen::MatrixXd::Identity(n, n)});
+  return candidates;
+}
+
+// Pixels at which the windows show points, some two thousand.
+std::vector<Eigen::Vector2d> seenPixels(const std::vector<Reconstruction>& windows) {
+  std::vector<Eigen::Vector2d> all;
+  for (const Reconstruction& window : windows) {
+    for (const SceneSighting& sighting : window.fit->sightings) all.push_back(sighting.pixel);
+  }
+  const std::size_t step = 1 + all.size() / 2000;
+  std::vector<Eigen::Vector2d> some;
+  for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
+  return some;
+}
+
+// 95th percentile of the displacement between two cameras of one frame.
+double displacement(const AnyCamera& a, const AnyCamera& b, const std::vector<Eigen::Vector2d>& pixels) {
+  std::vector<double> lengths;
+  for (const Eigen::Vector2d& pixel : pixels) {
+    const auto ray = a.unproject(pixel);
+    if (!ray) continue;
+    const Projection projection = b.project(*ray);
+    if (projection.ok()) lengths.push_back((projection.pixel - pixel).norm());
+  }
+  return lengths.empty() ? 0 : quantile95(std::move(lengths));
+}
+
+// The same for a step of the parameters, to first order.
+double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_covariance,
+                    const std::vector<Eigen::Vector2d>& pixels) {
+  std::vector<double> lengths;
+  const Eigen::Index n = parameter_covariance.rows();
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J(2, n);
+  for (const Eigen::Vector2d& pixel : pixels) {
+    const auto ray = camera.unproject(pixel);
+    if (!ray || !camera.project(*ray, nullptr, J.data()).ok()) continue;
+    lengths.push_back(std::sqrt((J * parameter_covariance * J.transpose()).trace()));
+  }
+  return lengths.empty() ? 0 : quantile95(std::move(lengths));
+}
+
+void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, ImageSize size) {
+  check.cells.resize(std::size_t{FootageCheck::kColumns} * FootageCheck::kRows);
+  double sum = 0;
+  double count = 0;
+  for (const Reconstruction& window : windows) {
+    const std::vector<Eigen::Vector2d> errors = heldOutErrors(*window.fit);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      if (!errors[i].allFinite()) continue;
+      const Eigen::Vector2d& pixel = window.fit->sightings[i].pixel;
+      const int column = std::clamp(static_cast<int>((pixel.x() + 0.5) / size.width * FootageCheck::kColumns), 0,
+                                    FootageCheck::kColumns - 1);
+      const int row = std::clamp(static_cast<int>((pixel.y() + 0.5) / size.height * FootageCheck::kRows), 0,
+                                 FootageCheck::kRows - 1);
+      FootageCell& cell = check.cells[static_cast<std::size_t>(row * FootageCheck::kColumns + column)];
+      ++cell.num_pixels;
+      cell.rms_px += errors[i].squaredNorm();
+      cell.mean_px += errors[i];
+      sum += errors[i].squaredNorm();
+      count += 1;
+    }
+  }
+  for (FootageCell& cell : check.cells) {
+    if (cell.num_pixels == 0) continue;
+    cell.rms_px = std::sqrt(cell.rms_px / cell.num_pixels);
+    cell.mean_px /= cell.num_pixels;
+  }
+  check.holdout_rms_px = count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+// Why nothing could be reconstructed.
+FootageGap gapOf(const FootageTracks& tracks, const FootageWindows& found) {
+  if (tracks.frames.size() < 2) return tracks.frames.empty() ? FootageGap::kFewPoints : FootageGap::kNoMotion;
+  std::size_t most = 0;
+  for (std::size_t i = 1; i < tracks.frames.size(); ++i)
+    most = std::max(most, commonTracks(tracks.frames[i - 1], tracks.frames[i]).size());
+  if (most < 2 * TwoView::kFewestInliers) return FootageGap::kFewPoints;
+  for (const Reconstruction& window : found.without_fit) {
+    if (window.kind == TwoViewKind::kRotation) return FootageGap::kNoParallax;
+  }
+  return FootageGap::kMovingScene;
+}
+
+}  // namespace
+
+std::string_view verdictId(FootageVerdict verdict) {
+  switch (verdict) {
+    case FootageVerdict::kConsistent:
+      return "consistent";
+    case FootageVerdict::kInconsistent:
+      return "inconsistent";
+    case FootageVerdict::kCannotTell:
+      break;
+  }
+  return "cannot_tell";
+}
+
+std::string_view gapId(FootageGap gap) {
+  switch (gap) {
+    case FootageGap::kNone:
+      break;
+    case FootageGap::kFewPoints:
+      return "too_few_points";
+    case FootageGap::kNoMotion:
+      return "no_motion";
+    case FootageGap::kNoParallax:
+      return "no_parallax";
+    case FootageGap::kMovingScene:
+      return "moving_scene";
+    case FootageGap::kWeak:
+      return "undetermined";
+  }
+  return "";
+}
+
+std::string_view changeId(CameraChangeKind kind) {
+  switch (kind) {
+    case CameraChangeKind::kFocalLength:
+      return "focal_length";
+    case CameraChangeKind::kAspect:
+      return "aspect";
+    case CameraChangeKind::kPrincipalPoint:
+      return "principal_point";
+    case CameraChangeKind::kDistortion:
+      return "distortion";
+    case CameraChangeKind::kFirstRadial:
+      return "radial";
+    case CameraChangeKind::kSeveral:
+      break;
+  }
+  return "several";
+}
+
+FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks,
+                            const FootageCheckOptions& options) {
+  FootageCheck check{.tolerance_px = options.tolerance_px};
+  check.is_video = tracks.is_video;
+  const FootageWindows found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs);
+  for (const auto* list : {&found.windows, &found.without_fit}) {
+    for (const Reconstruction& window : *list) check.parallax_px = std::max(check.parallax_px, window.parallax_px);
+  }
+  if (found.windows.empty()) {
+    check.gap = gapOf(tracks, found);
+    return check;
+  }
+  double outliers = 0;
+  for (const Reconstruction& window : found.windows) {
+    outliers += window.outlier_share / static_cast<double>(found.windows.size());
+    check.num_frames += static_cast<int>(window.frames.size());
+    check.num_pixels += static_cast<int>(window.fit->sightings.size());
+    check.num_points += static_cast<int>(window.fit->points.size());
+  }
+  check.num_windows = static_cast<int>(found.windows.size());
+
+  const CameraFreeing freeing(camera, found.windows, tracks, {.num_jobs = options.num_jobs, .cancel = options.cancel});
+  check.noise_px = freeing.noisePx();
+  addErrors(check, freeing.windows(), tracks.size);
+  const auto n = static_cast<Eigen::Index>(camera.parameters().size());
+  const auto given = freeing.along(Eigen::MatrixXd(n, 0));
+  if (!given) {
+    check.gap = FootageGap::kMovingScene;
+    return check;
+  }
+  check.readout = given->readout;
+  const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
+  for (const Candidate& candidate : candidatesFor(camera)) {
+    const auto freed = freeing.along(candidate.directions);
+    if (!freed || !freed->is_converged) continue;
+    const double drop = given->cost - freed->cost;
+    const double unit = freed->dispersion * std::max(1.0, freed->disagreement);
+    const auto unknowns = static_cast<double>(candidate.directions.cols());
+    CameraChange change{.kind = candidate.kind, .camera = freed->camera};
+    const Eigen::MatrixXd covariance = freed->covariance.view();
+    for (Eigen::Index i = 0; i < freed->amounts.size(); ++i) {
+      change.amounts.push_back(freed->amounts[i]);
+      change.std.push_back(std::sqrt(freed->amount_covariance(i, i)));
+    }
+    change.cost_drop = drop / given->cost;
+    change.score = drop / unit - kPenalty * unknowns;
+    change.effect_px = displacement(camera, freed->camera, pixels);
+    const double std_px = displacement(freed->camera, covariance.topLeftCorner(n, n), pixels);
+    change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
+    change.blind_px = kNormal95 * std_px;
+    check.changes.push_back(std::move(change));
+  }
+
+  // The best explanation of one kind; of all together if they take away much more.
+  for (std::size_t i = 0; i < check.changes.size(); ++i) {
+    const CameraChange& change = check.changes[i];
+    const bool is_one = change.kind != CameraChangeKind::kSeveral;
+    if (is_one && change.kind != CameraChangeKind::kAspect) check.blind_px = std::max(check.blind_px, change.blind_px);
+    if (!(change.score > 0)) continue;
+    const double best = check.explanation ? check.changes[*check.explanation].score : 0;
+    const double others = check.explanation ? check.changes[*check.explanation].cost_drop : 0;
+    const bool is_better = is_one ? change.score > best : change.cost_drop > std::max(kMuch, 1.25 * others);
+    if (is_better) check.explanation = i;
+  }
+  const bool is_wrong =
+      check.explanation && check.changes[*check.explanation].sure_px > kFailure * options.tolerance_px;
+  constexpr double kMoving = 0.5;
+  if (is_wrong) {
+    check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;
+    if (outliers > kMoving) check.gap = FootageGap::kMovingScene;
+  } else if (check.blind_px > kBlind * options.tolerance_px || check.changes.empty()) {
+    check.gap = outliers > kMoving ? FootageGap::kMovingScene : FootageGap::kWeak;
+  } else {
+    check.verdict = FootageVerdict::kConsistent;
+  }
+  return check;
+}
+
+std::string describe(const CameraChange& change) {
+  const auto percent = [&](std::string_view name) {
+    return fmt::format("{} {:+.1f} % +- {:.1f} %", name, 100 * change.amounts[0], 100 * change.std[0]);
+  };
+  switch (change.kind) {
+    case CameraChangeKind::kFocalLength:
+      return percent("focal length");
+    case CameraChangeKind::kAspect:
+      return percent("fx alone");
+    case CameraChangeKind::kPrincipalPoint:
+      return fmt::format("principal point {:+.1f} +- {:.1f} px in x and {:+.1f} +- {:.1f} px in y", change.amounts[0],
+                         change.std[0], change.amounts[1], change.std[1]);
+    case CameraChangeKind::kDistortion:
+      return fmt::format("distortion times {:.2f} +- {:.2f}", 1 + change.amounts[0], change.std[0]);
+    case CameraChangeKind::kFirstRadial:
+      return fmt::format("{} {:+.3f} +- {:.3f}", std::string(change.camera.parameterNames()[4]), change.amounts[0],
+                         change.std[0]);
+    case CameraChangeKind::kSeveral:
+      break;
+  }
+  return "several parameters at once";
+}
+
+}  // namespace alidade

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/record/footage_scene.h"
+#include "alidade/simulate/footage_motion.h"
+#include "alidade/simulate/scene_bodies.h"
+
+namespace alidade {
+
+/// The geometry of one frame of footage: which row is taken when, and how pixels of the sensor are moved to
+/// pixels of the picture. It refers to the scene, the motion and the bodies, which must outlive it.
+class FootageFrame {
+ public:
+  /// `camera`: of this frame.
+  FootageFrame(const FootageScene& scene, const AnyCamera& camera, const FootageMotion& motion,
+               const std::vector<SceneBody>& bodies, int index);
+
+  [[nodiscard]] const AnyCamera& camera() const { return camera_; }
+  /// In frames; `sensor_row` may lie outside the image.
+  [[nodiscard]] double timeOfRow(double sensor_row) const;
+  [[nodiscard]] bool hasRollingShutter() const { return scene_.rolling_shutter > 0; }
+  /// The place on the sensor of a place in the picture; not finite if there is none.
+  [[nodiscard]] Eigen::Vector2d toSensor(const Eigen::Vector2d& picture) const;
+  /// The rotation virtual_from_camera by which the picture is stabilised.
+  [[nodiscard]] const SO3& correction() const { return correction_; }
+
+  /// What all bodies look like at a time.
+  [[nodiscard]] std::vector<BodyView> viewsAt(double time_frames) const;
+  /// What the ray of a place in the picture meets first; body -1 if it has none or meets nothing.
+  [[nodiscard]] SurfaceHit look(const Eigen::Vector2d& picture) const;
+  /// The place in the picture of a point of a body, whether hidden or not. Nothing if there is none.
+  [[nodiscard]] std::optional<Eigen::Vector2d> project(int body, const Eigen::Vector3d& in_body) const;
+  /// The same; nothing also if it is hidden or outside the image.
+  [[nodiscard]] std::optional<Eigen::Vector2d> see(int body, const Eigen::Vector3d& in_body) const;
+
+ private:
+  struct Sighting {
+    Eigen::Vector2d sensor;
+    Eigen::Vector3d in_camera;
+    double time_frames;
+  };
+  [[nodiscard]] std::optional<Sighting> sight(int body, const Eigen::Vector3d& in_body) const;
+  [[nodiscard]] Eigen::Vector2d toPicture(const Eigen::Vector2d& sensor) const;
+
+  const FootageScene& scene_;
+  AnyCamera camera_;
+  const FootageMotion& motion_;
+  const std::vector<SceneBody>& bodies_;
+  int index_;
+  bool is_stabilised_;
+  SO3 correction_;
+  Eigen::Matrix3d picture_from_sensor_;
+  Eigen::Matrix3d sensor_from_picture_;
+  std::vector<BodyView> views_;  // at the frame's time
+};
+
+/// Pixels per radian at the place where the optical axis meets the image, along u and v.
+[[nodiscard]] Eigen::Vector2d focalAtCentre(const AnyCamera& camera);
+
+}  // namespace alidade
