@@ -17,12 +17,12 @@
 #include "alidade/footage/odometry.h"
 #include "footage/walk_tracks.h"
 #include "imagery/video_files.h"
-#include "support/room_pictures.h"
+#include "support/simulated_video.h"
 
 namespace alidade {
 namespace {
 
-constexpr std::size_t kNumFrames = 150;
+constexpr int kNumFrames = 150;
 constexpr double kFocalPx = 400;
 
 double cpuSeconds() {
@@ -76,11 +76,13 @@ Path openCvPath(const FootageTracks& tracks, const std::vector<SE3>& poses) {
 
 int run() {
   const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{kFocalPx, kFocalPx, 319.5, 239.5});
-  const std::vector<SE3> poses = testing::smoothWalk(kNumFrames, 2, 0.03);
+  const FootageSimulator footage(
+      {.camera = camera, .image_size = testing::kFootageSize, .num_frames = kNumFrames});
+  const std::vector<SE3> poses = testing::simulatedPoses(footage);
   const std::string video =
       (std::filesystem::temp_directory_path() / ("track_bench_" + std::to_string(::getpid()) + ".avi"))
           .string();
-  writeVideo(video, testing::roomPictures(camera, testing::kFootageSize, poses));
+  writeVideo(video, testing::simulatedFrames(footage));
 
   const std::array<std::string, 1> inputs = {video};
   double start = cpuSeconds();
@@ -105,7 +107,7 @@ int run() {
   const Path steps = openCvPath(tracks, poses);
   const double opencv = cpuSeconds() - start;
 
-  std::printf("%zu frames of 640x480; %zu of %zu have a pose, in %zu pieces\n", kNumFrames, path.numPosed(),
+  std::printf("%d frames of 640x480; %zu of %zu have a pose, in %zu pieces\n", kNumFrames, path.numPosed(),
               path.frames.size(), path.segments.size());
   printRow("alidade track, in all", following + placing, error);
   printRow("  decoding", decoding, 0);

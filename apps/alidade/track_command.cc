@@ -9,7 +9,8 @@
 #include "alidade/core/error.h"
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/files/trajectory_file.h"
+#include "alidade/files/point_cloud.h"
+#include "alidade/files/pose_list.h"
 #include "alidade/footage/footage_frames.h"
 #include "alidade/footage/odometry.h"
 #include "alidade/report/json_output.h"
@@ -98,15 +99,18 @@ class TrackCommand final : public Command {
         "up along "
         "the way, and places that are seen again are not recognised. The scale is arbitrary.\nWrites a TUM "
         "trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera (docs/tracking.md).");
-    app.add_option("input", inputs_, "Video, folder of images, or pattern (*.jpg, frame%04d.png)");
-    app.add_option("--camera", camera_path_, "Camera file of any format (docs/formats.md)");
+    app.add_option("input", inputs_, "Video, folder of images, or pattern (*.jpg, frame%04d.png)")
+        ->type_name(kFileValue);
+    app.add_option("--camera", camera_path_, "Camera file of any format (docs/formats.md)")
+        ->type_name(kFileValue);
     app.add_option(
            "--front-end", front_end_,
            "How points are followed: flow (small motions) or keypoints (any); default: flow for videos "
            "and numbered images, keypoints for others")
         ->check(CLI::IsMember({"flow", "keypoints"}));
-    app.add_option("-o,--output", output_, "Trajectory file to write; - for standard output");
-    app.add_option("--map", map_, "Also write the points, as a PLY file");
+    app.add_option("-o,--output", output_, "Trajectory file to write; - for standard output")
+        ->type_name(kFileValue);
+    app.add_option("--map", map_, "Also write the points, as a PLY file")->type_name(kFileValue);
     addCameraOptions(app, camera_);
     addCommonOptions(app, common_, false);
   }
@@ -176,7 +180,7 @@ class TrackCommand final : public Command {
     ProgressBar bar("tracking", common_.quiet);
     tracked.pass =
         forEachFrame(inputs_,
-                     [&](const FootageFrame& frame) {
+                     [&](const auto& frame) {
                        odometry.add(frame.number, front_end->follow(frame.image));
                        tracked.seconds.push_back(frame.seconds);
                      },
@@ -227,13 +231,20 @@ class TrackCommand final : public Command {
     comments.push_back("world_from_camera; a piece's world is its first camera (x right, y down, z forward)");
     comments.emplace_back(tracked.seconds.empty() ? "timestamps are the numbers of the frames, from 0"
                                                   : "timestamps are seconds from the beginning of the video");
-    std::vector<TrajectoryPiece> pieces(path.segments.size());
-    for (std::size_t s = 0; s < pieces.size(); ++s) pieces[s].comments = pieceComments(path, s);
-    for (std::size_t i = 0; i < path.frames.size(); ++i) {
-      const PathFrame& frame = path.frames[i];
-      if (frame.segment) pieces[*frame.segment].poses.push_back({tracked.timeOf(i), frame.camera_from_world});
+    std::string text;
+    for (const std::string& comment : comments) text += "# " + comment + "\n";
+    for (std::size_t s = 0; s < path.segments.size(); ++s) {
+      for (const std::string& comment : pieceComments(path, s)) text += "# " + comment + "\n";
+      std::vector<double> times;
+      std::vector<SE3> poses;
+      for (std::size_t i = 0; i < path.frames.size(); ++i) {
+        if (path.frames[i].segment != s) continue;
+        times.push_back(tracked.timeOf(i));
+        poses.push_back(path.frames[i].camera_from_world);
+      }
+      text += tumText(times, poses);
     }
-    return trajectoryText(comments, pieces);
+    return text;
   }
 
   [[nodiscard]] std::string mapText(const Path& path) const {

@@ -16,7 +16,7 @@
 #include "alidade/files/pose_list.h"
 #include "apps/command_line.h"
 #include "imagery/video_files.h"
-#include "support/room_pictures.h"
+#include "support/simulated_video.h"
 
 namespace alidade {
 namespace {
@@ -24,28 +24,21 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-using testing::roomPictures;
+using testing::simulatedFrames;
+using testing::simulatedPoses;
 
 constexpr ImageSize kRoomSize{320, 240};
 
-const AnyCamera& roomCamera() {
-  static const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{200, 200, 159.5, 119.5});
-  return camera;
+// The camera of camera.yaml, at a walk unless another path is named.
+FootageSimulator footageOf(int num_frames, FootagePath path = FootagePath::kWalk) {
+  return FootageSimulator({.camera = AnyCamera::make("pinhole", std::vector<double>{200, 200, 159.5, 119.5}),
+                           .image_size = kRoomSize,
+                           .path = path,
+                           .num_frames = num_frames});
 }
 
-// Sideways through the room, looking about.
-std::vector<SE3> roomWalk(int num_frames) {
-  std::vector<SE3> poses;
-  for (int f = 0; f < num_frames; ++f) {
-    const SE3 world_from_camera{SO3::exp({0.05 * std::sin(0.1 * f), 0.5 + 0.2 * std::sin(0.07 * f), 0}),
-                                {-1 + 0.03 * f, 0.3 * std::sin(0.08 * f), 0.01 * f}};
-    poses.push_back(world_from_camera.inverse());
-  }
-  return poses;
-}
-
-std::vector<cv::Mat> roomFrames(const std::vector<SE3>& poses) {
-  return roomPictures(roomCamera(), kRoomSize, poses);
+std::vector<cv::Mat> walkFrames(int num_frames) {
+  return simulatedFrames(footageOf(num_frames));
 }
 
 // A folder with a camera file, in which the command runs.
@@ -91,8 +84,9 @@ double trajectoryError(const PoseList& list, const std::vector<SE3>& poses) {
 constexpr double kMostPathShare = 0.02;
 
 TEST_F(TrackTest, WritesTheTrajectoryOfAVideo) {
-  const auto poses = roomWalk(50);
-  const RunResult result = track(video("walk.avi", roomFrames(poses)), {"--map", "points.ply"});
+  const FootageSimulator footage = footageOf(50);
+  const auto poses = simulatedPoses(footage);
+  const RunResult result = track(video("walk.avi", simulatedFrames(footage)), {"--map", "points.ply"});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.out, AllOf(HasSubstr("poses of 50 of 50 frames"), HasSubstr("the scale is arbitrary"),
                                 HasSubstr("reprojection RMS"), Not(HasSubstr("Lost"))));
@@ -120,11 +114,15 @@ TEST_F(TrackTest, WritesTheTrajectoryOfAVideo) {
 }
 
 TEST_F(TrackTest, TakesPhotographsByTheirKeyPoints) {
-  std::vector<SE3> poses;
-  for (const SE3& pose : roomWalk(40)) poses.push_back(pose);
+  const FootageSimulator footage = footageOf(40);
   std::vector<SE3> few;
-  for (std::size_t i = 0; i < poses.size(); i += 5) few.push_back(poses[i]);
-  const auto pictures = roomFrames(few);
+  std::vector<cv::Mat> pictures;
+  const auto poses = simulatedPoses(footage);
+  const auto frames = simulatedFrames(footage);
+  for (std::size_t i = 0; i < frames.size(); i += 5) {
+    few.push_back(poses[i]);
+    pictures.push_back(frames[i]);
+  }
   scratch_.makeFolder("photos");
   for (std::size_t i = 0; i < pictures.size(); ++i)
     cv::imwrite(scratch_.path(fmt::format("photos/{}.png", i)), pictures[i]);
@@ -142,7 +140,7 @@ TEST_F(TrackTest, TakesPhotographsByTheirKeyPoints) {
 }
 
 TEST_F(TrackTest, ReadsItsFlagsFromASettingsFile) {
-  const std::string clip = video("walk.avi", roomFrames(roomWalk(20)));
+  const std::string clip = video("walk.avi", walkFrames(20));
   scratch_.write("settings.yaml",
                  "camera: camera.yaml\noutput: path.txt\nfront-end: flow\nmap: points.ply\nquiet: true\n");
   const RunResult result =
@@ -159,7 +157,7 @@ TEST_F(TrackTest, ReadsItsFlagsFromASettingsFile) {
 
 // Dark frames in between, after which nothing is known any more.
 TEST_F(TrackTest, TellsWhereThePathBreaks) {
-  auto frames = roomFrames(roomWalk(60));
+  auto frames = walkFrames(60);
   for (std::size_t f = 28; f < 32; ++f) frames[f].setTo(0);
   const RunResult result = track(video("walk.avi", frames));
   EXPECT_THAT(result, EndsWith(3));
@@ -174,9 +172,7 @@ TEST_F(TrackTest, TellsWhereThePathBreaks) {
 }
 
 TEST_F(TrackTest, SaysWhyThereIsNoPath) {
-  std::vector<SE3> turn;
-  for (int f = 0; f < 30; ++f) turn.emplace_back(SO3::exp({0, 0.01 * f, 0}), Eigen::Vector3d::Zero());
-  const auto turning = roomFrames(turn);
+  const auto turning = simulatedFrames(footageOf(30, FootagePath::kRotation));
   const std::vector<cv::Mat> still(20, turning.front());
   const std::vector<cv::Mat> black(20, cv::Mat::zeros(kRoomSize.height, kRoomSize.width, CV_8U));
   const std::vector<cv::Mat> pair = {turning[0], turning[0]};
@@ -212,7 +208,7 @@ TEST_F(TrackTest, SaysWhyThereIsNoPath) {
 }
 
 TEST_F(TrackTest, ComplainsAboutItsInputs) {
-  const auto frames = roomFrames(roomWalk(12));
+  const auto frames = walkFrames(12);
   const std::string clip = video("walk.avi", frames);
   const std::string whole = scratch_.read("walk.avi");
   scratch_.write("cut.avi", whole.substr(0, whole.size() / 2));
@@ -252,7 +248,7 @@ TEST_F(TrackTest, ComplainsAboutItsInputs) {
 
 // As a phone writes it that was held upright: a matrix in the header, the pixels as the sensor gave them.
 TEST_F(TrackTest, TakesTheStoredPixelsOfAVideoThatIsShownRotated) {
-  const std::string clip = video("walk.mp4", roomFrames(roomWalk(20)));
+  const std::string clip = video("walk.mp4", walkFrames(20));
   std::string bytes = scratch_.read(clip);
   const std::size_t header = bytes.find("tkhd");
   ASSERT_NE(header, std::string::npos);
@@ -270,7 +266,7 @@ TEST_F(TrackTest, TakesTheStoredPixelsOfAVideoThatIsShownRotated) {
 }
 
 TEST_F(TrackTest, LeavesNothingWhereItIsInterrupted) {
-  const auto frames = roomFrames(roomWalk(20));
+  const auto frames = walkFrames(20);
   std::vector<cv::Mat> many;
   while (many.size() < 3000) many.insert(many.end(), frames.begin(), frames.end());
   video("long.avi", many);

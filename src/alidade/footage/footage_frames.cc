@@ -48,7 +48,7 @@ class SizeCheck {
   bool is_cameras_;
 };
 
-FootagePass showVideo(const std::string& path, const std::function<void(const FootageFrame&)>& show,
+FootagePass showVideo(const std::string& path, const std::function<void(const FootageImage&)>& show,
                       const FootagePassOptions& options) {
   FootagePass pass{.is_video = true};
   SizeCheck sizes(options.expected_size);
@@ -105,7 +105,7 @@ bool isVideoFootage(std::span<const std::string> inputs) {
   return filesOf(inputs).images.empty();
 }
 
-FootagePass forEachFrame(std::span<const std::string> inputs, const std::function<void(const FootageFrame&)>& show,
+FootagePass forEachFrame(std::span<const std::string> inputs, const std::function<void(const FootageImage&)>& show,
                          const FootagePassOptions& options) {
   const InputFiles files = filesOf(inputs);
   if (!files.videos.empty()) return showVideo(files.videos.front(), show, options);
@@ -131,7 +131,7 @@ FootageTracks trackFootage(std::span<const std::string> inputs, const FrontEndOp
   const std::unique_ptr<FrontEnd> tracker = makeFrontEnd(front_end);
   pass = forEachFrame(
       inputs,
-      [&](const FootageFrame& frame) {
+      [&](const FootageImage& frame) {
         tracks.size = frame.image.size;
         std::vector<TrackPixel> points = tracker->follow(frame.image);
         if (!isKeyframe(tracks, points)) return;

@@ -16,7 +16,7 @@
 namespace alidade {
 
 /// An image of some footage.
-struct FootageFrame {
+struct FootageImage {
   const GrayImage& image;
   std::size_t number = 0;  ///< in the video, or among the photographs; counts from 0
   double seconds = 0;      ///< from the beginning of the video; 0 for photographs
@@ -45,7 +45,7 @@ struct FootagePassOptions {
 /// One is in memory at a time.
 /// @throws Error as listInputs(); Error (kInput) for a damaged photograph, a video without an intact frame or
 /// with less than nine tenths of its stated length, and images of different sizes; Cancelled
-FootagePass forEachFrame(std::span<const std::string> inputs, const std::function<void(const FootageFrame&)>& show,
+FootagePass forEachFrame(std::span<const std::string> inputs, const std::function<void(const FootageImage&)>& show,
                          const FootagePassOptions& options = {});
 
 /// Follows points through footage. Of a video, only keyframes are kept.
