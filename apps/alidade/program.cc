@@ -33,7 +33,7 @@ struct CommandEntry {
 constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
 
 // In the order of the help text.
-constexpr std::array<CommandEntry, 16> kCommands = {{
+constexpr std::array<CommandEntry, 17> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
     {"rig calibrate", "Calibrate the cameras of a rig in one joint fit", makeRigCalibrateCommand},
