@@ -78,11 +78,11 @@ int run() {
   const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{kFocalPx, kFocalPx, 319.5, 239.5});
   const FootageSimulator footage(
       {.camera = camera, .image_size = testing::kFootageSize, .num_frames = kNumFrames});
-  const std::vector<SE3> poses = testing::simulatedPoses(footage);
+  const std::vector<SE3> poses = simulatedPoses(footage);
   const std::string video =
       (std::filesystem::temp_directory_path() / ("track_bench_" + std::to_string(::getpid()) + ".avi"))
           .string();
-  writeVideo(video, testing::simulatedFrames(footage));
+  writeVideo(video, simulatedFrames(footage));
 
   const std::array<std::string, 1> inputs = {video};
   double start = cpuSeconds();

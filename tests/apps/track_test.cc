@@ -24,8 +24,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-using testing::simulatedFrames;
-using testing::simulatedPoses;
 
 constexpr ImageSize kRoomSize{320, 240};
 

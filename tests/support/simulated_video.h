@@ -8,7 +8,7 @@
 
 #include "alidade/simulate/footage_simulator.h"
 
-namespace alidade::testing {
+namespace alidade {
 
 /// The frames of simulated footage, for writeVideo().
 inline std::vector<cv::Mat> simulatedFrames(const FootageSimulator& simulator) {
@@ -28,4 +28,4 @@ inline std::vector<SE3> simulatedPoses(const FootageSimulator& simulator) {
   return poses;
 }
 
-}  // namespace alidade::testing
+}  // namespace alidade
