@@ -69,6 +69,8 @@ class Odometry::Impl {
     if (!is_tracking_) {
       if (const auto pair = start_->lastChance()) begin(*pair);
     }
+    // The last frames are adjusted like those before.
+    if (is_tracking_ && !path_.frames.back().is_key) makeKeyFrame(path_.frames.size() - 1, last_tracks_);
     path_.obstacle = is_tracking_ ? StartObstacle::kNone : start_->obstacle();
     fixPoses();
     for (PathFrame& frame : path_.frames) {
@@ -104,6 +106,7 @@ class Odometry::Impl {
     } else {
       is_scale_lost_ = false;
     }
+    last_tracks_.assign(tracks.begin(), tracks.end());
     if (map_->needsKeyFrame(tracks, *placed)) makeKeyFrame(index, tracks);
     return true;
   }
@@ -161,7 +164,7 @@ class Odometry::Impl {
     return joint;
   }
 
-  // Two key frames, one or two between them, and the poses of all frames that waited.
+  // Two key frames, a few between them, and the poses of all frames that waited.
   void begin(const StartingPair& pair) {
     const std::deque<WaitingFrame>& waiting = start_->waiting();
     const Joint joint = jointOf(pair);
@@ -194,7 +197,7 @@ class Odometry::Impl {
       return;
     }
     std::vector<std::size_t> keys = {pair.a};
-    constexpr std::size_t kParts = 3;  // of the way between the two
+    constexpr std::size_t kParts = 5;  // of the way between the two
     for (std::size_t part = 1; part < kParts; ++part) {
       const std::size_t i = pair.a + part * (pair.b - pair.a) / kParts;
       if (i <= keys.back() || i >= pair.b || !between[i - pair.a - 1]) continue;
@@ -294,6 +297,7 @@ class Odometry::Impl {
   std::size_t key_ = 0;                           // last key frame
   SE3 last_;                                      // camera_from_world of the last frame
   SE3 step_;                                      // frame_from_frame_before
+  std::vector<TrackPixel> last_tracks_;           // of the last frame that was followed
   double squared_error_px2_ = 0;
   std::size_t num_errors_ = 0;
 };

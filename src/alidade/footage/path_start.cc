@@ -62,13 +62,15 @@ void PathStart::reject() {
 
 // The oldest frame is one half of the pair; it must share enough with the newest.
 void PathStart::forgetUnconnected() {
+  // Descriptors find fewer of an image's points again than flow does.
   constexpr double kShared = 0.4;
+  constexpr double kSurely = 60;
   const std::vector<TrackPixel>& newest = waiting_.back().tracks;
   while (waiting_.size() > 1) {
     const std::vector<TrackPixel>& oldest = waiting_.front().tracks;
     const std::size_t num_shared = commonTracks(oldest, newest).size();
     if (num_shared >= kFewestShared &&
-        static_cast<double>(num_shared) >= kShared * static_cast<double>(oldest.size()))
+        static_cast<double>(num_shared) >= std::min(kSurely, kShared * static_cast<double>(oldest.size())))
       break;
     earlier_.push_back(std::move(waiting_.front()));
     waiting_.pop_front();
