@@ -46,6 +46,9 @@ class Odometry::Impl {
     expect(path_.frames.empty() || path_.frames.back().number < number, "frames come in their order");
     const std::size_t index = path_.frames.size();
     path_.frames.push_back({.number = number, .segment = {}, .camera_from_world = {}});
+    if (!is_tracking_ && start_->isCutOff(tracks)) {
+      if (const auto pair = start_->lastChance()) begin(*pair);
+    }
     if (is_tracking_) {
       if (follow(index, tracks)) return;
       is_tracking_ = false;

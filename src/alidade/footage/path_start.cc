@@ -14,6 +14,9 @@ constexpr std::size_t kFewestShared = 30;  // tracks
 // Of SightScale::key_rad: the parallax of the first trial and of the last one.
 constexpr double kStartShare = 0.25;
 constexpr double kMostShare = 4;
+// Standard deviation of the direction in which the camera went; the second where no better pair will come.
+constexpr double kSureRad = 0.02;
+constexpr double kMostSureRad = 0.06;
 constexpr std::size_t kMostWaiting = 600;  // frames, a bound for the memory
 
 // The tracks of two frames that have rays.
@@ -45,12 +48,17 @@ PathStart::PathStart(const AnyCamera& camera, ImageSize size, const SightScale& 
 std::optional<StartingPair> PathStart::add(std::size_t index, std::span<const TrackPixel> tracks) {
   waiting_.push_back({index, {tracks.begin(), tracks.end()}});
   forgetUnconnected();
-  return tryPair(wanted_rad_);
+  return tryPair(wanted_rad_, kSureRad);
 }
 
 std::optional<StartingPair> PathStart::lastChance() {
   constexpr double kLeast = 0.1;
-  return waiting_.size() < 2 ? std::nullopt : tryPair(kLeast * scale_.key_rad);
+  return waiting_.size() < 2 ? std::nullopt : tryPair(kLeast * scale_.key_rad, kMostSureRad);
+}
+
+bool PathStart::isCutOff(std::span<const TrackPixel> tracks) const {
+  return !waiting_.empty() &&
+         commonTracks(waiting_.back().tracks, {tracks.begin(), tracks.end()}).size() < kFewestShared;
 }
 
 void PathStart::reject() {
@@ -80,7 +88,7 @@ void PathStart::forgetUnconnected() {
   if (waiting_.size() > kMostWaiting) waiting_.erase(waiting_.begin() + 1);
 }
 
-std::optional<StartingPair> PathStart::tryPair(double least_rad) {
+std::optional<StartingPair> PathStart::tryPair(double least_rad, double sure_rad) {
   if (waiting_.size() < 2) {
     obstacle_ = StartObstacle::kFewPoints;
     return std::nullopt;
@@ -114,9 +122,8 @@ std::optional<StartingPair> PathStart::tryPair(double least_rad) {
       camera_, matches,
       {.threshold_px = scale_.threshold_px, .seed = seed_ + waiting_.back().index, .size = size_});
   const bool is_motion = pair.motion.kind == TwoViewKind::kGeneral || pair.motion.kind == TwoViewKind::kPlane;
-  constexpr double kSureRad = 0.02;  // standard deviation of the direction in which the camera went
   const Eigen::Matrix3d covariance = pair.motion.covariance.topLeftCorner<3, 3>();
-  const bool is_sure = covariance.trace() < kSureRad * kSureRad;
+  const bool is_sure = covariance.trace() < sure_rad * sure_rad;
   if (is_motion && is_sure && 2 * pair.motion.num_inliers > matches.size()) return pair;
   reject();
   if (pair.motion.kind == TwoViewKind::kRotation) obstacle_ = StartObstacle::kRotation;

@@ -42,6 +42,8 @@ class PathStart {
   [[nodiscard]] std::optional<StartingPair> add(std::size_t index, std::span<const TrackPixel> tracks);
   /// With a smaller parallax than add() asks for: at the end of the footage, which brings no better one.
   [[nodiscard]] std::optional<StartingPair> lastChance();
+  /// Whether a frame shares too little with the one before for anything to go on.
+  [[nodiscard]] bool isCutOff(std::span<const TrackPixel> tracks) const;
 
   /// The pair did not lead to poses of the frames between: waits for a larger parallax.
   void reject();
@@ -51,7 +53,7 @@ class PathStart {
   [[nodiscard]] StartObstacle obstacle() const { return obstacle_; }
 
  private:
-  [[nodiscard]] std::optional<StartingPair> tryPair(double least_rad);
+  [[nodiscard]] std::optional<StartingPair> tryPair(double least_rad, double sure_rad);
   void forgetUnconnected();
 
   const AnyCamera& camera_;
