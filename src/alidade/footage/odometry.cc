@@ -88,7 +88,7 @@ class Odometry::Impl {
   }
 
  private:
-  static constexpr std::size_t kFewestForScale = 10;  // points at a known distance that carry the scale on
+  static constexpr std::size_t kFewestForScale = 25;  // points at a known distance that carry the scale on
 
   // The pose of a frame relative to a key frame's, which may still change.
   struct RelativePose {
