@@ -73,6 +73,7 @@ inline constexpr const char* kCommonGroup = "All commands";
 [[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeReportCommand();
 [[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
+[[nodiscard]] std::unique_ptr<Command> makeTrackCommand();
 [[nodiscard]] std::unique_ptr<Command> makeHelpCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigValidateCommand();

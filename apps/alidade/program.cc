@@ -33,7 +33,7 @@ struct CommandEntry {
 constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
 
 // In the order of the help text.
-constexpr std::array<CommandEntry, 17> kCommands = {{
+constexpr std::array<CommandEntry, 18> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
     {"rig calibrate", "Calibrate the cameras of a rig in one joint fit", makeRigCalibrateCommand},
@@ -50,6 +50,7 @@ constexpr std::array<CommandEntry, 17> kCommands = {{
     {"convert", "Change the format, image size, orientation or lens model of a camera file",
      makeConvertCommand},
     {"report", "Show a calibration in figures, as a page from its evidence file", makeReportCommand},
+    {"track", "Find the path of a camera in a video (visual odometry)", makeTrackCommand},
     {"board", "Draw a board to print, at exact scale", makeBoardCommand},
     {"simulate", "Render images of a board, or footage, with known ground truth", makeSimulateCommand},
     {"help", "Show the help of a command, or write man pages and shell completions", makeHelpCommand},

@@ -15,7 +15,8 @@ using testing::StartsWith;
 const std::vector<std::vector<std::string>> kTopics = {
     {},           {"calibrate"}, {"detect"},  {"rig"},       {"rig", "calibrate"}, {"rig", "validate"},
     {"validate"}, {"diff"},      {"convert"}, {"report"},    {"rig", "rectify"},   {"rig", "triangulate"},
-    {"board"},    {"simulate"},  {"project"}, {"unproject"}, {"undistort"},        {"help"}};
+    {"board"},    {"simulate"},  {"project"}, {"unproject"}, {"undistort"},        {"help"},
+    {"track"}};
 
 TEST(Help, PrintsWhatTheFlagPrints) {
   std::size_t num_topics = 0;
@@ -31,7 +32,7 @@ TEST(Help, PrintsWhatTheFlagPrints) {
     EXPECT_THAT(result.out, HasSubstr("Usage: alidade"));
     ++num_topics;
   }
-  EXPECT_EQ(num_topics, 18u);
+  EXPECT_EQ(num_topics, 19u);
 }
 
 TEST(Help, RefusesWhatIsNoCommandAndNamesTheNearest) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array kWords = {
     "calibrate", "detect", "project", "unproject", "undistort", "validate", "diff", "convert", "simulate",
-    "fleet",
+    "fleet", "track",
     // Flags.
     "--help", "--version", "--against", "--bin", "--board", "--board-shape", "--camera", "--camera-only",
     "--clip", "--config", "--corners-only", "--crop", "--debug", "--distance", "--evidence", "--fix", "--fov",

@@ -55,12 +55,14 @@ FootagePass showVideo(const std::string& path, const std::function<void(const Fo
   SizeCheck sizes(options.expected_size);
   VideoReader reader(path, {.cancel = options.cancel});
   std::size_t num_interlaced = 0;
+  int orientation = 1;
   while (reader.advance()) {
     throwIfCancelled(options.cancel);
     ++pass.num_frames;
     num_interlaced += reader.isInterlaced() ? 1 : 0;
     if (reader.isIntact()) {
       const LoadedImage frame = reader.image();
+      orientation = frame.exif_orientation;
       sizes.check(path, frame.image.size);
       show({.image = frame.image, .number = reader.number(), .seconds = reader.seconds()});
     } else {
@@ -81,6 +83,10 @@ FootagePass showVideo(const std::string& path, const std::function<void(const Fo
          .expected = "a video that can be decoded completely",
          .next_step =
              "copy the video again, or convert it: ffmpeg -i '" + path + "' -map 0:v:0 -c copy whole.mp4"});
+  }
+  if (orientation != 1) {
+    pass.notes.push_back(fmt::format("{}: players show the video {}; its pixels are used as stored", path,
+                                     describeExifOrientation(orientation)));
   }
   if (missing > kLittle || reader.isCut()) pass.notes.push_back(path + ": the file ends a little early");
   if (pass.num_damaged > 0) {
