@@ -187,6 +187,173 @@ Eigen::VectorXd scaleDirection(const SceneFit& fit) {
   return direction;
 }
 
+// The sums over all points: normal equations of poses, fields and camera with each point eliminated.
+class SceneSums {
+ public:
+  explicit SceneSums(const SceneFit& fit)
+      : fit_(fit),
+        has_fields_(fit.field_px > 0),
+        num_params_(static_cast<Eigen::Index>(fit.camera.parameters().size())),
+        num_extra_(num_params_ + 1),
+        num_pose_(6 * static_cast<Eigen::Index>(fit.camera_from_world.size() - fit.num_held_frames)),
+        num_field_(has_fields_ ? ErrorField::kSize * static_cast<Eigen::Index>(fit.camera_from_world.size())
+                               : 0),
+        num_gone_(num_pose_ + num_field_),
+        reduced_(Eigen::MatrixXd::Zero(num_gone_ + num_extra_, num_gone_ + num_extra_)),
+        gradients_(
+            Eigen::MatrixXd::Zero(num_gone_ + num_extra_, static_cast<Eigen::Index>(fit.points.size()))) {
+    for (const PointRange& range : rangesOf(fit)) addPoint(range);
+    reduced_.triangularView<Eigen::StrictlyUpper>() = reduced_.transpose().eval();
+    num_redundant_ -= static_cast<double>(num_pose_) - (fit.num_held_frames == 1 ? 1 : 0);
+  }
+
+  // With poses and fields eliminated too.
+  [[nodiscard]] SceneEquations equations() const {
+    SceneEquations result;
+    result.cost = cost_;
+    result.num_redundant = num_redundant_;
+    Eigen::MatrixXd A = reduced_.topLeftCorner(num_gone_, num_gone_);
+    holdScale(A);
+    // The priors' gradients at the fields as they are; with the points' they sum to nothing at the optimum.
+    Eigen::VectorXd prior = Eigen::VectorXd::Zero(num_gone_);
+    const double precision = has_fields_ ? 1 / (fit_.field_px * fit_.field_px) : 0;
+    for (Eigen::Index i = 0; i < num_field_; ++i) {
+      const double value =
+          fit_.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize];
+      A(num_pose_ + i, num_pose_ + i) += precision;
+      prior[num_pose_ + i] = precision * value;
+      result.cost += 0.5 * precision * value * value;
+      result.field_square += value * value;
+    }
+    const Eigen::LDLT<Eigen::MatrixXd> factor(A);
+    const Eigen::MatrixXd B = reduced_.topRightCorner(num_gone_, num_extra_);
+    const Eigen::MatrixXd T = num_gone_ > 0 ? Eigen::MatrixXd(factor.solve(B)) : B;
+    result.information =
+        Eigen::MatrixXd(reduced_.bottomRightCorner(num_extra_, num_extra_) - B.transpose() * T);
+    result.point_gradients =
+        Eigen::MatrixXd(gradients_.bottomRows(num_extra_) - T.transpose() * gradients_.topRows(num_gone_));
+    result.prior_gradient = Eigen::MatrixXd(-T.transpose() * prior);
+    if (num_gone_ > 0) {
+      const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(num_gone_, num_gone_));
+      result.pose_covariance = Eigen::MatrixXd(inverse.topLeftCorner(num_pose_, num_pose_));
+      result.field_variance = inverse.bottomRightCorner(num_field_, num_field_).trace();
+    }
+    return result;
+  }
+
+ private:
+  // What a point and its sightings share.
+  struct PointSums {
+    Eigen::Matrix<double, 4, 3> tangent;
+    Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d v = Eigen::Vector3d::Zero();
+    Eigen::Matrix<double, Eigen::Dynamic, 3> W_camera;
+  };
+
+  void addPoint(const PointRange& range) {
+    const std::uint32_t point = fit_.sightings[range.begin].point;
+    PointSums sums{.tangent = pointTangent(fit_.points[point]),
+                   .W_camera = Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(num_extra_, 3)};
+    auto gradient = gradients_.col(static_cast<Eigen::Index>(point));
+    columns_.clear();
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      expect(i == range.begin || fit_.sightings[i - 1].frame < fit_.sightings[i].frame,
+             "sightings are in order of frames");
+      addSighting(fit_.sightings[i], sums, gradient);
+    }
+    eliminate(sums, gradient);
+  }
+
+  void addSighting(const SceneSighting& sighting, PointSums& sums, Eigen::Ref<Eigen::VectorXd> gradient) {
+    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 25> J_camera(2, num_extra_);
+    const SceneProjection p = projectSighting(fit_, sighting);
+    expect(p.ok, "every sighting projects");
+    const double scale = 1 / sighting.sigma_px;
+    Eigen::Vector2d error = scale * p.error;
+    cost_ += 0.5 * fit_.loss.rho(error.squaredNorm());
+    num_redundant_ += 2;
+    const double weight = std::sqrt(fit_.loss.weight(error.squaredNorm()));
+    error *= weight;
+    SightingColumns& own = columns_.emplace_back();
+    own.pose_at = sighting.frame >= fit_.num_held_frames
+                      ? 6 * static_cast<Eigen::Index>(sighting.frame - fit_.num_held_frames)
+                      : -1;
+    own.field_at =
+        has_fields_ ? num_pose_ + ErrorField::kSize * static_cast<Eigen::Index>(sighting.frame) : -1;
+    own.J.setZero();
+    own.J.leftCols<6>() = weight * scale * p.J_pose;
+    if (has_fields_) {
+      own.J.block<1, ErrorField::kTerms>(0, 6) = weight * scale * p.field.transpose();
+      own.J.block<1, ErrorField::kTerms>(1, 6 + ErrorField::kTerms) = weight * scale * p.field.transpose();
+    }
+    J_camera.leftCols(num_params_) = weight * scale * p.J_params;
+    J_camera.col(num_params_) = weight * scale * sighting.readout_px;
+    const Eigen::Matrix<double, 2, 3> J_point = weight * scale * p.J_point * sums.tangent;
+    sums.V.noalias() += J_point.transpose() * J_point;
+    sums.v.noalias() += J_point.transpose() * error;
+    own.W.noalias() = own.J.transpose() * J_point;
+    sums.W_camera.noalias() += J_camera.transpose() * J_point;
+    own.forEach([&](Eigen::Index at, auto part) {
+      gradient.segment(at, part.size()).noalias() += own.J(Eigen::all, part).transpose() * error;
+      reduced_.block(num_gone_, at, num_extra_, part.size()).noalias() +=
+          J_camera.transpose() * own.J(Eigen::all, part);
+    });
+    own.addProducts(reduced_, own, own.J.transpose() * own.J);
+    gradient.tail(num_extra_).noalias() += J_camera.transpose() * error;
+    reduced_.bottomRightCorner(num_extra_, num_extra_).noalias() += J_camera.transpose() * J_camera;
+  }
+
+  // Takes the point out of the sums.
+  void eliminate(PointSums& sums, Eigen::Ref<Eigen::VectorXd> gradient) {
+    num_redundant_ -= 3;
+    // A point that its sightings do not place: what is left of it is held.
+    sums.V.diagonal().array() += 1e-12 * sums.V.trace();
+    const Eigen::LDLT<Eigen::Matrix3d> factor(sums.V);
+    const Eigen::Vector3d shift = factor.solve(sums.v);
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> WV_camera =
+        factor.solve(sums.W_camera.transpose()).transpose();
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const SightingColumns& own = columns_[i];
+      const Eigen::Matrix<double, SightingColumns::kSize, 3> WV = factor.solve(own.W.transpose()).transpose();
+      for (std::size_t k = 0; k <= i; ++k)
+        own.addProducts(reduced_, columns_[k], -WV.lazyProduct(columns_[k].W.transpose()));
+      own.forEach([&](Eigen::Index at, auto part) {
+        gradient.segment(at, part.size()).noalias() -= own.W(part, Eigen::all) * shift;
+        reduced_.block(num_gone_, at, num_extra_, part.size()).noalias() -=
+            WV_camera * own.W(part, Eigen::all).transpose();
+      });
+    }
+    gradient.tail(num_extra_).noalias() -= sums.W_camera * shift;
+    reduced_.bottomRightCorner(num_extra_, num_extra_).noalias() -= WV_camera * sums.W_camera.transpose();
+  }
+
+  // Free scale, along the frames' displacement; and translations, which a rotation alone leaves undetermined.
+  void holdScale(Eigen::MatrixXd& A) const {
+    if (num_pose_ == 0) return;
+    auto poses = A.topLeftCorner(num_pose_, num_pose_);
+    const double trace = poses.trace();
+    if (fit_.num_held_frames == 1) {
+      const Eigen::VectorXd scale = scaleDirection(fit_);
+      if (scale.norm() > 0)
+        poses += trace / static_cast<double>(num_pose_) * scale.normalized() * scale.normalized().transpose();
+    }
+    poses.diagonal().array() += 1e-13 * trace;
+  }
+
+  const SceneFit& fit_;
+  bool has_fields_;
+  Eigen::Index num_params_;
+  Eigen::Index num_extra_;  // the camera's unknowns
+  Eigen::Index num_pose_;
+  Eigen::Index num_field_;
+  Eigen::Index num_gone_;                 // poses and fields, which stand before the camera
+  Eigen::MatrixXd reduced_;               // its lower triangle, until all points are added
+  Eigen::MatrixXd gradients_;             // a column a point
+  std::vector<SightingColumns> columns_;  // of the point at hand
+  double cost_ = 0;
+  double num_redundant_ = 0;
+};
+
 }  // namespace
 
 ErrorField::Basis ErrorField::basisAt(const Eigen::Vector2d& pixel, const ImageSize& size) {
@@ -324,135 +491,7 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
 }
 
 SceneEquations sceneEquations(const SceneFit& fit) {
-  const auto num_params = static_cast<Eigen::Index>(fit.camera.parameters().size());
-  const Eigen::Index num_extra = num_params + 1;
-  const bool has_fields = fit.field_px > 0;
-  const auto num_frames = static_cast<Eigen::Index>(fit.camera_from_world.size());
-  const auto num_pose = 6 * (num_frames - static_cast<Eigen::Index>(fit.num_held_frames));
-  const Eigen::Index num_field = has_fields ? ErrorField::kSize * num_frames : 0;
-  // Poses and fields, which are eliminated, then the camera.
-  const Eigen::Index num_gone = num_pose + num_field;
-  const Eigen::Index n = num_gone + num_extra;
-  const std::vector<PointRange> ranges = rangesOf(fit);
-
-  SceneEquations result;
-  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(n, n);  // its lower triangle
-  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n, static_cast<Eigen::Index>(fit.points.size()));
-  std::vector<SightingColumns> columns;
-  for (const PointRange& range : ranges) {
-    const std::uint32_t point = fit.sightings[range.begin].point;
-    const Eigen::Matrix<double, 4, 3> tangent = pointTangent(fit.points[point]);
-    auto gradient = gradients.col(static_cast<Eigen::Index>(point));
-    columns.clear();
-    Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d v = Eigen::Vector3d::Zero();
-    Eigen::Matrix<double, Eigen::Dynamic, 3> W_camera =
-        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(num_extra, 3);
-    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 25> J_camera(2, num_extra);
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      const SceneSighting& sighting = fit.sightings[i];
-      const SceneProjection p = projectSighting(fit, sighting);
-      expect(p.ok, "every sighting projects");
-      const double scale = 1 / sighting.sigma_px;
-      Eigen::Vector2d error = scale * p.error;
-      result.cost += 0.5 * fit.loss.rho(error.squaredNorm());
-      result.num_redundant += 2;
-      const double weight = std::sqrt(fit.loss.weight(error.squaredNorm()));
-      error *= weight;
-      expect(i == range.begin || fit.sightings[i - 1].frame < sighting.frame,
-             "sightings are in order of frames");
-      SightingColumns& own = columns.emplace_back();
-      own.pose_at = sighting.frame >= fit.num_held_frames
-                        ? 6 * static_cast<Eigen::Index>(sighting.frame - fit.num_held_frames)
-                        : -1;
-      own.field_at =
-          has_fields ? num_pose + ErrorField::kSize * static_cast<Eigen::Index>(sighting.frame) : -1;
-      own.J.setZero();
-      own.J.leftCols<6>() = weight * scale * p.J_pose;
-      if (has_fields) {
-        own.J.block<1, ErrorField::kTerms>(0, 6) = weight * scale * p.field.transpose();
-        own.J.block<1, ErrorField::kTerms>(1, 6 + ErrorField::kTerms) = weight * scale * p.field.transpose();
-      }
-      J_camera.leftCols(num_params) = weight * scale * p.J_params;
-      J_camera.col(num_params) = weight * scale * sighting.readout_px;
-      const Eigen::Matrix<double, 2, 3> J_point = weight * scale * p.J_point * tangent;
-      V.noalias() += J_point.transpose() * J_point;
-      v.noalias() += J_point.transpose() * error;
-      own.W.noalias() = own.J.transpose() * J_point;
-      W_camera.noalias() += J_camera.transpose() * J_point;
-      own.forEach([&](Eigen::Index at, auto part) {
-        gradient.segment(at, part.size()).noalias() += own.J(Eigen::all, part).transpose() * error;
-        reduced.block(num_gone, at, num_extra, part.size()).noalias() +=
-            J_camera.transpose() * own.J(Eigen::all, part);
-      });
-      own.addProducts(reduced, own, own.J.transpose() * own.J);
-      gradient.tail(num_extra).noalias() += J_camera.transpose() * error;
-      reduced.bottomRightCorner(num_extra, num_extra).noalias() += J_camera.transpose() * J_camera;
-    }
-    result.num_redundant -= 3;
-    // A point that its sightings do not place: what is left of it is held.
-    V.diagonal().array() += 1e-12 * V.trace();
-    const Eigen::LDLT<Eigen::Matrix3d> factor(V);
-    const Eigen::Vector3d shift = factor.solve(v);
-    const Eigen::Matrix<double, Eigen::Dynamic, 3> WV_camera = factor.solve(W_camera.transpose()).transpose();
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      const SightingColumns& own = columns[i];
-      const Eigen::Matrix<double, SightingColumns::kSize, 3> WV = factor.solve(own.W.transpose()).transpose();
-      for (std::size_t k = 0; k <= i; ++k)
-        own.addProducts(reduced, columns[k], -WV.lazyProduct(columns[k].W.transpose()));
-      own.forEach([&](Eigen::Index at, auto part) {
-        gradient.segment(at, part.size()).noalias() -= own.W(part, Eigen::all) * shift;
-        reduced.block(num_gone, at, num_extra, part.size()).noalias() -=
-            WV_camera * own.W(part, Eigen::all).transpose();
-      });
-    }
-    gradient.tail(num_extra).noalias() -= W_camera * shift;
-    reduced.bottomRightCorner(num_extra, num_extra).noalias() -= WV_camera * W_camera.transpose();
-  }
-  reduced.triangularView<Eigen::StrictlyUpper>() = reduced.transpose().eval();
-  Eigen::MatrixXd A = reduced.topLeftCorner(num_gone, num_gone);
-  result.num_redundant -= static_cast<double>(num_pose) - (fit.num_held_frames == 1 ? 1 : 0);
-  if (fit.num_held_frames == 1 && num_pose > 0) {
-    const Eigen::VectorXd scale = scaleDirection(fit);
-    if (scale.norm() > 0) {
-      A.topLeftCorner(num_pose, num_pose) += A.topLeftCorner(num_pose, num_pose).trace() /
-                                             static_cast<double>(num_pose) * scale.normalized() *
-                                             scale.normalized().transpose();
-    }
-  }
-  // A rotation alone leaves the translations undetermined.
-  A.topLeftCorner(num_pose, num_pose).diagonal().array() +=
-      1e-13 * A.topLeftCorner(num_pose, num_pose).trace();
-  for (Eigen::Index i = 0; i < num_field; ++i) {
-    const double value = fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize];
-    A(num_pose + i, num_pose + i) += 1 / (fit.field_px * fit.field_px);
-    result.cost += 0.5 * value * value / (fit.field_px * fit.field_px);
-    result.field_square += value * value;
-  }
-  const Eigen::LDLT<Eigen::MatrixXd> factor(A);
-  const Eigen::MatrixXd B = reduced.topRightCorner(num_gone, num_extra);
-  const Eigen::MatrixXd T = num_gone > 0 ? Eigen::MatrixXd(factor.solve(B)) : B;
-  result.information = Eigen::MatrixXd(reduced.bottomRightCorner(num_extra, num_extra) - B.transpose() * T);
-  result.point_gradients =
-      Eigen::MatrixXd(gradients.bottomRows(num_extra) - T.transpose() * gradients.topRows(num_gone));
-  if (num_field > 0) {
-    // The priors' gradients at the fields as they are; with the points' they sum to nothing at the optimum.
-    Eigen::VectorXd prior = Eigen::VectorXd::Zero(num_gone);
-    for (Eigen::Index i = 0; i < num_field; ++i) {
-      prior[num_pose + i] =
-          fit.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize] /
-          (fit.field_px * fit.field_px);
-    }
-    result.prior_gradient = Eigen::MatrixXd(-T.transpose() * prior);
-  } else {
-    result.prior_gradient = Eigen::MatrixXd(Eigen::VectorXd::Zero(num_extra));
-  }
-  if (num_pose > 0 || num_field > 0) {
-    const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(num_gone, num_gone));
-    result.pose_covariance = Eigen::MatrixXd(inverse.topLeftCorner(num_pose, num_pose));
-    result.field_variance = inverse.bottomRightCorner(num_field, num_field).trace();
-  }
-  return result;
+  return SceneSums(fit).equations();
 }
 
 std::vector<Eigen::Vector2d> heldOutErrors(const SceneFit& fit) {
