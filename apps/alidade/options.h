@@ -55,6 +55,7 @@ inline constexpr const char* kCommandValue = "COMMAND";
 /// Headings of the flags that several commands have, for CLI::Option::group(). A command with few flags of
 /// its own leaves them under "Options".
 inline constexpr const char* kBoardGroup = "Boards and images";
+inline constexpr const char* kFootageGroup = "Footage";
 inline constexpr const char* kCameraFileGroup = "Incomplete camera files";
 inline constexpr const char* kFitGroup = "Fit";
 inline constexpr const char* kVerdictGroup = "Accuracy";

@@ -13,6 +13,7 @@
 #include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/footage/footage_frames.h"
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/file_tests.h"
 #include "board_views.h"
@@ -39,15 +40,22 @@ class ValidateCommand final : public Command {
     app.footer(
         "Example: alidade validate camera.yaml\nExample: alidade validate calibrations/ --strict --junit "
         "report.xml\nExample: alidade validate camera.yaml --images photos/ --board "
-        "checkerboard:9x6:25mm\nPrints a line for each file and the totals; --verbose adds a line for each "
+        "checkerboard:9x6:25mm\nExample: alidade validate "
+        "camera.yaml --footage walk.mp4\nPrints a line for each file and the totals; --verbose adds a line "
+        "for each "
         "check, --quiet prints only files that fail.\nFolders are searched with their sub-folders for yaml, "
         "yml, json, xml, txt, cameramodel and cam. Files that do not name\na camera are only counted. Of a "
         "rig, "
         "the poses are checked too.\n"
         "--images tests the camera on photographs that were not used for its calibration. Use 10 or "
-        "more.\nFiles may have any supported format (docs/formats.md); FILE#NAME selects one camera of a "
-        "file with several.\nExit code 0: no file failed; 1: no camera file, or --images or --against cannot "
-        "be used; 3: a file failed.");
+        "more.\n--footage tests it on ordinary pictures of a scene in which nothing moves, without a board "
+        "(docs/footage.md): whether\nanother focal length, centre or distortion explains them better. It may "
+        "be unable to "
+        "tell; that is a warning.\nFiles may have any supported format (docs/formats.md); FILE#NAME selects "
+        "one camera of a "
+        "file with several.\nExit code 0: no file failed; 1: no camera file, or --images, --footage or "
+        "--against "
+        "cannot be used; 3: a file failed.");
     app.add_option("file", files_, "Camera files, folders, or patterns in quotes")->type_name(kFileValue);
     app.add_flag("--strict", is_strict_, "Treat warnings as failures");
     app.add_flag("--verbose", is_verbose_, "Print every check");
@@ -63,12 +71,28 @@ class ValidateCommand final : public Command {
         ->type_name(kFileValue);
     addBoardOption(app, boards_);
     addDetectionOptions(app, detection_);
+    app.add_option(
+           "--footage", footage_,
+           "Pictures of a scene in which nothing moves: a video, a numbered sequence (img%04d.png), or "
+           "photographs (folders, files or patterns)")
+        ->group(kFootageGroup)
+        ->type_name(kFileValue);
+    app.add_option(
+           "--front-end", front_end_,
+           "How points are followed from picture to picture. flow: small motions, as in a video; keypoints: "
+           "by "
+           "what they look like, as in photographs. Not given: flow for a video or sequence, else keypoints")
+        ->group(kFootageGroup)
+        ->check(CLI::IsMember({"flow", "keypoints"}));
     app.add_option("--against", against_, "Camera file (any format) to compare with")->type_name(kFileValue);
-    takePixels(*app.add_option("--tolerance", tolerance_px_,
-                               "Largest accepted error in pixels (95th percentile; --images: where boards "
-                               "were seen), for --images and --against")
-                    ->check(positiveNumber, "above 0")
-                    ->capture_default_str());
+    tolerance_flag_ =
+        app.add_option("--tolerance", tolerance_px_,
+                       "Largest accepted error in pixels (95th percentile; --images: where boards "
+                       "were seen), for --images and --against. For --footage, whose default is 1, a "
+                       "fifth of the error that surely fails")
+            ->check(positiveNumber, "above 0")
+            ->capture_default_str();
+    takePixels(*tolerance_flag_);
     addCommonOptions(app, common_, true);
   }
 
@@ -78,7 +102,9 @@ class ValidateCommand final : public Command {
     const std::vector<ListedFile> listed = listCameraFiles(files_);
     checkJunitPath(listed);
     checkReportPath(listed);
+    checkFootageFlags(listed);
     prepareComparisons();
+    followFootage();
     ValidationResult result = judgeAll(listed);
     result.tolerance_px = tests_.tolerance_px;
     result.boards = tests_.boards;
@@ -114,6 +140,7 @@ class ValidateCommand final : public Command {
       // A report of an earlier run in the same folder is replaced.
       if (!file.is_from_folder) sources.push_back(cameraFilePath(file.path));
     }
+    sources.insert(sources.end(), footage_.begin(), footage_.end());
     checkOutput(junit_path_, sources, common_, "--junit");
     namespace fs = std::filesystem;
     std::error_code error;
@@ -136,6 +163,10 @@ class ValidateCommand final : public Command {
     }
     std::vector<std::string> sources =
         images_.empty() || isCornersFile(images_.front()) ? images_ : withImages(images_);
+    if (!footage_.empty()) {
+      const std::vector<std::string> pictures = withImages(footage_);
+      sources.insert(sources.end(), pictures.begin(), pictures.end());
+    }
     for (const ListedFile& file : listed) sources.push_back(cameraFilePath(file.path));
     sources.insert(sources.end(), boards_.begin(), boards_.end());
     sources.insert(sources.end(), {cameraFilePath(against_), common_.config});
@@ -168,10 +199,54 @@ class ValidateCommand final : public Command {
     for (const std::string& note : given_->notes) printMessage("note: " + note);
   }
 
+  // Footage is of one camera: a file that was named must not have several.
+  void checkFootageFlags(const std::vector<ListedFile>& listed) const {
+    if (footage_.empty()) {
+      if (front_end_.empty()) return;
+      throw usageError({.where = "validate",
+                        .found = "--front-end without --footage",
+                        .expected = "--footage with a video or photographs"});
+    }
+    for (const ListedFile& file : listed) {
+      if (file.is_from_folder) continue;
+      std::vector<std::string> names;
+      try {
+        const CameraSource source = readCamerasToJudge(file.path, camera_.readOptions());
+        for (const StatedCamera& camera : source.cameras) names.push_back(cameraLabel(camera));
+        for (const RefusedCamera& camera : source.refused) names.push_back(cameraLabel(camera));
+      } catch (const Error&) {
+        continue;  // its judgement says why
+      }
+      if (names.size() <= 1) continue;
+      throw usageError({.where = "--footage: " + file.path,
+                        .found = fmt::format("a file with {} cameras", names.size()),
+                        .expected = "the one camera that took the footage",
+                        .next_step = fmt::format("test each camera alone: {}#{}", file.path, names.front())});
+    }
+  }
+
+  // Follows points through the footage, once for all files that are tested.
+  void followFootage() {
+    if (footage_.empty()) return;
+    tests_.cancel = catchInterrupts();
+    if (tolerance_flag_->count() > 0) tests_.footage_tolerance_px = tolerance_px_;
+    const bool is_flow = front_end_.empty() ? isVideoFootage(footage_) : front_end_ == "flow";
+    FootagePass pass;
+    ProgressBar bar("following points", common_.quiet);
+    FootagePassOptions options;
+    options.progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); };
+    options.cancel = tests_.cancel;
+    tests_.footage = trackFootage(
+        footage_, {.kind = is_flow ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints}, pass, options);
+    tests_.num_footage_frames = pass.num_frames - pass.num_damaged;
+    if (common_.quiet) return;
+    for (const std::string& note : pass.notes) printMessage("note: " + note);
+  }
+
   [[nodiscard]] ValidationResult judgeAll(const std::vector<ListedFile>& listed) const {
     std::vector<std::optional<FileJudgement>> judgements(listed.size());
-    // The checks with images share out their own work.
-    const int num_jobs = tests_.views.empty() ? common_.jobs : 1;
+    // The checks with images and footage share out their own work.
+    const int num_jobs = tests_.views.empty() && !tests_.footage ? common_.jobs : 1;
     parallelFor(listed.size(), num_jobs,
                 [&](std::size_t i) { judgements[i] = judgeFile(listed[i], camera_.readOptions(), tests_); });
     ValidationResult result{.files = {}, .other_files = {}, .is_strict = is_strict_};
@@ -200,8 +275,11 @@ class ValidateCommand final : public Command {
   std::vector<std::string> images_;
   std::vector<std::string> boards_;
   DetectionOptions detection_;
+  std::vector<std::string> footage_;
+  std::string front_end_;
   std::string against_;
   double tolerance_px_ = kDefaultTolerancePx;
+  CLI::Option* tolerance_flag_ = nullptr;
   FileTests tests_;
   std::optional<GivenViews> given_;
   PassingPictures passing_;

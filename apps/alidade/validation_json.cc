@@ -102,6 +102,7 @@ json cameraJson(const CameraJudgement& camera, const DocumentParts& parts) {
                    {"image_size", orNull(camera.image_size)},
                    {"calibration", nullptr},
                    {"held_out", camera.held_out ? heldOutJson(*camera.held_out, parts) : json(nullptr)},
+                   {"footage", camera.footage ? footageJson(*camera.footage) : json(nullptr)},
                    {"checks", checksJson(camera.checks)}};
   if (const auto& stated = camera.calibration) {
     const auto orNone = [](const std::vector<double>& values) {

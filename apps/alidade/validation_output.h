@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "alidade/record/camera_record.h"
 #include "alidade/target/board.h"
 #include "alidade/validate/camera_checks.h"
@@ -44,6 +46,11 @@ struct ValidationTotals {
 [[nodiscard]] std::string checksText(const ValidationResult& result);
 /// JUnit XML: a test case for each file.
 [[nodiscard]] std::string junitText(const ValidationResult& result);
+
+/// The details of the footage check: what was tried, and what came of it. Lines with an indentation.
+[[nodiscard]] std::string footageLines(const FootageJudgement& judgement);
+/// The same for programs.
+[[nodiscard]] nlohmann::json footageJson(const FootageJudgement& judgement);
 
 /// Everything for programs: one JSON document.
 [[nodiscard]] std::string judgementJson(const ValidationResult& result);

@@ -17,6 +17,9 @@
 namespace alidade {
 namespace {
 
+constexpr std::string_view kFootageStart = "footage: ";  // of the reason that the check gives
+constexpr std::string_view kNextLine = "\n  next: ";
+
 // "PASS", "NOTE", "WARN" or "FAIL".
 std::string_view statusLabel(Severity severity) {
   constexpr std::array<std::string_view, 4> kLabels = {"PASS", "NOTE", "WARN", "FAIL"};
@@ -53,7 +56,7 @@ std::string reasonText(const FileJudgement& file) {
       // A check that names a slip tells more than the others.
       reasons.insert(check.mended ? reasons.begin() : reasons.end(),
                      (file.cameras.size() > 1 ? camera.name + ": " : "") + check.id + ": " +
-                         check.message.substr(0, check.message.find("\n  next: ")));
+                         check.message.substr(0, check.message.find(kNextLine)));
     }
   }
   for (const FileCheck& check : file.rig_checks) {
@@ -63,6 +66,29 @@ std::string reasonText(const FileJudgement& file) {
   return printable(oneLine(reasons[0]));
 }
 
+// The check of the file's only camera on footage, if there was one.
+const FileCheck* footageCheckOf(const FileJudgement& file) {
+  if (file.cameras.size() != 1) return nullptr;
+  const std::vector<FileCheck>& checks = file.cameras.front().checks;
+  const auto found = std::ranges::find(checks, "footage", &FileCheck::id);
+  return found == checks.end() ? nullptr : &*found;
+}
+
+// "footage: consistent ...", if footage found nothing wrong.
+std::string footageRemark(const FileJudgement& file) {
+  const FileCheck* const check = footageCheckOf(file);
+  if (check == nullptr || check->severity >= Severity::kWarning) return "";
+  return printable(oneLine(std::string(kFootageStart) + check->message));
+}
+
+// A line of its own with what to do, if the reason that a file's line gives comes from footage.
+std::string footageNextStep(const FileJudgement& file) {
+  const FileCheck* const check = footageCheckOf(file);
+  if (check == nullptr || !reasonText(file).starts_with(kFootageStart)) return "";
+  const std::size_t end = check->message.find(kNextLine);
+  return end == std::string::npos ? "" : "\n      " + printable(oneLine(check->message.substr(end + 3)));
+}
+
 // Outcome, file, model, image size, and what the file states of its calibration and what is wrong with it.
 using Row = std::array<std::string, 5>;
 
@@ -70,6 +96,8 @@ Row rowOf(const ValidationResult& result, const FileJudgement& file) {
   const std::size_t num_cameras = file.cameras.size();
   std::string remark = reasonText(file);
   if (!file.rig_checks.empty() && remark.empty()) remark = "rig: " + file.rig_checks.front().message;
+  if (const std::string more = footageRemark(file); !more.empty())
+    remark += (remark.empty() ? "" : "; ") + more;
   if (num_cameras == 1 && file.cameras[0].calibration && !result.isFailed(file))
     remark = calibrationText(*file.cameras[0].calibration) + (remark.empty() ? "" : "; ") + remark;
   return {std::string(statusLabel(outcomeOf(result, file))), printable(file.file),
@@ -122,13 +150,42 @@ std::string cameraText(const FileJudgement& file, const CameraJudgement& camera)
 std::string fileText(const ValidationResult& result, const FileJudgement& file) {
   std::string text = rowsText({rowOf(result, file)});
   if (!file.error.empty()) return text;
-  for (const CameraJudgement& camera : file.cameras) text += cameraText(file, camera);
+  for (const CameraJudgement& camera : file.cameras) {
+    text += cameraText(file, camera);
+    if (camera.footage) text += footageLines(*camera.footage);
+  }
   if (!file.rig_checks.empty()) text += "  rig\n" + checkLines(file.rig_checks);
   const bool can_show_slips = std::all_of(file.cameras.begin(), file.cameras.end(),
                                           [](const CameraJudgement& c) { return c.can_show_slips; });
   if (!can_show_slips && !result.isFailed(file))
-    text += "    A file cannot show that its numbers are right. Test it with --images or --against.\n";
+    text +=
+        "    A file cannot show that its numbers are right. Test it with --images, --footage or --against.\n";
   return text;
+}
+
+// A file without what footage says of it: that is a test case of its own.
+FileJudgement withoutFootage(FileJudgement file) {
+  for (CameraJudgement& camera : file.cameras) {
+    std::erase_if(camera.checks, [](const FileCheck& check) { return check.id.starts_with("footage"); });
+    camera.footage.reset();
+  }
+  return file;
+}
+
+// Adds a test case. @returns whether it failed
+bool addTestCase(pugi::xml_node suite, const char* class_name, const std::string& file, bool is_failed,
+                 const std::string& reason, const std::string& text) {
+  pugi::xml_node test = suite.append_child("testcase");
+  test.append_attribute("classname") = class_name;
+  test.append_attribute("name") = printable(file).c_str();
+  if (is_failed) {
+    pugi::xml_node failure = test.append_child("failure");
+    failure.append_attribute("message") = reason.c_str();
+    failure.text().set(text.c_str());
+  } else {
+    test.append_child("system-out").text().set(text.c_str());
+  }
+  return is_failed;
 }
 
 }  // namespace
@@ -163,7 +220,9 @@ std::string totalsText(const ValidationTotals& totals) {
 std::string filesText(const ValidationResult& result, bool only_failed) {
   std::vector<Row> rows;
   for (const FileJudgement& file : result.files) {
-    if (!only_failed || result.isFailed(file)) rows.push_back(rowOf(result, file));
+    if (only_failed && !result.isFailed(file)) continue;
+    rows.push_back(rowOf(result, file));
+    rows.back().back() += footageNextStep(file);
   }
   return rowsText(rows);
 }
@@ -177,7 +236,6 @@ std::string checksText(const ValidationResult& result) {
 }
 
 std::string junitText(const ValidationResult& result) {
-  const ValidationTotals totals = totalsOf(result);
   pugi::xml_document document;
   pugi::xml_node declaration = document.append_child(pugi::node_declaration);
   declaration.append_attribute("version") = "1.0";
@@ -185,23 +243,33 @@ std::string junitText(const ValidationResult& result) {
   pugi::xml_node suites = document.append_child("testsuites");
   pugi::xml_node suite = suites.append_child("testsuite");
   suite.append_attribute("name") = "alidade validate";
+  // They stand in front of the numbers of test cases, which are known at the end.
   for (pugi::xml_node node : {suites, suite}) {
-    node.append_attribute("tests") = static_cast<unsigned long long>(totals.num_files);
-    node.append_attribute("failures") = static_cast<unsigned long long>(totals.num_failed);
-    node.append_attribute("errors") = 0;
+    for (const char* name : {"tests", "failures", "errors"}) node.append_attribute(name) = 0;
   }
+  unsigned long long num_tests = 0;
+  unsigned long long num_failed = 0;
   for (const FileJudgement& file : result.files) {
-    pugi::xml_node test = suite.append_child("testcase");
-    test.append_attribute("classname") = "camera_file";
-    test.append_attribute("name") = printable(file.file).c_str();
-    const std::string text = fileText(result, file);
-    if (result.isFailed(file)) {
-      pugi::xml_node failure = test.append_child("failure");
-      failure.append_attribute("message") = reasonText(file).c_str();
-      failure.text().set(text.c_str());
-    } else {
-      test.append_child("system-out").text().set(text.c_str());
-    }
+    const FileJudgement alone = withoutFootage(file);
+    num_tests += 1;
+    num_failed += addTestCase(suite, "camera_file", file.file, result.isFailed(alone), reasonText(alone),
+                              fileText(result, alone))
+                      ? 1
+                      : 0;
+    const FileCheck* const footage = footageCheckOf(file);
+    if (footage == nullptr) continue;
+    FileJudgement on_footage = file;
+    std::erase_if(on_footage.cameras.front().checks,
+                  [](const FileCheck& check) { return !check.id.starts_with("footage"); });
+    num_tests += 1;
+    num_failed += addTestCase(suite, "footage", file.file, result.isFailed(on_footage),
+                              reasonText(on_footage), fileText(result, on_footage))
+                      ? 1
+                      : 0;
+  }
+  for (pugi::xml_node node : {suites, suite}) {
+    node.attribute("tests") = num_tests;
+    node.attribute("failures") = num_failed;
   }
   std::ostringstream out;
   document.save(out, "  ", pugi::format_default, pugi::encoding_utf8);

@@ -19,12 +19,12 @@ constexpr std::array kWords = {
     "fleet", "track",
     // Flags.
     "--help", "--version", "--against", "--bin", "--board", "--board-shape", "--camera", "--camera-only",
-    "--clip", "--config", "--corners-only", "--crop", "--debug", "--distance", "--evidence", "--fix", "--fov",
-    "--grid", "--image-size", "--images", "--init", "--interpolation", "--jacobian", "--jobs", "--json",
-    "--junit", "--keep", "--keep-untrustworthy", "--max-error", "--model", "--name", "--next-view", "-o",
-    "--overwrite", "--pose", "--poses", "--poses-are", "--projection", "--quiet", "--read-as", "--resize",
-    "--rotate", "--same-focal", "--same-frame", "--serial", "--size", "--strict", "--target-sigma", "--to",
-    "--tolerance", "--verbose", "--",
+    "--clip", "--config", "--corners-only", "--crop", "--debug", "--distance", "--evidence", "--fix",
+    "--footage", "--fov", "--front-end", "--grid", "--image-size", "--images", "--init", "--interpolation",
+    "--jacobian", "--jobs", "--json", "--junit", "--keep", "--keep-untrustworthy", "--max-error", "--model",
+    "--name", "--next-view", "-o", "--overwrite", "--pose", "--poses", "--poses-are", "--projection",
+    "--quiet", "--read-as", "--resize", "--rotate", "--same-focal", "--same-frame", "--serial", "--size",
+    "--strict", "--target-sigma", "--to", "--tolerance", "--verbose", "--",
     // Files and folders that are there, and names for new ones.
     "camera.yaml", "lens.yaml", "corners.csv", "points.csv", "pixels.csv", "poses.csv", "scene.yaml",
     "board.yaml", "settings.yaml", "images", "images/view_001.png", "sim", ".", "-", "new", "new.yaml",

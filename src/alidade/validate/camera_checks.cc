@@ -338,6 +338,7 @@ FileCheck fileCheck(const Diagnosis& diagnosis) {
   std::string message = diagnosis.message();
   if (diagnosis.severity > Severity::kNote && !diagnosis.limit.empty())
     message += "; limit: " + diagnosis.limit;
+  if (!diagnosis.next_step.empty()) message += "\n  next: " + diagnosis.next_step;
   return {.severity = diagnosis.severity, .id = diagnosis.id, .message = std::move(message)};
 }
 

@@ -10,6 +10,7 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/record/camera_record.h"
+#include "alidade/validate/footage/footage_judgement.h"
 #include "alidade/validate/held_out/held_out_images.h"
 
 namespace alidade {
@@ -30,7 +31,7 @@ struct FileCheck {
   std::optional<AnyCamera> mended = {};  ///< the camera without the slip; nothing: none is known
 };
 
-/// A diagnosis as a check without numbers.
+/// A diagnosis as a check without numbers. A next step is a line of its own: "\n  next: ...".
 [[nodiscard]] FileCheck fileCheck(const Diagnosis& diagnosis);
 
 /// What to bear in mind about the file that a record comes from.
@@ -62,6 +63,7 @@ struct CameraJudgement {
   std::optional<CalibrationRecord> calibration = {};  ///< of an Alidade camera file
   std::vector<FileCheck> checks = {};                 ///< at least one
   std::optional<HeldOutJudgement> held_out = {};      ///< what images say of it, if there are any
+  std::optional<FootageJudgement> footage = {};       ///< what footage says of it, if there is some
   bool can_show_slips = false;  ///< the file itself, or what it was compared with, can show a wrong number
 
   /// The most severe of its checks.

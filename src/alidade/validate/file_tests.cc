@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/validate/footage/footage_findings.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 #include "alidade/validate/rig_checks.h"
 
@@ -68,10 +69,40 @@ void testOnImages(const CameraRecord& record, const FileTests& tests, CameraJudg
   judgement.held_out = std::move(on_images);
 }
 
-// Adds the checks on images and against the other camera, as far as they were asked for. Thread-safe
-// without images.
+std::vector<CheckValue> footageValues(const FootageJudgement& judgement) {
+  const FootageCheck& check = judgement.check;
+  std::vector<CheckValue> values = {{"tolerance_px", check.tolerance_px},
+                                    {"blind_px", check.blind_px},
+                                    {"holdout_rms_px", check.holdout_rms_px},
+                                    {"num_frames", static_cast<double>(check.num_frames)},
+                                    {"num_points", static_cast<double>(check.num_points)}};
+  if (check.explanation) {
+    const CameraChange& change = check.changes.at(*check.explanation);
+    values.push_back({"effect_px", change.effect_px});
+    values.push_back({"sure_px", change.sure_px});
+  }
+  return values;
+}
+
+void testOnFootage(const CameraRecord& record, const std::string& file, const FileTests& tests,
+                   CameraJudgement& judgement) {
+  FootageJudgement on_footage = judgeOnFootage(record, *tests.footage,
+                                               {.tolerance_px = tests.footage_tolerance_px,
+                                                .num_frames_given = tests.num_footage_frames,
+                                                .num_jobs = tests.jobs,
+                                                .cancel = tests.cancel});
+  for (const Diagnosis& finding : footageFindings(on_footage, record, file)) {
+    judgement.checks.push_back(fileCheck(finding));
+    if (finding.id == "footage") judgement.checks.back().values = footageValues(on_footage);
+  }
+  if (on_footage.verdict() != FootageVerdict::kCannotTell) judgement.can_show_slips = true;
+  judgement.footage = std::move(on_footage);
+}
+
+// Adds the checks on images, on footage and against the other camera, as far as they were asked for.
+// Thread-safe without images and footage.
 void addTests(const StatedCamera& camera, const std::string& file, const FileTests& tests,
-              CameraJudgement& judgement) {
+              CameraJudgement& judgement, bool is_only_camera) {
   const auto attempt = [&](const char* id, const auto& addChecks) {
     try {
       addChecks(recordOf(camera, file));
@@ -81,6 +112,15 @@ void addTests(const StatedCamera& camera, const std::string& file, const FileTes
   };
   if (!tests.views.empty()) {
     attempt("held_out_error", [&](const CameraRecord& record) { testOnImages(record, tests, judgement); });
+  }
+  if (tests.footage && !is_only_camera) {
+    judgement.checks.push_back(
+        fileCheck({.severity = Severity::kWarning,
+                   .id = "footage",
+                   .cause = "not tested: the file has several cameras, and footage is of one",
+                   .next_step = "test the camera alone: " + file + "#" + judgement.name}));
+  } else if (tests.footage) {
+    attempt("footage", [&](const CameraRecord& record) { testOnFootage(record, file, tests, judgement); });
   }
   if (tests.other) {
     attempt("against", [&](const CameraRecord& record) {
@@ -117,9 +157,10 @@ std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions
   try {
     const CameraSource source = readListed(file, options);
     judgement.format = source.format;
+    const bool is_one = source.cameras.size() + source.refused.size() == 1;
     for (const StatedCamera& camera : source.cameras) {
       judgement.cameras.push_back(judgeCamera(camera, file.path));
-      addTests(camera, file.path, tests, judgement.cameras.back());
+      addTests(camera, file.path, tests, judgement.cameras.back(), is_one);
     }
     judgement.rig_checks = judgeRig(source);
     for (const RefusedCamera& camera : source.refused)

@@ -7,10 +7,12 @@
 #include "alidade/core/cancel.h"
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/footage/tracks.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/camera_checks.h"
+#include "alidade/validate/footage/footage_judgement.h"
 #include "alidade/validate/held_out/held_out_checks.h"
 
 namespace alidade {
@@ -20,8 +22,11 @@ struct FileTests {
   std::vector<Board> boards = {};
   std::vector<View> views = {};            ///< of images that the cameras were not made from; none: no test
   std::optional<CameraRecord> other = {};  ///< to compare with
+  std::optional<FootageTracks> footage = {};  ///< points followed through pictures of a rigid scene
+  std::size_t num_footage_frames = 0;         ///< of these pictures, keyframes or not
+  double footage_tolerance_px = kFootageTolerancePx;
   double tolerance_px = kDefaultTolerancePx;
-  int jobs = 0;  ///< threads for the test on images; 0: one per processor
+  int jobs = 0;  ///< threads for the tests on images and footage; 0: one per processor
   const CancelFlag* cancel = nullptr;
 };
 

@@ -73,11 +73,11 @@ TEST(HeldScores, HardlyEverAccuseTheRightCamera) {
         moveViews(set.views, moved_px, random);
         const HeldScores scores = scoresOf(drawn.camera, set);
         bool is_accused = false;
-        for (const CameraChange change : kAllCameraChanges) {
+        for (const IntrinsicsChange change : kAllIntrinsicsChanges) {
           const auto estimate = scores.along(directionOf(change, drawn.camera));
           ASSERT_TRUE(estimate);
           num_beyond += estimate->sigmas > 1.96 ? 1 : 0;
-          is_accused = is_accused || (change != CameraChange::kPixelOrigin && estimate->isSignificant());
+          is_accused = is_accused || (change != IntrinsicsChange::kPixelOrigin && estimate->isSignificant());
         }
         num_by_change += is_accused ? 1 : 0;
         num_overall += scores.overall().isSignificant() ? 1 : 0;
@@ -95,14 +95,14 @@ TEST(HeldScores, HardlyEverAccuseTheRightCamera) {
 TEST(HeldScores, TellWhichChangeACameraNeeds) {
   const DrawnCamera drawn = ordinaryCamera();
   struct Case {
-    CameraChange change;
+    IntrinsicsChange change;
     double amount;
     const char* complaint;
   };
-  const std::vector<Case> cases = {{CameraChange::kFocalLength, 0.01, "its focal length is 1 +-"},
-                                   {CameraChange::kCenterX, -5, "its cx is "},
-                                   {CameraChange::kCenterY, 5, "its cy is "},
-                                   {CameraChange::kDistortion, -0.02, "its distortion is "}};
+  const std::vector<Case> cases = {{IntrinsicsChange::kFocalLength, 0.01, "its focal length is 1 +-"},
+                                   {IntrinsicsChange::kCenterX, -5, "its cx is "},
+                                   {IntrinsicsChange::kCenterY, 5, "its cy is "},
+                                   {IntrinsicsChange::kDistortion, -0.02, "its distortion is "}};
   for (const Case& c : cases) {
     Random random(3);
     const UserSet set = drawUserViews(drawn, 40, kNoisePx, random);
@@ -110,24 +110,25 @@ TEST(HeldScores, TellWhichChangeACameraNeeds) {
     const HeldScores scores = scoresOf(tested, set);
     const auto estimate = scores.along(directionOf(c.change, tested));
     ASSERT_TRUE(estimate);
-    const double true_amount = c.change == CameraChange::kFocalLength || c.change == CameraChange::kDistortion
-                                   ? -c.amount / (1 + c.amount)
-                                   : -c.amount;
+    const double true_amount =
+        c.change == IntrinsicsChange::kFocalLength || c.change == IntrinsicsChange::kDistortion
+            ? -c.amount / (1 + c.amount)
+            : -c.amount;
     EXPECT_NEAR(estimate->amount, true_amount, 3 * estimate->std + 0.02 * std::abs(true_amount));
     EXPECT_TRUE(estimate->isSignificant());
     EXPECT_TRUE(scores.overall().isSignificant());
     EXPECT_GT(scores.overall().sure_share, 0.3);
     EXPECT_LT(scores.overall().sure_share, 1);
-    for (const CameraChange other : kAllCameraChanges) {
+    for (const IntrinsicsChange other : kAllIntrinsicsChanges) {
       if (other == c.change) continue;
       EXPECT_LT(scores.along(directionOf(other, tested))->sigmas, estimate->sigmas)
           << static_cast<int>(other);
     }
     const std::string complaint = complaintOf(c.change, estimate->amount, estimate->effectiveStd());
     EXPECT_THAT(complaint, HasSubstr(c.complaint));
-    EXPECT_THAT(complaint, HasSubstr(c.amount > 0                            ? "too l"
-                                     : c.change == CameraChange::kDistortion ? "too weak"
-                                                                             : "too small"));
+    EXPECT_THAT(complaint, HasSubstr(c.amount > 0                                ? "too l"
+                                     : c.change == IntrinsicsChange::kDistortion ? "too weak"
+                                                                                 : "too small"));
   }
 }
 
@@ -136,8 +137,8 @@ TEST(HeldScores, SeeTheOtherPixelOrigin) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(4);
   const UserSet set = drawUserViews(drawn, 120, kNoisePx, random);
-  const AnyCamera tested = *changed(drawn.camera, CameraChange::kPixelOrigin, 0.5);
-  const auto estimate = scoresOf(tested, set).along(directionOf(CameraChange::kPixelOrigin, tested));
+  const AnyCamera tested = *changed(drawn.camera, IntrinsicsChange::kPixelOrigin, 0.5);
+  const auto estimate = scoresOf(tested, set).along(directionOf(IntrinsicsChange::kPixelOrigin, tested));
   ASSERT_TRUE(estimate);
   EXPECT_NEAR(estimate->amount, -0.5, 3 * estimate->std);
   EXPECT_TRUE(estimate->isSignificant()) << estimate->sigmas;
@@ -147,8 +148,8 @@ TEST(HeldScores, AllowForTheCamerasOwnUncertainty) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(5);
   const UserSet set = drawUserViews(drawn, 12, kNoisePx, random);
-  const AnyCamera tested = *changed(drawn.camera, CameraChange::kCenterX, 5);
-  const Eigen::VectorXd direction = directionOf(CameraChange::kCenterX, tested);
+  const AnyCamera tested = *changed(drawn.camera, IntrinsicsChange::kCenterX, 5);
+  const Eigen::VectorXd direction = directionOf(IntrinsicsChange::kCenterX, tested);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(9, 9);
   covariance(2, 2) = 9;  // cx is known to 3 px
   const auto exact = scoresOf(tested, set).along(direction);
@@ -180,7 +181,7 @@ TEST(HeldScores, CountWeightedViewsForLess) {
   moveViews(first, 10, random);
   std::copy(first.begin(), first.end(), set.views.begin());
   PosedViews posed = fitHeld(drawn.camera, set);
-  const Eigen::VectorXd direction = directionOf(CameraChange::kFocalLength, drawn.camera);
+  const Eigen::VectorXd direction = directionOf(IntrinsicsChange::kFocalLength, drawn.camera);
   const auto alike = HeldScores::make(drawn.camera, posed, nullptr, 0.01, {})->along(direction);
   posed.weights.assign(20, 1.0);
   std::fill_n(posed.weights.begin(), 5, 1e-3);
@@ -199,20 +200,20 @@ TEST(HeldScores, NeedThreeViewsAndNoise) {
   EXPECT_FALSE(HeldScores::make(drawn.camera, fitHeld(drawn.camera, enough), nullptr, 0, {}));
 }
 
-TEST(CameraChange, HasNoDistortionWithoutOne) {
+TEST(IntrinsicsChange, HasNoDistortionWithoutOne) {
   const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 510, 320, 240});
-  EXPECT_EQ(directionOf(CameraChange::kDistortion, pinhole).size(), 0);
-  EXPECT_EQ(directionOf(CameraChange::kFocalLength, pinhole), Eigen::Vector4d(500, 510, 0, 0));
-  EXPECT_EQ(changed(pinhole, CameraChange::kPixelOrigin, 0.5)->parameters()[3], 240.5);
+  EXPECT_EQ(directionOf(IntrinsicsChange::kDistortion, pinhole).size(), 0);
+  EXPECT_EQ(directionOf(IntrinsicsChange::kFocalLength, pinhole), Eigen::Vector4d(500, 510, 0, 0));
+  EXPECT_EQ(changed(pinhole, IntrinsicsChange::kPixelOrigin, 0.5)->parameters()[3], 240.5);
 }
 
-TEST(CameraChange, MakesNoCameraThatCannotBe) {
+TEST(IntrinsicsChange, MakesNoCameraThatCannotBe) {
   const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 510, 320, 240});
-  EXPECT_FALSE(changed(pinhole, CameraChange::kFocalLength, -1.5));
-  EXPECT_TRUE(changed(pinhole, CameraChange::kFocalLength, 2));
+  EXPECT_FALSE(changed(pinhole, IntrinsicsChange::kFocalLength, -1.5));
+  EXPECT_TRUE(changed(pinhole, IntrinsicsChange::kFocalLength, 2));
   // Where the unified models' shape has its neutral value is not the same for all; they have no strength.
   const AnyCamera ucm = AnyCamera::make("ucm", std::vector<double>{300, 300, 320, 240, 0.6});
-  EXPECT_EQ(directionOf(CameraChange::kDistortion, ucm).size(), 0);
+  EXPECT_EQ(directionOf(IntrinsicsChange::kDistortion, ucm).size(), 0);
 }
 
 }  // namespace

@@ -102,7 +102,8 @@ TEST(Slips, ThatMoveTheOriginTakeMoreViews) {
   for (const DrawnCamera& drawn : {narrowCamera(), fisheyeCamera()}) {
     for (std::uint64_t seed = 0; seed < 6; ++seed) {
       const UserSet set = viewsOf(drawn, kManyViews, seed);
-      const AnyCamera tested = *changed(drawn.camera, CameraChange::kPixelOrigin, seed % 2 == 0 ? 0.5 : -0.5);
+      const AnyCamera tested =
+          *changed(drawn.camera, IntrinsicsChange::kPixelOrigin, seed % 2 == 0 ? 0.5 : -0.5);
       const HeldOutJudgement judgement = judgeOnImages({&tested, kSize}, set.board, set.views);
       const Slip* const named = namedSlip(judgement, kDefaultTolerancePx);
       if (named == nullptr) continue;

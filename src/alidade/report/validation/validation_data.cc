@@ -113,6 +113,46 @@ ReportedHeldOut readHeldOut(const JsonNode& node, ReportData& data) {
   return tested;
 }
 
+ReportedFootageCheck readFootageCheck(const JsonNode& node) {
+  ReportedFootageCheck check{.verdict = node["verdict"].text(),
+                             .explanation = textOrNone(node["explanation"]),
+                             .num_frames = node["num_frames"].whole(0, kManyCorners),
+                             .num_points = node["num_points"].whole(0, kManyCorners),
+                             .num_pixels = node["num_pixels"].whole(0, kManyCorners),
+                             .holdout_rms_px = node["holdout_rms_px"].number(),
+                             .noise_px = node["noise_px"].number(),
+                             .columns = node["cell_columns"].whole(1, 1000),
+                             .rows = node["cell_rows"].whole(1, 1000)};
+  check.changes = node["changes"].list([](const JsonNode& change) {
+    return ReportedChange{.id = change["id"].text(),
+                          .text = change["text"].text(),
+                          .cost_drop = change["cost_drop"].number(),
+                          .effect_px = change["effect_px"].number(),
+                          .sure_px = change["sure_px"].number(),
+                          .blind_px = change["blind_px"].number()};
+  });
+  check.cells = node["cells"].list([](const JsonNode& cell) {
+    return ReportedFootageCell{.num_pixels = cell["num_pixels"].whole(0, kManyCorners),
+                               .rms_px = cell["rms_px"].number(),
+                               .mean_px = {cell["dx"].number(), cell["dy"].number()}};
+  });
+  return check;
+}
+
+ReportedFootage readFootage(const JsonNode& node) {
+  ReportedFootage footage{.verdict = node["verdict"].text(),
+                          .size = readSize(node["image_size"]),
+                          .tolerance_px = node["tolerance_px"].finite()};
+  const JsonNode check = node["check"];
+  if (!check.isNull()) footage.checks.push_back(readFootageCheck(check));
+  const JsonNode edits = node["edits"];
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    footage.checks.push_back(readFootageCheck(edits.at(i)["check"]));
+    footage.checks.back().edit = edits.at(i)["flags"].text();
+  }
+  return footage;
+}
+
 ReportedCameraJudgement readJudgement(const JsonNode& node, double tolerance_px) {
   ReportedCameraJudgement judgement{.name = node["name"].text(),
                                     .model = textOrNone(node["model"]),
@@ -123,6 +163,7 @@ ReportedCameraJudgement readJudgement(const JsonNode& node, double tolerance_px)
                                          .accuracy_px = stated["accuracy_px"].number(),
                                          .covered_share = stated["covered_share"].number()};
   }
+  if (const JsonNode footage = node["footage"]; !footage.isNull()) judgement.footage = readFootage(footage);
   const JsonNode size = node["image_size"];
   if (judgement.model.empty() || size.isNull()) return judgement;
   ReportData data{.camera = readCamera(node), .size = readSize(size), .tolerance_px = tolerance_px};

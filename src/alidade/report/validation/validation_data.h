@@ -44,6 +44,46 @@ struct ReportedHeldOut {
   std::vector<std::string> untested = {};  ///< images without a corner that could be tested
 };
 
+/// One way in which the camera may be wrong, and what it would do.
+struct ReportedChange {
+  std::string id = {};    ///< "focal_length"
+  std::string text = {};  ///< "focal length +3.1 % +- 0.2 %"
+  double cost_drop = 0;   ///< share of the squared errors that it takes away
+  double effect_px = 0;
+  double sure_px = 0;
+  double blind_px = 0;
+};
+
+/// Errors of a part of the image; NaN where nothing was seen.
+struct ReportedFootageCell {
+  int num_pixels = 0;
+  double rms_px = 0;
+  Eigen::Vector2d mean_px{0, 0};
+};
+
+/// What footage says of a camera with images of its size, or of an edited one.
+struct ReportedFootageCheck {
+  std::string edit = {};  ///< flags of `convert`; empty: the camera as it is
+  std::string verdict = {};
+  std::string explanation = {};  ///< id of a change; empty: none
+  std::vector<ReportedChange> changes = {};
+  int num_frames = 0;
+  int num_points = 0;
+  int num_pixels = 0;
+  double holdout_rms_px = 0;  ///< NaN: nothing could be tested, as the noise
+  double noise_px = 0;
+  int columns = 0;
+  int rows = 0;
+  std::vector<ReportedFootageCell> cells = {};  ///< row by row; none: nothing could be tested
+};
+
+struct ReportedFootage {
+  std::string verdict = {};  ///< "consistent", "inconsistent", "cannot_tell"
+  ImageSize size;            ///< of its images
+  double tolerance_px = 0;
+  std::vector<ReportedFootageCheck> checks = {};  ///< one, or those of the edits that were tried
+};
+
 /// What a camera file states of its calibration.
 struct ReportedStatement {
   Verdict verdict = Verdict::kNo;
@@ -58,6 +98,7 @@ struct ReportedCameraJudgement {
   std::vector<Diagnosis> checks = {};
   std::optional<ReportedStatement> stated = {};
   std::optional<ReportedHeldOut> held_out = {};
+  std::optional<ReportedFootage> footage = {};
   /// For the figures: the errors of its views are those of corners that had no part in their view's pose.
   /// Nothing where the model is not supported or the image size not stated.
   std::optional<ReportData> data = {};

@@ -23,6 +23,7 @@
 #include "alidade/report/page_table.h"
 #include "alidade/report/residual_figures.h"
 #include "alidade/report/undistorted_figure.h"
+#include "alidade/report/validation/footage_figures.h"
 #include "alidade/report/validation/validation_data.h"
 #include "alidade/report/validation/validation_figures.h"
 #include "alidade/report/view_figures.h"
@@ -123,11 +124,12 @@ std::string fileSentence(const ReportedFile& file, bool is_compared) {
     return fmt::format("The numbers of its {} cameras are sound.", file.cameras.size());
   const ReportedCameraJudgement& camera = file.cameras.front();
   if (camera.held_out) return heldOutSentence(*camera.held_out);
+  if (camera.footage && camera.footage->verdict == "consistent") return footageSentence(camera.checks);
   std::string text = camera.stated ? statementSentence(*camera.stated) : "Its numbers are sound.";
   const auto against = std::ranges::find(camera.checks, "against", &Diagnosis::id);
   if (against != camera.checks.end()) text += " Compared with the other camera: " + against->cause + ".";
   if (!is_compared)
-    text += " A file cannot show that its numbers are right: test it with --images or --against.";
+    text += " A file cannot show that its numbers are right: test it with --images, --footage or --against.";
   return text;
 }
 
@@ -136,8 +138,9 @@ std::string headlineOf(const ReportedFile& file) {
     return file.error ? "Failed: it cannot be read" : "Failed: do not use this camera";
   if (file.status == Severity::kWarning) return "Passed, with warnings";
   const bool is_confirmed =
-      !file.cameras.empty() &&
-      std::ranges::all_of(file.cameras, [](const auto& camera) { return camera.held_out.has_value(); });
+      !file.cameras.empty() && std::ranges::all_of(file.cameras, [](const auto& camera) {
+        return camera.held_out || (camera.footage && camera.footage->verdict == "consistent");
+      });
   return is_confirmed ? "Passed: the images confirm it" : "Passed: no problem found";
 }
 
@@ -175,6 +178,13 @@ std::vector<PageSection> sectionsOf(const ReportedCameraJudgement& camera,
     }
     sections.push_back(std::move(errors));
   }
+  if (camera.footage) {
+    PageSection footage{
+        .id = "footage", .title = "Footage", .figures = {}, .more = footageTables(*camera.footage)};
+    if (std::optional<Figure> figure = footageErrorsFigure(*camera.footage))
+      footage.figures.push_back(*figure);
+    sections.push_back(std::move(footage));
+  }
   PageSection lens{.id = "lens", .title = "Lens"};
   if (rival) {
     try {
@@ -206,6 +216,12 @@ std::vector<PageNumber> numbersOf(const ReportedCameraJudgement& camera) {
     if (tested.freed) add("Camera of the images", px(tested.freed_rms_px), "RMS with all corners");
     add("Views", fmt::format("{} of {}", tested.view_fixed_px.size(), tested.num_views_given), "tested");
     add("Corners", std::to_string(tested.num_corners), "tested");
+  }
+  if (camera.footage && !camera.footage->checks.empty()) {
+    const ReportedFootageCheck& check = camera.footage->checks.front();
+    add("Footage", footageVerdictWords(camera.footage->verdict), fmt::format("{} frames", check.num_frames));
+    if (std::isfinite(check.holdout_rms_px))
+      add("Footage error", px(check.holdout_rms_px), "RMS of unseen pixels of points");
   }
   if (camera.stated && std::isfinite(camera.stated->accuracy_px))
     add("Stated accuracy", errorText(camera.stated->accuracy_px), "95 %, where boards were seen", true);
@@ -284,7 +300,8 @@ PageContent pageOfMany(const ReportedValidation& validation, bool is_compared) {
   if (!validation.other_files.empty())
     page.sentence += fmt::format(" {} other files name no camera.", validation.other_files.size());
   if (!is_compared)
-    page.sentence += " Files cannot show that their numbers are right: test them with --images or --against.";
+    page.sentence +=
+        " Files cannot show that their numbers are right: test them with --images, --footage or --against.";
   const std::vector<std::size_t> order = bySeverity(files);
   const auto tableOf = [&](std::size_t from, std::size_t to) {
     std::vector<const ReportedFile*> rows;
@@ -387,7 +404,10 @@ std::string validationPage(const nlohmann::json& result, const PictureSource& so
   for (const ReportedFile& file : validation.files)
     for (const ReportedCameraJudgement& camera : file.cameras)
       has_views = has_views || (camera.data && !camera.data->views.empty());
-  const bool is_compared = has_views || validation.rival.has_value();
+  bool has_footage = false;
+  for (const ReportedFile& file : validation.files)
+    for (const ReportedCameraJudgement& camera : file.cameras) has_footage = has_footage || camera.footage;
+  const bool is_compared = has_views || has_footage || validation.rival.has_value();
   PageContent page = validation.files.size() == 1 ? pageOfOne(validation, is_compared, source, num_jobs)
                                                   : pageOfMany(validation, is_compared);
   if (has_views) page.dialog = viewerHtml();

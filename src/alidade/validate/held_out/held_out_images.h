@@ -49,7 +49,7 @@ struct HeldOutView {
 
 /// What one number of the camera would have to be changed by.
 struct NeededChange {
-  CameraChange change;
+  IntrinsicsChange change;
   StepEstimate estimate;
   /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %;
   /// infinity where it makes a camera that cannot be, or cannot be compared. NaN if it is not even a hint.

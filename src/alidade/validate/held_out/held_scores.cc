@@ -257,35 +257,35 @@ OverallTest HeldScores::overall() const {
   return test;
 }
 
-Eigen::VectorXd directionOf(CameraChange change, const AnyCamera& camera) {
+Eigen::VectorXd directionOf(IntrinsicsChange change, const AnyCamera& camera) {
   constexpr Eigen::Index kNumProjection = 4;  // fx fy cx cy, then the lens
   const auto params = camera.parameters();
   const auto n = static_cast<Eigen::Index>(params.size());
   const Eigen::Map<const Eigen::VectorXd> now(params.data(), n);
   Eigen::VectorXd direction = Eigen::VectorXd::Zero(n);
   switch (change) {
-    case CameraChange::kFocalLength:
+    case IntrinsicsChange::kFocalLength:
       direction.head<2>() = now.head<2>();
       break;
-    case CameraChange::kCenterX:
+    case IntrinsicsChange::kCenterX:
       direction(2) = 1;
       break;
-    case CameraChange::kCenterY:
+    case IntrinsicsChange::kCenterY:
       direction(3) = 1;
       break;
-    case CameraChange::kDistortion:
+    case IntrinsicsChange::kDistortion:
       if (!isPolynomial(camera.modelId())) return {};
       direction.tail(n - kNumProjection) = now.tail(n - kNumProjection);
       if (direction.isZero(0)) return {};
       break;
-    case CameraChange::kPixelOrigin:
+    case IntrinsicsChange::kPixelOrigin:
       direction.segment<2>(2).setOnes();
       break;
   }
   return direction;
 }
 
-std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChange change, double amount) {
+std::optional<AnyCamera> changed(const AnyCamera& camera, IntrinsicsChange change, double amount) {
   const auto given = camera.parameters();
   std::vector<double> params(given.begin(), given.end());
   const Eigen::VectorXd direction = directionOf(change, camera);
@@ -298,7 +298,7 @@ std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChange change, d
   }
 }
 
-std::string complaintOf(CameraChange change, double amount, double std) {
+std::string complaintOf(IntrinsicsChange change, double amount, double std) {
   const double size = std::abs(amount);
   const bool is_too_large = amount < 0;  // something would have to be taken off
   const auto pixels = [&](const char* what) {
@@ -317,15 +317,15 @@ std::string complaintOf(CameraChange change, double amount, double std) {
                        figure(100 * (std / (factor * factor))), is_too_large ? large : little);
   };
   switch (change) {
-    case CameraChange::kFocalLength:
+    case IntrinsicsChange::kFocalLength:
       return share("its focal length", "long", "short");
-    case CameraChange::kCenterX:
+    case IntrinsicsChange::kCenterX:
       return pixels("its cx is");
-    case CameraChange::kCenterY:
+    case IntrinsicsChange::kCenterY:
       return pixels("its cy is");
-    case CameraChange::kDistortion:
+    case IntrinsicsChange::kDistortion:
       return share("its distortion", "strong", "weak");
-    case CameraChange::kPixelOrigin:
+    case IntrinsicsChange::kPixelOrigin:
       return pixels("its cx and cy are both");
   }
   return "";
@@ -341,8 +341,9 @@ Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& o
   return (open.transpose() * information * open).ldlt().solve(open.transpose() * information * way);
 }
 
-std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChange change, const PosedViews& freed,
-                                       double noise_variance, const std::optional<DenseMatrix>& covariance) {
+std::optional<ChangeRefit> refitChange(const AnyCamera& tested, IntrinsicsChange change,
+                                       const PosedViews& freed, double noise_variance,
+                                       const std::optional<DenseMatrix>& covariance) {
   const Eigen::VectorXd direction = directionOf(change, tested);
   if (direction.size() == 0) return std::nullopt;
   const double amount = amountsToFreed(tested, direction, freed)(0);

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/core/diagnosis.h"
+#include "alidade/footage/camera_check.h"
+#include "alidade/record/camera_record.h"
+#include "alidade/validate/footage/footage_judgement.h"
+
+namespace alidade {
+
+/// What footage says of a camera file, as checks: `footage` (a failure if it is inconsistent, a warning if
+/// footage cannot tell), and notes: `footage_fit` (another camera fits better, by less than counts) and
+/// `footage_shutter` (a rolling shutter).
+/// @param file  the camera file's name, for commands
+[[nodiscard]] std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement,
+                                                     const CameraRecord& camera, const std::string& file);
+
+/// Why footage cannot tell, and which would: "no parallax; film while moving sideways past near and far
+/// things".
+[[nodiscard]] std::string gapWords(const FootageJudgement& judgement);
+
+/// What may have changed the camera like this, in plain words, and what to do.
+/// @param file  the camera as the file has it
+[[nodiscard]] std::string likelyCause(const CameraChange& change, const AnyCamera& file);
+
+}  // namespace alidade

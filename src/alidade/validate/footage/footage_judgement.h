@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "alidade/core/cancel.h"
+#include "alidade/core/image.h"
+#include "alidade/footage/camera_check.h"
+#include "alidade/footage/tracks.h"
+#include "alidade/record/camera_record.h"
+#include "alidade/record/conversion.h"
+
+namespace alidade {
+
+/// The default of FootageCheckOptions::tolerance_px for camera files.
+inline constexpr double kFootageTolerancePx = 1;
+
+/// A way in which images of another size may have been made from those of a camera, and what footage says
+/// of the camera that results from it.
+struct FootageEdit {
+  ConversionRequest request;  ///< crop, resize and rotate_deg alone
+  FootageCheck check;
+};
+
+/// What footage says of a camera.
+struct FootageJudgement {
+  ImageSize camera_size;  ///< px, as the camera file says
+  ImageSize image_size;   ///< px, of the footage
+  std::size_t num_frames_given = 0;
+  /// Of the camera as it is; where the sizes differ, of the camera after edits.front(), if there is one.
+  FootageCheck check;
+  /// Those that were tried because the sizes differ: consistent ones first, by their error, then the others.
+  std::vector<FootageEdit> edits = {};
+
+  [[nodiscard]] bool isOtherSize() const { return camera_size != image_size; }
+  /// The edit that makes the camera consistent with the footage; nothing if none does.
+  [[nodiscard]] const FootageEdit* foundEdit() const;
+  /// Of the camera file: that of the check, but inconsistent if the sizes differ.
+  [[nodiscard]] FootageVerdict verdict() const;
+};
+
+struct FootageJudgementOptions {
+  double tolerance_px = kFootageTolerancePx;
+  std::size_t num_frames_given = 0;  ///< of the footage, keyframes or not; 0: those of the tracks
+  int num_jobs = 0;
+  const CancelFlag* cancel = nullptr;
+};
+
+/// Tests a camera on tracks. If its images have another size than those of the footage, tests it after each
+/// edit that may explain this.
+/// @param tracks  with at least one frame
+/// @throws Cancelled
+[[nodiscard]] FootageJudgement judgeOnFootage(const CameraRecord& camera, const FootageTracks& tracks,
+                                              const FootageJudgementOptions& options);
+
+/// The edits that make images of one size from those of another: resized, cropped in the centre, both, and
+/// rotated by a quarter turn too where one size is upright and the other is not.
+/// @returns none for equal sizes
+[[nodiscard]] std::vector<ConversionRequest> editsBetween(ImageSize from, ImageSize to);
+
+/// "cropped and resized"; with underscores, an id: "cropped_and_resized".
+[[nodiscard]] std::string editWords(const ConversionRequest& edit);
+/// Flags of `alidade convert` for it: "--crop 0,60,640,360 --resize 320x180".
+[[nodiscard]] std::string editFlags(const ConversionRequest& edit);
+
+}  // namespace alidade
