@@ -276,8 +276,12 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
     const bool is_better = is_one ? change.score > best : change.cost_drop > std::max(kMuch, 1.25 * others);
     if (is_better) check.explanation = i;
   }
-  const bool is_wrong =
-      check.explanation && check.changes[*check.explanation].sure_px > kFailure * options.tolerance_px;
+  bool is_wrong = false;
+  if (check.explanation) {
+    const CameraChange& best = check.changes[*check.explanation];
+    const double limit_px = kFailure * options.tolerance_px;
+    is_wrong = best.effect_px > limit_px && best.sure_px > 0.5 * limit_px;
+  }
   constexpr double kMoving = 0.5;
   if (is_wrong) {
     check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;
