@@ -107,6 +107,39 @@ CameraChange changeBy(const AnyCamera& camera, const Candidate& candidate, const
   return change;
 }
 
+// The changes that can be tried, each with what is left of the error after it.
+std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing& freeing,
+                                    const FreedCamera& given, const std::vector<Eigen::Vector2d>& pixels) {
+  std::vector<CameraChange> changes;
+  const std::vector<Candidate> candidates = candidatesFor(camera);
+  for (const Candidate& candidate : candidates) {
+    const auto freed = candidate.kind == CameraChangeKind::kSeveral
+                           ? freeing.all()
+                           : freeing.predictedAlong(candidate.directions);
+    if (freed) changes.push_back(changeBy(camera, candidate, given, *freed, pixels));
+  }
+  // Those that may be the best explanation are solved for. How far windows agree is not predicted well, so
+  // only what no windows could make significant is passed over.
+  double best_drop = 0;
+  for (const CameraChange& change : changes) {
+    if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
+  }
+  if (best_drop * given.cost <= kPenalty) return changes;
+  for (CameraChange& change : changes) {
+    constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
+    if (change.kind == CameraChangeKind::kSeveral || change.cost_drop < kRival * best_drop) continue;
+    const auto candidate = std::find_if(candidates.begin(), candidates.end(),
+                                        [&](const Candidate& c) { return c.kind == change.kind; });
+    const auto freed = freeing.along(candidate->directions);
+    if (freed && freed->is_converged) {
+      change = changeBy(camera, *candidate, given, *freed, pixels);
+    } else {
+      change.score = 0;
+    }
+  }
+  return changes;
+}
+
 void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, ImageSize size) {
   check.cells.resize(std::size_t{FootageCheck::kColumns} * FootageCheck::kRows);
   double sum = 0;
@@ -232,34 +265,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   }
   check.readout = given->readout;
   const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
-  const std::vector<Candidate> candidates = candidatesFor(camera);
-  for (const Candidate& candidate : candidates) {
-    const auto freed = candidate.kind == CameraChangeKind::kSeveral
-                           ? freeing.all()
-                           : freeing.predictedAlong(candidate.directions);
-    if (freed) check.changes.push_back(changeBy(camera, candidate, *given, *freed, pixels));
-  }
-  // Those that may be the best explanation are solved for. How far windows agree is not predicted well.
-  double best_drop = 0;
-  bool is_any_significant = false;
-  for (const CameraChange& change : check.changes) {
-    is_any_significant = is_any_significant || change.score > 0;
-    if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
-  }
-  for (CameraChange& change : check.changes) {
-    constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
-    if (!is_any_significant || change.kind == CameraChangeKind::kSeveral ||
-        change.cost_drop < kRival * best_drop)
-      continue;
-    const auto candidate = std::find_if(candidates.begin(), candidates.end(),
-                                        [&](const Candidate& c) { return c.kind == change.kind; });
-    const auto freed = freeing.along(candidate->directions);
-    if (freed && freed->is_converged) {
-      change = changeBy(camera, *candidate, *given, *freed, pixels);
-    } else {
-      change.score = 0;
-    }
-  }
+  check.changes = changesOf(camera, freeing, *given, pixels);
 
   // The best explanation of one kind; of all together if they take away much more.
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
