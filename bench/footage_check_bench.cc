@@ -81,7 +81,8 @@ FootageScene sceneOf(int set) {
 
 FootageTracks tracksOf(const FootageSimulator& simulator, std::uint64_t seed) {
   const double noise = Random(seed).uniform(0.1, 0.3);
-  return testing::simulatedTracks(simulator, {.noise_px = noise, .drift_px = 0.03}, streamSeed(seed, 1));
+  return testing::simulatedTracks(simulator, {.noise_px = noise, .drift_px = 0.03}, streamSeed(seed, 1),
+                                  {.columns = 20, .rows = 15});
 }
 
 FootageTracks renderedTracks(const FootageSimulator& simulator) {

@@ -17,7 +17,7 @@ using testing::kFootageSize;
 using testing::simulatedTracks;
 
 FootageScene sceneOf(const AnyCamera& camera) {
-  return {.camera = camera, .image_size = kFootageSize, .num_frames = 40, .flow_px = 12, .num_jobs = 1};
+  return {.camera = camera, .image_size = kFootageSize, .num_frames = 25, .flow_px = 12, .num_jobs = 1};
 }
 
 FootageTracks tracksOf(const FootageScene& scene) {

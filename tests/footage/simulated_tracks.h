@@ -20,11 +20,12 @@ struct TrackErrors {
 };
 
 /// Exact tracks with errors, of keyframes as trackFootage() keeps them.
+/// @param points  where tracks begin
 inline FootageTracks simulatedTracks(const FootageSimulator& simulator, const TrackErrors& errors,
-                                     std::uint64_t seed) {
+                                     std::uint64_t seed, const TrackOptions& points = {}) {
   Random random(seed);
   std::vector<std::vector<TrackPixel>> frames(static_cast<std::size_t>(simulator.numFrames()));
-  for (const TrueTrack& track : simulator.trackPoints({.columns = 20, .rows = 15})) {
+  for (const TrueTrack& track : simulator.trackPoints(points)) {
     Eigen::Vector2d drift{0, 0};
     for (std::size_t i = 0; i < track.pixels.size(); ++i) {
       drift += errors.drift_px * Eigen::Vector2d(random.normal(), random.normal());

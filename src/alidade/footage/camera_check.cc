@@ -109,6 +109,39 @@ CameraChange changeBy(const AnyCamera& camera, const Candidate& candidate, const
   return change;
 }
 
+// The changes that can be tried, each with what is left of the error after it.
+std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing& freeing,
+                                    const FreedCamera& given, const std::vector<Eigen::Vector2d>& pixels) {
+  std::vector<CameraChange> changes;
+  const std::vector<Candidate> candidates = candidatesFor(camera);
+  for (const Candidate& candidate : candidates) {
+    const auto freed = candidate.kind == CameraChangeKind::kSeveral
+                           ? freeing.all()
+                           : freeing.predictedAlong(candidate.directions);
+    if (freed) changes.push_back(changeBy(camera, candidate, given, *freed, pixels));
+  }
+  // Those that may be the best explanation are solved for. How far windows agree is not predicted well, so
+  // only what no windows could make significant is passed over.
+  double best_drop = 0;
+  for (const CameraChange& change : changes) {
+    if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
+  }
+  if (best_drop * given.cost <= kPenalty) return changes;
+  for (CameraChange& change : changes) {
+    constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
+    if (change.kind == CameraChangeKind::kSeveral || change.cost_drop < kRival * best_drop) continue;
+    const auto candidate = std::find_if(candidates.begin(), candidates.end(),
+                                        [&](const Candidate& c) { return c.kind == change.kind; });
+    const auto freed = freeing.along(candidate->directions);
+    if (freed && freed->is_converged) {
+      change = changeBy(camera, *candidate, given, *freed, pixels);
+    } else {
+      change.score = 0;
+    }
+  }
+  return changes;
+}
+
 void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, ImageSize size) {
   check.cells.resize(std::size_t{FootageCheck::kColumns} * FootageCheck::kRows);
   double sum = 0;
@@ -234,34 +267,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   }
   check.readout = given->readout;
   const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
-  const std::vector<Candidate> candidates = candidatesFor(camera);
-  for (const Candidate& candidate : candidates) {
-    const auto freed = candidate.kind == CameraChangeKind::kSeveral
-                           ? freeing.all()
-                           : freeing.predictedAlong(candidate.directions);
-    if (freed) check.changes.push_back(changeBy(camera, candidate, *given, *freed, pixels));
-  }
-  // Those that may be the best explanation are solved for. How far windows agree is not predicted well.
-  double best_drop = 0;
-  bool is_any_significant = false;
-  for (const CameraChange& change : check.changes) {
-    is_any_significant = is_any_significant || change.score > 0;
-    if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
-  }
-  for (CameraChange& change : check.changes) {
-    constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
-    if (!is_any_significant || change.kind == CameraChangeKind::kSeveral ||
-        change.cost_drop < kRival * best_drop)
-      continue;
-    const auto candidate = std::find_if(candidates.begin(), candidates.end(),
-                                        [&](const Candidate& c) { return c.kind == change.kind; });
-    const auto freed = freeing.along(candidate->directions);
-    if (freed && freed->is_converged) {
-      change = changeBy(camera, *candidate, *given, *freed, pixels);
-    } else {
-      change.score = 0;
-    }
-  }
+  check.changes = changesOf(camera, freeing, *given, pixels);
 
   // The best explanation of one kind; of all together if they take away much more.
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
@@ -278,8 +284,12 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
     const bool is_better = is_one ? change.score > best : change.cost_drop > std::max(kMuch, 1.25 * others);
     if (is_better) check.explanation = i;
   }
-  const bool is_wrong =
-      check.explanation && check.changes[*check.explanation].sure_px > kFailure * options.tolerance_px;
+  bool is_wrong = false;
+  if (check.explanation) {
+    const CameraChange& best = check.changes[*check.explanation];
+    const double limit_px = kFailure * options.tolerance_px;
+    is_wrong = best.effect_px > limit_px && best.sure_px > 0.5 * limit_px;
+  }
   constexpr double kMoving = 0.5;
   if (is_wrong) {
     check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;
