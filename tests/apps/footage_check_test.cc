@@ -97,13 +97,7 @@ struct Tested {
   }
 };
 
-const Tested& tested() {
-  static const Tested made;
-  return made;
-}
-
-TEST(FootageCheckCommand, TellsARightCameraFromOneWithAnotherFocalLength) {
-  const Tested& made = tested();
+void expectVerdicts(const Tested& made) {
   ASSERT_THAT(made.structured, EndsWith(3));
   ASSERT_EQ(made.files.size(), Tested::kNames.size());
   EXPECT_EQ(made.files.at("true").at("status"), "pass");
@@ -131,8 +125,7 @@ TEST(FootageCheckCommand, TellsARightCameraFromOneWithAnotherFocalLength) {
   EXPECT_GE(num_changes, 5);
 }
 
-TEST(FootageCheckCommand, SaysHowImagesOfAnotherSizeWereMade) {
-  const Tested& made = tested();
+void expectEdit(const Tested& made) {
   const json& footage = made.footageOf("small");
   EXPECT_EQ(made.files.at("small").at("status"), "failure");
   EXPECT_EQ(footage.at("verdict"), "inconsistent");
@@ -152,8 +145,7 @@ TEST(FootageCheckCommand, SaysHowImagesOfAnotherSizeWereMade) {
           made.scratch.path("small.yaml") + " -o OUT --resize 320x240");
 }
 
-TEST(FootageCheckCommand, WritesATestCaseForEachFile) {
-  const Tested& made = tested();
+void expectJunit(const Tested& made) {
   pugi::xml_document xml;
   ASSERT_TRUE(xml.load_file(made.junit_path.c_str()));
   const pugi::xml_node suite = xml.child("testsuites").child("testsuite");
@@ -174,13 +166,12 @@ TEST(FootageCheckCommand, WritesATestCaseForEachFile) {
   EXPECT_EQ(suite.attribute("tests").as_int(), 6);
   EXPECT_EQ(suite.attribute("failures").as_int(), 2);
   // All that --verbose prints of it.
-  EXPECT_THAT(texts, AllOf(HasSubstr("PASS    footage"), HasSubstr("held-out error 0."),
+  EXPECT_THAT(texts, AllOf(HasSubstr("    PASS  footage "), HasSubstr("held-out error 0."),
                            HasSubstr("--resize 320x240: consistent"), HasSubstr("; best explanation\n"),
                            Not(HasSubstr("A file cannot show"))));
 }
 
-TEST(FootageCheckCommand, ShowsTheCheckOnThePage) {
-  const Tested& made = tested();
+void expectPage(const Tested& made) {
   const std::string page = readFile(made.page_path);
   const json evidence = embeddedEvidenceOf(page);
   int num_figures = 0;
@@ -203,6 +194,15 @@ TEST(FootageCheckCommand, ShowsTheCheckOnThePage) {
     ++num_figures;
   }
   EXPECT_EQ(num_figures, 3);
+}
+
+// One test, because the run takes seconds.
+TEST(FootageCheckCommand, TellsARightFileFromWrongOnes) {
+  const Tested made;
+  expectVerdicts(made);
+  expectEdit(made);
+  expectJunit(made);
+  expectPage(made);
 }
 
 // ---- footage that tells nothing, or is no footage ----
