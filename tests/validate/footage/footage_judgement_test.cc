@@ -53,7 +53,7 @@ TEST(FootageEdits, MakeTheSizeTheyAreFor) {
       ++num_edits;
     }
   }
-  EXPECT_EQ(num_edits, 22);
+  EXPECT_EQ(num_edits, 2 + 5 + 4 + 2 + 2 + 2 + 2);
 }
 
 CameraRecord radtanRecord() {
