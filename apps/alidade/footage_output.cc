@@ -62,9 +62,10 @@ std::string changeLines(const FootageCheck& check) {
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
     const CameraChange& change = check.changes[i];
     text += fmt::format(
-        "      {:<15}  {}; displaces points by {:.1f} px, surely by {:.1f} px; squared error {:+.0f} %{}\n",
-        changeId(change.kind), describe(change), change.effect_px, change.sure_px, -100 * change.cost_drop,
-        check.explanation == i ? "; best explanation" : "");
+        "      {:<15}  {}; displaces points by {:.1f} px, surely by {:.1f} px; squared errors {:.0f} % "
+        "less{}\n",
+        changeId(change.kind), describe(change), change.effect_px, change.sure_px,
+        std::max(0.0, 100 * change.cost_drop), check.explanation == i ? "; best explanation" : "");
   }
   return text;
 }

@@ -4,9 +4,11 @@
 #include <string>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "apps/command_line.h"
 #include "apps/rig_support.h"
+#include "imagery/video_files.h"
 
 namespace alidade {
 namespace {
@@ -329,6 +331,9 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
                 replaced(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), "{random: 12}", "{random: 1}"));
   scratch.write("config/footage.yaml",
                 replaced(readFile(ALIDADE_SOURCE_DIR "/config/footage.yaml"), "frames: 60", "frames: 2"));
+  // A camera that stands still: footage that cannot tell.
+  writeVideo(scratch.path("walk.mp4"),
+             std::vector<cv::Mat>(4, cv::imread(imagePath(1), cv::IMREAD_GRAYSCALE)));
   int num_examples = 0;
   for (const std::string& command : kCommands) {
     for (const Example& example : examplesIn(runAlidade({command, "--help"}).out)) {
@@ -337,7 +342,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 20);
+  EXPECT_EQ(num_examples, 21);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 12);
@@ -349,7 +354,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 25);
+  EXPECT_EQ(num_examples, 26);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -18,7 +18,7 @@ std::string wordsOf(std::string id) {
   return id;
 }
 
-std::string tableOf(const ReportedFootageCheck& check, std::size_t number) {
+std::string tableOf(const ReportedFootageCheck& check, const std::string& id) {
   std::vector<PageRow> rows;
   for (const ReportedChange& change : check.changes) {
     const bool is_best = change.id == check.explanation;
@@ -33,7 +33,7 @@ std::string tableOf(const ReportedFootageCheck& check, std::size_t number) {
   const std::string verdict = "Verdict: " + wordsOf(check.verdict) + ".";
   if (rows.empty()) return fmt::format("<p class=\"note\">{}: {}</p>\n", escapedMarkup(title), verdict);
   return tableFigure(
-      fmt::format("footage-changes{}", number == 0 ? "" : fmt::format("-{}", number)), title,
+      id, title,
       {{"Change", "words"},
        {"Best value", "words"},
        {"Displaces by, px"},
@@ -104,9 +104,12 @@ std::optional<Figure> footageErrorsFigure(const ReportedFootage& footage) {
   return figure;
 }
 
-std::string footageTables(const ReportedFootage& footage) {
+std::string footageTables(const ReportedFootage& footage, const std::string& prefix) {
   std::string html;
-  for (std::size_t i = 0; i < footage.checks.size(); ++i) html += tableOf(footage.checks[i], i);
+  for (std::size_t i = 0; i < footage.checks.size(); ++i) {
+    const std::string number = i == 0 ? "" : fmt::format("-{}", i);
+    html += tableOf(footage.checks[i], prefix + "footage-changes" + number);
+  }
   return html;
 }
 

@@ -19,7 +19,8 @@ namespace alidade {
 
 /// The changes of the camera that were tried, with what each would displace, as HTML: one table, or one for
 /// each edit that may explain another image size.
-[[nodiscard]] std::string footageTables(const ReportedFootage& footage);
+/// @param prefix  of ids, for a page with several cameras
+[[nodiscard]] std::string footageTables(const ReportedFootage& footage, const std::string& prefix);
 
 /// "consistent", "inconsistent", "cannot tell".
 [[nodiscard]] std::string footageVerdictWords(const std::string& verdict);

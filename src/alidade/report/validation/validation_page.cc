@@ -180,7 +180,7 @@ std::vector<PageSection> sectionsOf(const ReportedCameraJudgement& camera,
   }
   if (camera.footage) {
     PageSection footage{
-        .id = "footage", .title = "Footage", .figures = {}, .more = footageTables(*camera.footage)};
+        .id = "footage", .title = "Footage", .figures = {}, .more = footageTables(*camera.footage, "")};
     if (std::optional<Figure> figure = footageErrorsFigure(*camera.footage))
       footage.figures.push_back(*figure);
     sections.push_back(std::move(footage));
@@ -252,7 +252,8 @@ std::string foldedFigures(const ReportedCameraJudgement& camera, const std::opti
   std::vector<Figure> figures;
   for (PageSection& section : sectionsOf(camera, rival))
     for (Figure& figure : section.figures) figures.push_back(withPrefix(std::move(figure), prefix));
-  return figuresHtml(figures, judgedParameters(camera, prefix));
+  const std::string tables = camera.footage ? footageTables(*camera.footage, prefix) : "";
+  return figuresHtml(figures, tables + judgedParameters(camera, prefix));
 }
 
 std::string filesTable(const std::vector<const ReportedFile*>& files, const std::vector<std::size_t>& numbers,
@@ -392,7 +393,7 @@ PageContent pageOfOne(const ReportedValidation& validation, bool is_compared, Pi
       .id = "views", .title = "Views", .figures = {}, .more = viewSheet(*camera.data, pictures)};
   page.sections.insert(page.sections.begin() + 1, std::move(views));
   if (std::optional<Figure> figure = undistortedFigure(*camera.data, source.image_of))
-    page.sections[2].figures.push_back(*std::move(figure));
+    std::ranges::find(page.sections, "lens", &PageSection::id)->figures.push_back(*std::move(figure));
   return page;
 }
 

@@ -161,7 +161,9 @@ std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement, const 
                               describe(change), pixelsOf(change.effect_px), pixelsOf(change.sure_px)),
          .effect_px = change.effect_px});
   }
-  if (check.is_video && std::abs(check.readout) > kLittleReadout) {
+  // With a camera that is wrong it makes up for a part of that.
+  if (check.verdict == FootageVerdict::kConsistent && check.is_video &&
+      std::abs(check.readout) > kLittleReadout) {
     findings.push_back(
         {.severity = Severity::kNote,
          .id = "footage_shutter",
