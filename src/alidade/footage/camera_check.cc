@@ -12,7 +12,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kPenalty = 6;     // of the score, for each unknown: 1 in 1000 and a choice of six kinds
+constexpr double kPenalty = 6;  // of the score, for each unknown: 1 in 1000 and a choice of six kinds
 // Of the score: tracks have errors in common that their scatter does not show.
 constexpr double kEvidence = 10;
 constexpr double kMuch = 1.0 / 3;  // of the squared errors
@@ -273,12 +273,13 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
     const CameraChange& change = check.changes[i];
     const bool is_one = change.kind != CameraChangeKind::kSeveral;
-    if (is_one && change.blind_px > kBlind * options.tolerance_px) check.undetermined.push_back(change.kind);
+    const bool is_blind = is_one && change.blind_px > kBlind * options.tolerance_px;
+    if (is_blind) check.undetermined.push_back(change.kind);
     const bool is_binding = change.kind == CameraChangeKind::kFocalLength ||
                             change.kind == CameraChangeKind::kDistortion ||
                             change.kind == CameraChangeKind::kFirstRadial;
     if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
-    if (!(change.score > kEvidence)) continue;
+    if (is_blind || !(change.score > kEvidence)) continue;
     const double best = check.explanation ? check.changes[*check.explanation].score : 0;
     const double others = check.explanation ? check.changes[*check.explanation].cost_drop : 0;
     const bool is_better = is_one ? change.score > best : change.cost_drop > std::max(kMuch, 1.25 * others);

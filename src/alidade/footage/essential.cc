@@ -22,7 +22,8 @@ using Linear = Eigen::Matrix<double, 4, 1>;
 using Quadratic = Eigen::Matrix<double, 10, 1>;
 using Cubic = Eigen::Matrix<double, 20, 1>;
 
-constexpr std::array<std::array<int, 4>, 4> kQuadraticAt = {{{0, 1, 2, 6}, {1, 3, 4, 7}, {2, 4, 5, 8}, {6, 7, 8, 9}}};
+constexpr std::array<std::array<int, 4>, 4> kQuadraticAt = {
+    {{0, 1, 2, 6}, {1, 3, 4, 7}, {2, 4, 5, 8}, {6, 7, 8, 9}}};
 // Of a quadratic monomial times x, y, z and 1.
 constexpr std::array<std::array<int, 4>, 10> kCubicAt = {{{0, 1, 2, 10},
                                                           {1, 3, 4, 11},
@@ -67,14 +68,16 @@ Eigen::Matrix<double, 10, 20> constraints(const std::array<std::array<Linear, 3>
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       rows.row(row++) =
-          (product(EEt[i][0], E[0][j]) + product(EEt[i][1], E[1][j]) + product(EEt[i][2], E[2][j])).transpose();
+          (product(EEt[i][0], E[0][j]) + product(EEt[i][1], E[1][j]) + product(EEt[i][2], E[2][j]))
+              .transpose();
     }
   }
   const auto minor = [&](std::size_t a, std::size_t b) -> Quadratic {
     return product(E[1][a], E[2][b]) - product(E[1][b], E[2][a]);
   };
   rows.row(row) =
-      (product(minor(1, 2), E[0][0]) + product(minor(2, 0), E[0][1]) + product(minor(0, 1), E[0][2])).transpose();
+      (product(minor(1, 2), E[0][0]) + product(minor(2, 0), E[0][1]) + product(minor(0, 1), E[0][2]))
+          .transpose();
   return rows;
 }
 

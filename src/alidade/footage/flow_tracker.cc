@@ -52,7 +52,8 @@ float distance(const cv::Point2f& a, const cv::Point2f& b) {
 std::vector<TrackPixel> FlowTracker::follow(const GrayImage& image) {
   cv::setNumThreads(1);
   // Not written to.
-  const cv::Mat view(image.size.height, image.size.width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data()));
+  const cv::Mat view(image.size.height, image.size.width, CV_8U,
+                     const_cast<std::uint8_t*>(image.pixels.data()));
   const std::vector<cv::Mat> pyramid = pyramidOf(view);
   if (last_pyramid_.empty()) {
     moveAnchor(pyramid);
@@ -65,7 +66,8 @@ std::vector<TrackPixel> FlowTracker::follow(const GrayImage& image) {
   } else {
     std::vector<float> motions;
     for (const Point& point : points_) motions.push_back(distance(point.anchor, point.previous));
-    std::nth_element(motions.begin(), motions.begin() + static_cast<std::ptrdiff_t>(motions.size() / 2), motions.end());
+    std::nth_element(motions.begin(), motions.begin() + static_cast<std::ptrdiff_t>(motions.size() / 2),
+                     motions.end());
     // Patches change their look on the way; beyond this they match less well than small errors would add up.
     constexpr float kFar = 0.05F;
     if (motions[motions.size() / 2] > kFar * static_cast<float>(view.cols)) moveAnchor(pyramid);

@@ -39,7 +39,8 @@ std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
     const int i = best[0].queryIdx;
     const int j = best[0].trainIdx;
     const auto& back = backward[static_cast<std::size_t>(j)];
-    if (!back.empty() && back[0].trainIdx == i) matches.push_back({i, j, best[0].distance / best[1].distance});
+    if (!back.empty() && back[0].trainIdx == i)
+      matches.push_back({i, j, best[0].distance / best[1].distance});
   }
   return matches;
 }
@@ -49,7 +50,8 @@ std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
 KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& image) const {
   // SIFT takes seconds for more pixels, and its points at fine scales are the least repeatable.
   constexpr double kLongestSide = 2000;
-  const cv::Mat whole(image.size.height, image.size.width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data()));
+  const cv::Mat whole(image.size.height, image.size.width, CV_8U,
+                      const_cast<std::uint8_t*>(image.pixels.data()));
   const double scale = std::min(1.0, kLongestSide / std::max(whole.cols, whole.rows));
   cv::Mat used = whole;
   if (scale < 1) cv::resize(whole, used, {}, scale, scale, cv::INTER_AREA);
@@ -67,8 +69,10 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& image) const {
   std::set<std::pair<int, int>> taken;
   std::vector<cv::KeyPoint> chosen;
   for (const cv::KeyPoint& point : found) {
-    const int column = std::clamp(static_cast<int>(point.pt.x * kColumns / static_cast<float>(used.cols)), 0, kColumns - 1);
-    const int row = std::clamp(static_cast<int>(point.pt.y * kRows / static_cast<float>(used.rows)), 0, kRows - 1);
+    const int column =
+        std::clamp(static_cast<int>(point.pt.x * kColumns / static_cast<float>(used.cols)), 0, kColumns - 1);
+    const int row =
+        std::clamp(static_cast<int>(point.pt.y * kRows / static_cast<float>(used.rows)), 0, kRows - 1);
     std::size_t& in_cell = count[static_cast<std::size_t>(row * kColumns + column)];
     if (in_cell >= per_cell) continue;
     if (!taken.emplace(static_cast<int>(point.pt.x), static_cast<int>(point.pt.y)).second) continue;
@@ -92,7 +96,8 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& image) const {
 std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   cv::setNumThreads(1);
   Image now = describe(image);
-  // The clearest match of each point decides; false ones are rarely as clear. A track has one point in an image.
+  // The clearest match of each point decides; false ones are rarely as clear. A track has one point in an
+  // image.
   struct Claim {
     float ratio = 1;
     std::uint32_t track = 0;

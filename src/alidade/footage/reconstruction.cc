@@ -41,7 +41,8 @@ std::vector<FramePair> rankedPairs(const FootageTracks& tracks, std::span<const 
       for (const RayPair& pair : common) angles.push_back((pair.b - rotation * pair.a).norm());
       const double parallax = focal_px * medianOf(std::move(angles));
       // False matches of photographs have any parallax.
-      pairs.push_back({i, j, tracks.is_video ? startScore(common.size(), parallax) : static_cast<double>(common.size())});
+      pairs.push_back(
+          {i, j, tracks.is_video ? startScore(common.size(), parallax) : static_cast<double>(common.size())});
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(),
@@ -85,7 +86,8 @@ class Builder {
       std::vector<PixelMatch> matches;
       std::vector<std::uint32_t> ids;
       for (const auto& [i, j] : commonTracks(a, b)) {
-        matches.push_back({a[i].pixel, b[j].pixel, std::hypot(a[i].sigma_px, b[j].sigma_px) / std::sqrt(2.0)});
+        matches.push_back(
+            {a[i].pixel, b[j].pixel, std::hypot(a[i].sigma_px, b[j].sigma_px) / std::sqrt(2.0)});
         ids.push_back(a[i].track);
       }
       const TwoView two = estimateTwoView(
@@ -175,8 +177,8 @@ class Builder {
       std::size_t num_close = 0;
       for (const auto& [i, k] : sightings) {
         const SE3& pose = *poses_[i];
-        const Projection projection = camera_.project(
-            pose.rotation * Eigen::Vector3d(point.head<3>()) + pose.translation * point.w());
+        const Projection projection =
+            camera_.project(pose.rotation * Eigen::Vector3d(point.head<3>()) + pose.translation * point.w());
         num_close += projection.ok() && (projection.pixel - tracks_.frames[frames_[i]][k].pixel).norm() <
                                             3 * threshold_px_
                          ? 1
@@ -194,7 +196,8 @@ class Builder {
       if (poses_[i]) posed.push_back(i);
     }
     world_from_first = poses_[posed.front()]->inverse();
-    SceneFit fit{.camera = camera_, .camera_from_world = {}, .points = {}, .sightings = {}, .size = tracks_.size};
+    SceneFit fit{
+        .camera = camera_, .camera_from_world = {}, .points = {}, .sightings = {}, .size = tracks_.size};
     for (const std::size_t i : posed) {
       result.frames.push_back(frames_[i]);
       fit.camera_from_world.push_back(*poses_[i] * world_from_first);
@@ -212,12 +215,12 @@ class Builder {
         const auto found = index_of.find(at.track);
         if (found == index_of.end()) continue;
         ++num_pixels;
-        SceneSighting sighting{.frame = static_cast<std::uint32_t>(k),
-                               .point = found->second,
-                               .pixel = at.pixel,
-                               .sigma_px = at.sigma_px,
-                               .readout_px = at.velocity_px *
-                                             ((at.pixel.y() + 0.5) / tracks_.size.height - 0.5)};
+        SceneSighting sighting{
+            .frame = static_cast<std::uint32_t>(k),
+            .point = found->second,
+            .pixel = at.pixel,
+            .sigma_px = at.sigma_px,
+            .readout_px = at.velocity_px * ((at.pixel.y() + 0.5) / tracks_.size.height - 0.5)};
         if (sightingError(fit, sighting).norm() < 10 * threshold_px_) fit.sightings.push_back(sighting);
       }
     }
@@ -227,7 +230,8 @@ class Builder {
     fit.loss = {.threshold_px = wide};
     removeOutliers(fit, std::numeric_limits<double>::infinity());
     for (int round = 0; round < 3; ++round) {
-      fit = solveScene(std::move(fit), {.max_iterations = 50, .function_tolerance = 1e-8, .cancel = options_.cancel});
+      fit = solveScene(std::move(fit),
+                       {.max_iterations = 50, .function_tolerance = 1e-8, .cancel = options_.cancel});
       if (fit.summary.termination == Termination::kFailed) return;
       const double noise = noiseOf(fit);
       constexpr double kHuber = 2.5;
@@ -236,11 +240,12 @@ class Builder {
       removeOutliers(fit, kOutlier * noise);
       if (fit.sightings.size() < 4 * TwoView::kFewestInliers) return;
     }
-    fit = solveScene(std::move(fit), {.max_iterations = 100, .function_tolerance = 1e-10, .cancel = options_.cancel});
+    fit = solveScene(std::move(fit),
+                     {.max_iterations = 100, .function_tolerance = 1e-10, .cancel = options_.cancel});
     if (fit.summary.termination == Termination::kFailed) return;
     result.noise_px = noiseOf(fit) * medianSigma(fit);
-    result.outlier_share =
-        1 - static_cast<double>(fit.sightings.size()) / static_cast<double>(std::max<std::size_t>(1, num_pixels));
+    result.outlier_share = 1 - static_cast<double>(fit.sightings.size()) /
+                                   static_cast<double>(std::max<std::size_t>(1, num_pixels));
     result.fit = std::move(fit);
   }
 

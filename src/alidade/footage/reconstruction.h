@@ -21,11 +21,11 @@ struct Reconstruction {
   /// Why there is none: kRotation or kNone; or what its first two views are.
   TwoViewKind kind = TwoViewKind::kNone;
   std::optional<SceneFit> fit;
-  std::vector<std::size_t> frames;         ///< of the tracks, those of the fit, rising
-  std::vector<std::uint32_t> tracks;       ///< of each point of the fit
-  double noise_px = 0;                     ///< standard deviation of a coordinate, by the errors that remain
-  double outlier_share = 0;                ///< of the pixels of tracks in these frames
-  double parallax_px = 0;                  ///< of the first two views
+  std::vector<std::size_t> frames;    ///< of the tracks, those of the fit, rising
+  std::vector<std::uint32_t> tracks;  ///< of each point of the fit
+  double noise_px = 0;                ///< standard deviation of a coordinate, by the errors that remain
+  double outlier_share = 0;           ///< of the pixels of tracks in these frames
+  double parallax_px = 0;             ///< of the first two views
 };
 
 struct ReconstructionOptions {

@@ -19,7 +19,8 @@ constexpr std::size_t kFewestPoints = 8;
 std::vector<double> realRoots(const std::array<double, 5>& falling) {
   if (std::abs(falling[0]) < 1e-12) return {};
   Eigen::Matrix4d companion = Eigen::Matrix4d::Zero();
-  for (Eigen::Index i = 0; i < 4; ++i) companion(0, i) = -falling[static_cast<std::size_t>(i) + 1] / falling[0];
+  for (Eigen::Index i = 0; i < 4; ++i)
+    companion(0, i) = -falling[static_cast<std::size_t>(i) + 1] / falling[0];
   companion.bottomLeftCorner<3, 3>().setIdentity();
   if (!companion.allFinite()) return {};
   const Eigen::EigenSolver<Eigen::Matrix4d> eigen(companion, false);
@@ -44,7 +45,8 @@ SE3 motionBetween(const std::array<Eigen::Vector3d, 3>& from, const std::array<E
 }
 
 Eigen::Vector3d seenFrom(const SE3& camera_from_world, const Eigen::Vector4d& point) {
-  return camera_from_world.rotation * Eigen::Vector3d(point.head<3>()) + camera_from_world.translation * point.w();
+  return camera_from_world.rotation * Eigen::Vector3d(point.head<3>()) +
+         camera_from_world.translation * point.w();
 }
 
 double squaredError(const AnyCamera& camera, const KnownPoint& known, const SE3& pose) {
@@ -77,8 +79,7 @@ std::vector<SE3> threePointPoses(const std::array<Eigen::Vector3d, 3>& points,
     const double u = ((q - 1) * v * v - 2 * q * cos_b * v + 1 + q) / (2 * (cos_c - v * cos_a));
     const double first = std::sqrt(bb / (1 + v * v - 2 * v * cos_b));
     if (!(u > 0) || !(v > 0) || !std::isfinite(first) || !std::isfinite(u)) continue;
-    poses.push_back(
-        motionBetween(points, {first * rays[0], u * first * rays[1], v * first * rays[2]}));
+    poses.push_back(motionBetween(points, {first * rays[0], u * first * rays[1], v * first * rays[2]}));
   }
   return poses;
 }

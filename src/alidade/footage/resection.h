@@ -36,8 +36,9 @@ struct Resection {
 /// Minimises the reprojection error over the pose from a guess: Gauss-Newton steps, each error's weight
 /// falling with its size (Geman and McClure's function with the scale `threshold_px`).
 /// @returns nothing if fewer than 8 points agree within the threshold
-[[nodiscard]] std::optional<Resection> refinedPose(const AnyCamera& camera, std::span<const KnownPoint> points,
-                                                   const SE3& guess, double threshold_px);
+[[nodiscard]] std::optional<Resection> refinedPose(const AnyCamera& camera,
+                                                   std::span<const KnownPoint> points, const SE3& guess,
+                                                   double threshold_px);
 
 /// The pose of a camera from points: by refinement of the guess where more than half of the points agree with
 /// it, else of the best of the three-point poses of random samples.

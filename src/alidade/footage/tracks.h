@@ -17,8 +17,8 @@ namespace alidade {
 struct TrackPixel {
   std::uint32_t track = 0;
   Eigen::Vector2d pixel{0, 0};
-  double sigma_px = 1;                    ///< standard deviation of each coordinate
-  Eigen::Vector2d velocity_px{0, 0};      ///< per frame of the video; zero for photographs
+  double sigma_px = 1;                ///< standard deviation of each coordinate
+  Eigen::Vector2d velocity_px{0, 0};  ///< per frame of the video; zero for photographs
 };
 
 /// Points of a scene followed through frames.

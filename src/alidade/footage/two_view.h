@@ -45,7 +45,7 @@ struct TwoView {
   static constexpr std::size_t kFewestInliers = 12;
 
   TwoViewKind kind = TwoViewKind::kNone;
-  SE3 b_from_a;  ///< the translation has length 1; zero for kRotation
+  SE3 b_from_a;                 ///< the translation has length 1; zero for kRotation
   std::vector<bool> is_inlier;  ///< one per match
   std::size_t num_inliers = 0;
   /// Median displacement of the inliers that no rotation explains, px.

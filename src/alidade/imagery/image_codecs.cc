@@ -25,17 +25,18 @@ Codecs loadCodecs() {
   Codecs codecs;
   if (library != nullptr) {
     codecs.decode = reinterpret_cast<Decode>(::dlsym(library, "_ZN2cv8imdecodeERKNS_11_InputArrayEi"));
-    codecs.encode = reinterpret_cast<Encode>(
-        ::dlsym(library,
-                "_ZN2cv8imencodeERKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEERKNS_11_InputArrayERSt6vect"
-                "orIhSaIhEERKSB_IiSaIiEE"));
+    codecs.encode = reinterpret_cast<Encode>(::dlsym(
+        library,
+        "_ZN2cv8imencodeERKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEERKNS_11_InputArrayERSt6vect"
+        "orIhSaIhEERKSB_IiSaIiEE"));
   }
   if (codecs.decode == nullptr || codecs.encode == nullptr) {
     const char* const reason = ::dlerror();
-    throw inputError({.where = ALIDADE_CODECS_LIBRARY,
-                      .found = std::string("cannot be loaded") + (reason != nullptr ? std::string(": ") + reason : ""),
-                      .expected = "OpenCV's library for image files",
-                      .next_step = "install it (Debian: libopencv-imgcodecs406)"});
+    throw inputError(
+        {.where = ALIDADE_CODECS_LIBRARY,
+         .found = std::string("cannot be loaded") + (reason != nullptr ? std::string(": ") + reason : ""),
+         .expected = "OpenCV's library for image files",
+         .next_step = "install it (Debian: libopencv-imgcodecs406)"});
   }
   return codecs;
 }
