@@ -86,13 +86,13 @@ int run() {
 
   const std::array<std::string, 1> inputs = {video};
   double start = cpuSeconds();
-  forEachFrame(inputs, [](const FootageFrame&) {});
+  forEachFrame(inputs, [](const FootageImage&) {});
   const double decoding = cpuSeconds() - start;
 
   FootageTracks tracks{.size = testing::kFootageSize, .is_video = true, .numbers = {}, .frames = {}};
   start = cpuSeconds();
   const auto front_end = makeFrontEnd({});
-  forEachFrame(inputs, [&](const FootageFrame& frame) {
+  forEachFrame(inputs, [&](const FootageImage& frame) {
     tracks.frames.push_back(front_end->follow(frame.image));
     tracks.numbers.push_back(frame.number);
   });
