@@ -17,7 +17,10 @@ constexpr double kPenalty = 6;  // of the score, for each unknown: 1 in 1000 and
 constexpr double kEvidence = 10;
 constexpr double kMuch = 1.0 / 3;  // of the squared errors
 constexpr double kFailure = 5;     // times the tolerance, as for findings of boards
-constexpr double kBlind = 10;      // times the tolerance: beyond, footage cannot tell
+// Frames that must show a scene together before silence counts: pairs and triples of images with few matches
+// have stated standard deviations that are several times too small.
+constexpr std::size_t kFewestTogether = 5;
+constexpr double kBlind = 10;  // times the tolerance: beyond, footage cannot tell
 constexpr double kOneSided95 = 1.645;
 
 struct Candidate {
@@ -171,6 +174,12 @@ void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, 
   check.holdout_rms_px = count > 0 ? std::sqrt(sum / count) : 0;
 }
 
+std::size_t longestWindow(const std::vector<Reconstruction>& windows) {
+  std::size_t most = 0;
+  for (const Reconstruction& window : windows) most = std::max(most, window.frames.size());
+  return most;
+}
+
 // Why nothing could be reconstructed.
 FootageGap gapOf(const FootageTracks& tracks, const FootageWindows& found) {
   if (tracks.frames.size() < 2) return tracks.frames.empty() ? FootageGap::kFewPoints : FootageGap::kNoMotion;
@@ -295,7 +304,8 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   if (is_wrong) {
     check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;
     if (outliers > kMoving) check.gap = FootageGap::kMovingScene;
-  } else if (check.blind_px > kBlind * options.tolerance_px || check.changes.empty()) {
+  } else if (check.blind_px > kBlind * options.tolerance_px || check.changes.empty() ||
+             longestWindow(found.windows) < kFewestTogether) {
     check.gap = outliers > kMoving ? FootageGap::kMovingScene : FootageGap::kWeak;
   } else {
     check.verdict = FootageVerdict::kConsistent;

@@ -110,6 +110,7 @@ struct FootageCheckOptions {
 /// displaces pixels by more than five times the tolerance, surely by more than half of that. All parameters
 /// at once count only if they take away a third of the squared errors: small errors of tracks that all images
 /// share would otherwise be taken for a lens.
+/// A camera is called consistent only if five frames or more were reconstructed together.
 /// @param tracks  of keyframes
 [[nodiscard]] FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks,
                                           const FootageCheckOptions& options = {});

@@ -44,8 +44,8 @@ std::string tableOf(const ReportedFootageCheck& check, const std::string& id) {
       rows,
       verdict +
           " Each change is fitted alone, with the motion and the points of the scene. A file is "
-          "wrong where the best one surely displaces points by more than five times the "
-          "tolerance.");
+          "wrong where the best one displaces points by more than five times the tolerance, and surely by "
+          "half of that.");
 }
 
 }  // namespace
