@@ -156,8 +156,6 @@ void readViews(const YamlNode& node, Scene& scene) {
 }
 
 Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) {
-  root.allowKeys({"alidade_scene", "camera", "board", "views", "footage", "seed", "random", "render",
-                  "corner_noise_px"});
   Scene scene = readBasics(root, folder);
   readViews(root.at("views"), scene);
   scene.seed = readSeed(root, scene.seed);
@@ -214,6 +212,8 @@ FootageScene footageSceneFrom(const YamlNode& root, const std::filesystem::path&
 }
 
 AnyScene sceneFrom(const YamlNode& root, const std::string& name) {
+  root.allowKeys({"alidade_scene", "camera", "board", "views", "footage", "seed", "random", "render",
+                  "corner_noise_px"});
   const YamlNode version = root.at("alidade_scene");
   if (version.integer() != 1) throw version.error("format version " + version.text(), "1");
   const std::filesystem::path folder = std::filesystem::path(name).parent_path();
