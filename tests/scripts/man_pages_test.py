@@ -17,7 +17,7 @@ import tempfile
 
 from help_text import all_helps
 
-NUM_PAGES = 18
+NUM_PAGES = 20
 SECTIONS = ["NAME", "SYNOPSIS", "DESCRIPTION", "OPTIONS", "EXIT STATUS", "EXAMPLES", "SEE ALSO"]
 
 
