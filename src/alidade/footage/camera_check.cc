@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -78,7 +79,7 @@ double displacement(const AnyCamera& a, const AnyCamera& b, const std::vector<Ei
   return lengths.empty() ? 0 : quantile95(std::move(lengths));
 }
 
-// The same for a step of the parameters, to first order.
+// The same for a step of the parameters, to first order; infinite where that cannot be told.
 double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_covariance,
                     const std::vector<Eigen::Vector2d>& pixels) {
   std::vector<double> lengths;
@@ -88,8 +89,9 @@ double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_co
     const auto ray = camera.unproject(pixel);
     if (!ray || !camera.project(*ray, nullptr, J.data()).ok()) continue;
     lengths.push_back(std::sqrt((J * parameter_covariance * J.transpose()).trace()));
+    if (!std::isfinite(lengths.back())) return std::numeric_limits<double>::infinity();
   }
-  return lengths.empty() ? 0 : quantile95(std::move(lengths));
+  return lengths.empty() ? std::numeric_limits<double>::infinity() : quantile95(std::move(lengths));
 }
 
 CameraChange changeBy(const AnyCamera& camera, const Candidate& candidate, const FreedCamera& given,
@@ -112,16 +114,24 @@ CameraChange changeBy(const AnyCamera& camera, const Candidate& candidate, const
   return change;
 }
 
-// The changes that can be tried, each with what is left of the error after it.
-std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing& freeing,
-                                    const FreedCamera& given, const std::vector<Eigen::Vector2d>& pixels) {
+struct TriedChanges {
   std::vector<CameraChange> changes;
+  /// Of one kind that might explain the footage and could not be solved for: silence then says nothing.
+  bool has_open = false;
+};
+
+// The changes that can be tried, each with what is left of the error after it.
+TriedChanges changesOf(const AnyCamera& camera, const CameraFreeing& freeing, const FreedCamera& given,
+                       const std::vector<Eigen::Vector2d>& pixels) {
+  TriedChanges tried;
+  std::vector<CameraChange>& changes = tried.changes;
   const std::vector<Candidate> candidates = candidatesFor(camera);
   for (const Candidate& candidate : candidates) {
     const auto freed = candidate.kind == CameraChangeKind::kSeveral
                            ? freeing.all()
                            : freeing.predictedAlong(candidate.directions);
     if (freed) changes.push_back(changeBy(camera, candidate, given, *freed, pixels));
+    tried.has_open = tried.has_open || (!freed && candidate.kind != CameraChangeKind::kSeveral);
   }
   // Those that may be the best explanation are solved for. How far windows agree is not predicted well, so
   // only what no windows could make significant is passed over.
@@ -129,7 +139,7 @@ std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing
   for (const CameraChange& change : changes) {
     if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
   }
-  if (best_drop * given.cost <= kPenalty) return changes;
+  if (best_drop * given.cost <= kPenalty) return tried;
   for (CameraChange& change : changes) {
     constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
     if (change.kind == CameraChangeKind::kSeveral || change.cost_drop < kRival * best_drop) continue;
@@ -140,9 +150,10 @@ std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing
       change = changeBy(camera, *candidate, given, *freed, pixels);
     } else {
       change.score = 0;
+      tried.has_open = true;
     }
   }
-  return changes;
+  return tried;
 }
 
 void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, ImageSize size) {
@@ -219,6 +230,10 @@ std::string_view gapId(FootageGap gap) {
       return "no_parallax";
     case FootageGap::kMovingScene:
       return "moving_scene";
+    case FootageGap::kFewFrames:
+      return "too_few_frames";
+    case FootageGap::kUnsolved:
+      return "unsolved";
     case FootageGap::kWeak:
       return "undetermined";
   }
@@ -276,7 +291,8 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   }
   check.readout = given->readout;
   const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
-  check.changes = changesOf(camera, freeing, *given, pixels);
+  TriedChanges tried = changesOf(camera, freeing, *given, pixels);
+  check.changes = std::move(tried.changes);
 
   // The best explanation of one kind; of all together if they take away much more.
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
@@ -304,9 +320,14 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   if (is_wrong) {
     check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;
     if (outliers > kMoving) check.gap = FootageGap::kMovingScene;
-  } else if (check.blind_px > kBlind * options.tolerance_px || check.changes.empty() ||
-             longestWindow(found.windows) < kFewestTogether) {
-    check.gap = outliers > kMoving ? FootageGap::kMovingScene : FootageGap::kWeak;
+  } else if (outliers > kMoving) {
+    check.gap = FootageGap::kMovingScene;
+  } else if (check.blind_px > kBlind * options.tolerance_px) {
+    check.gap = FootageGap::kWeak;
+  } else if (tried.has_open) {
+    check.gap = FootageGap::kUnsolved;
+  } else if (longestWindow(found.windows) < kFewestTogether) {
+    check.gap = FootageGap::kFewFrames;
   } else {
     check.verdict = FootageVerdict::kConsistent;
   }

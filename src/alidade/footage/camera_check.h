@@ -33,9 +33,12 @@ enum class FootageGap : std::uint8_t {
   kNoMotion,     ///< all frames show the same
   kNoParallax,   ///< the camera turned in place, or all is far away
   kMovingScene,  ///< too few points agree with one motion of the camera
+  kFewFrames,    ///< fewer than five frames could be reconstructed together
+  kUnsolved,     ///< a change that may explain the footage could not be solved for
   kWeak,         ///< the motion leaves the camera's parameters undetermined
 };
-/// "too_few_points", "no_motion", "no_parallax", "moving_scene", "undetermined"; empty for kNone.
+/// "too_few_points", "no_motion", "no_parallax", "moving_scene", "too_few_frames",
+/// "unsolved", "undetermined"; empty for kNone.
 [[nodiscard]] std::string_view gapId(FootageGap gap);
 
 /// One way in which a camera file may be wrong.

@@ -275,8 +275,8 @@ bool CameraFreeing::solveAt(State& state, const Eigen::VectorXd& at) const {
         fit.camera = camera;
         fit.readout = at[num_ - 1];
         fit = solveScene(std::move(fit),
-                         {.max_iterations = 40, .function_tolerance = 1e-6, .cancel = options_.cancel});
-        is_solved[i] = fit.summary.termination != Termination::kFailed ? 1 : 0;
+                         {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = options_.cancel});
+        is_solved[i] = fit.summary.termination == Termination::kConverged ? 1 : 0;
       },
       options_.cancel);
   return std::all_of(is_solved.begin(), is_solved.end(), [](char ok) { return ok != 0; });

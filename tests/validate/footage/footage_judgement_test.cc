@@ -116,6 +116,8 @@ TEST(FootageFindings, SayWhichFootageWouldTell) {
        {Case{FootageGap::kFewPoints, "full of detail"}, Case{FootageGap::kNoMotion, "move the camera"},
         Case{FootageGap::kNoParallax, "no parallax; film while moving sideways past near and far"},
         Case{FootageGap::kMovingScene, "in which nothing moves"},
+        Case{FootageGap::kFewFrames, "fewer than five images"},
+        Case{FootageGap::kUnsolved, "could not be computed"},
         Case{FootageGap::kWeak, "an error of 14 px would go unnoticed"}}) {
     judgement.check.gap = c.gap;
     judgement.check.blind_px = 14.2;
@@ -125,7 +127,7 @@ TEST(FootageFindings, SayWhichFootageWouldTell) {
     EXPECT_THAT(found.cause, AllOf(StartsWith("cannot tell: "), HasSubstr(c.words)));
     ++num_cases;
   }
-  EXPECT_EQ(num_cases, 5);
+  EXPECT_EQ(num_cases, 7);
 }
 
 TEST(FootageFindings, NoteWhatIsNotEnoughToFail) {

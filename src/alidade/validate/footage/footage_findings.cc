@@ -109,14 +109,20 @@ std::string gapWords(const FootageJudgement& judgement) {
              "camera "
              "file that is far off may do this too.)";
     case FootageGap::kNone:
+    case FootageGap::kFewFrames:
+      return "fewer than five images show a scene together; take more of it, from different places";
+    case FootageGap::kUnsolved:
+      return "another value that may explain the footage could not be computed; use other footage, or test "
+             "with "
+             "a board (--images)";
     case FootageGap::kWeak:
       break;
   }
-  return fmt::format(
-      "the motion leaves the camera open: an error of {} would go unnoticed; film longer, moving sideways "
-      "past "
-      "near and far things and turning the camera",
-      pixelsOf(check.blind_px));
+  const std::string size = std::isfinite(check.blind_px)
+                               ? ": an error of " + pixelsOf(check.blind_px) + " would go unnoticed"
+                               : "";
+  return "the motion leaves the camera open" + size +
+         "; film longer, moving sideways past near and far things and turning the camera";
 }
 
 std::string likelyCause(const CameraChange& change, const AnyCamera& file) {
