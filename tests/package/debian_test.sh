@@ -27,9 +27,9 @@ trap 'rm -r "$scratch"' EXIT
 rm -f "$packages"/*.deb
 "$root/scripts/package" --from "$build" --into "$packages" | tee "$scratch/log"
 version=$(sed -n 's/^project(alidade VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
-[ "$(dpkg-parsechangelog -l "$root/packaging/debian/changelog" -S Version)" = "$version" ] ||
-  failed "the last entry of packaging/debian/changelog is not for version $version; add one"
-date=$(date -u -d "@$(dpkg-parsechangelog -l "$root/packaging/debian/changelog" -S Timestamp)" '+%F %R')
+[ "$(dpkg-parsechangelog -l "$root/scripts/packaging/debian/changelog" -S Version)" = "$version" ] ||
+  failed "the last entry of scripts/packaging/debian/changelog is not for version $version; add one"
+date=$(date -u -d "@$(dpkg-parsechangelog -l "$root/scripts/packaging/debian/changelog" -S Timestamp)" '+%F %R')
 multiarch=$(dpkg-architecture -q DEB_HOST_MULTIARCH)
 
 # What each package may hold, as a pattern for the paths of files.

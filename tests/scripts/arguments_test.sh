@@ -17,7 +17,7 @@ export PATH=$scratch:$PATH
 
 count=0
 for script in "$root"/scripts/*; do
-  [ -x "$script" ] || continue
+  [ -f "$script" ] && [ -x "$script" ] || continue
   for flag in --help -h; do
     "$script" "$flag" >"$scratch/out" 2>&1 || failed "$script $flag: exit code $?, expected 0"
     for text in "usage: scripts/" "example: "; do
