@@ -18,8 +18,9 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-const std::vector<std::string> kCommands = {"calibrate", "detect", "project", "unproject", "undistort",
-                                            "validate",  "diff",   "convert", "simulate"};
+const std::vector<std::string> kCommands = {"calibrate", "detect",   "project", "unproject",
+                                            "undistort", "validate", "diff",    "convert",
+                                            "simulate",  "fleet",    "board"};
 
 // Those of the group rig whose examples need no more than its files.
 const std::vector<std::string> kRigCommands = {"rectify", "triangulate", "calibrate", "validate"};
@@ -44,7 +45,7 @@ TEST(Usage, HelpsOnRequest) {
     EXPECT_THAT(one.out, AllOf(HasSubstr("Example: "), HasSubstr("--json"), HasSubstr("--config")));
     ++num_commands;
   }
-  EXPECT_EQ(num_commands, 9);
+  EXPECT_EQ(num_commands, 11);
 }
 
 TEST(Usage, TellsItsVersion) {
@@ -304,7 +305,8 @@ void renderSecondCamera(const ScratchFolder& scratch, const std::string& folder)
 TEST(Usage, EveryExampleInTheHelpRuns) {
   const ScratchFolder scratch;
   linkImages(scratch, "photos", 4);
-  for (const char* name : {"camera.yaml", "left.yaml", "right.yaml"})
+  for (const char* name : {"camera.yaml", "left.yaml", "right.yaml", "now/1.yaml", "now/2.yaml", "now/3.yaml",
+                           "before/1.yaml", "before/2.yaml", "before/3.yaml"})
     scratch.write(name, readFile(dataPath("camera.yaml")));
   for (const char* name : {"camchain.yaml", "calibrations/camchain.yaml"}) {
     scratch.write(name,
@@ -342,7 +344,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 21);
+  EXPECT_EQ(num_examples, 24);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 12);
@@ -354,7 +356,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 26);
+  EXPECT_EQ(num_examples, 29);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -24,9 +24,9 @@
 #include "alidade/report/next_view_svg.h"
 #include "alidade/target/board_spec.h"
 #include "board_views.h"
-#include "calibration_output.h"
+#include "calibrate/calibration_output.h"
+#include "calibrate/coverage_picture.h"
 #include "console.h"
-#include "coverage_picture.h"
 #include "options.h"
 #include "report_output.h"
 

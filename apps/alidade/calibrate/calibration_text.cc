@@ -11,7 +11,7 @@
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "calibration_output.h"
+#include "calibrate/calibration_output.h"
 #include "console.h"
 #include "summary_lines.h"
 

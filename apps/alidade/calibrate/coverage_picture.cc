@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "coverage_picture.h"
+#include "calibrate/coverage_picture.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/report/json_output.h"
-#include "validation_output.h"
+#include "validate/validation_output.h"
 
 namespace alidade {
 namespace {

@@ -20,7 +20,7 @@
 #include "console.h"
 #include "options.h"
 #include "report_output.h"
-#include "validation_output.h"
+#include "validate/validation_output.h"
 
 namespace alidade {
 namespace {

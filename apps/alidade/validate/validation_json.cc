@@ -5,7 +5,7 @@
 
 #include "alidade/report/json_output.h"
 #include "console.h"
-#include "validation_output.h"
+#include "validate/validation_output.h"
 
 namespace alidade {
 namespace {

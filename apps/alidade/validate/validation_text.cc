@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "validation_output.h"
+#include "validate/validation_output.h"
 
 #include <algorithm>
 #include <array>
