@@ -115,6 +115,15 @@ TEST(CameraCheck, FootageThatCannotTellSaysWhy) {
   const FootageCheck check = checkOnFootage(camera, few);
   EXPECT_EQ(check.verdict, FootageVerdict::kCannotTell);
   EXPECT_EQ(check.gap, FootageGap::kFewPoints);
+  // Four frames may show an error, but never that there is none.
+  const AnyCamera wide = footageCameras()[2];
+  FootageTracks short_walk = tracksOf(sceneOf(wide));
+  short_walk.frames.resize(4);
+  short_walk.numbers.resize(4);
+  const FootageCheck of_four = checkOnFootage(wide, short_walk);
+  EXPECT_EQ(of_four.verdict, FootageVerdict::kCannotTell);
+  EXPECT_EQ(of_four.gap, FootageGap::kFewFrames) << gapId(of_four.gap);
+
   FootageTracks none;
   none.size = kFootageSize;
   EXPECT_EQ(checkOnFootage(camera, none).gap, FootageGap::kFewPoints);
