@@ -236,8 +236,8 @@ class ValidateCommand final : public Command {
     FootagePassOptions options;
     options.progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); };
     options.cancel = tests_.cancel;
-    tests_.footage = trackFootage(
-        footage_, {.kind = is_flow ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints}, pass, options);
+    tests_.footage =
+        trackFootage(footage_, is_flow ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints, pass, options);
     tests_.num_footage_frames = pass.num_frames - pass.num_damaged;
     if (common_.quiet) return;
     for (const std::string& note : pass.notes) printMessage("note: " + note);

@@ -16,8 +16,10 @@ namespace {
 constexpr double kPenalty = 6;  // of the score, for each unknown: 1 in 1000 and a choice of six kinds
 // Of the score: tracks have errors in common that their scatter does not show.
 constexpr double kEvidence = 10;
-constexpr double kMuch = 1.0 / 3;  // of the squared errors
-constexpr double kFailure = 5;     // times the tolerance, as for findings of boards
+// Of the squared errors. All parameters together also take up errors that the images share: a third of them
+// on photographs by a camera that was calibrated with a board.
+constexpr double kAllTogether = 0.5;
+constexpr double kFailure = 5;  // times the tolerance, as for findings of boards
 // Frames that must show a scene together before silence counts: pairs and triples of images with few matches
 // have stated standard deviations that are several times too small.
 constexpr std::size_t kFewestTogether = 5;
@@ -185,10 +187,74 @@ void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, 
   check.holdout_rms_px = count > 0 ? std::sqrt(sum / count) : 0;
 }
 
+std::size_t numPixels(const FootageWindows& found) {
+  std::size_t count = 0;
+  for (const Reconstruction& window : found.windows) count += window.fit->sightings.size();
+  return count;
+}
+
 std::size_t longestWindow(const std::vector<Reconstruction>& windows) {
   std::size_t most = 0;
   for (const Reconstruction& window : windows) most = std::max(most, window.frames.size());
   return most;
+}
+
+// Chooses the explanation: of those changes that show the camera to be wrong, the one of one kind that takes
+// away most, or all together if they take away clearly more. If none does, the best of those that are
+// significant.
+void explain(FootageCheck& check, bool& is_wrong) {
+  const double limit_px = kFailure * check.tolerance_px;
+  const auto isWrongBy = [&](const CameraChange& change) {
+    return change.effect_px > limit_px && change.sure_px > 0.5 * limit_px;
+  };
+  const auto isCandidate = [&](const CameraChange& change) {
+    return change.kind != CameraChangeKind::kSeveral && change.score > kEvidence &&
+           change.blind_px <= kBlind * check.tolerance_px;
+  };
+  is_wrong = std::any_of(check.changes.begin(), check.changes.end(), [&](const CameraChange& change) {
+    return isCandidate(change) && isWrongBy(change);
+  });
+  const auto found = [&](std::size_t i) -> const CameraChange& { return check.changes[i]; };
+  for (std::size_t i = 0; i < check.changes.size(); ++i) {
+    if (!isCandidate(found(i)) || (is_wrong && !isWrongBy(found(i)))) continue;
+    if (!check.explanation || found(i).cost_drop > found(*check.explanation).cost_drop) check.explanation = i;
+  }
+  for (std::size_t i = 0; i < check.changes.size(); ++i) {
+    const CameraChange& change = found(i);
+    if (change.kind != CameraChangeKind::kSeveral || !(change.score > kEvidence) || !isWrongBy(change))
+      continue;
+    constexpr double kMore = 1.25;
+    const double one = check.explanation ? found(*check.explanation).cost_drop : 0;
+    if (change.cost_drop < kMore * one || (!is_wrong && change.cost_drop < kAllTogether)) continue;
+    check.explanation = i;
+    is_wrong = true;
+  }
+}
+
+// Reconstructs the footage with the camera, and with one that fits it better if there is one that explains
+// more pixels: a wrong camera makes outliers of pixels that would show what is wrong with it.
+FootageWindows reconstructFor(const AnyCamera& camera, const FootageTracks& tracks,
+                              const FootageCheckOptions& options) {
+  FootageWindows found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs);
+  for (int round = 0; round < 2 && !found.windows.empty(); ++round) {
+    const CameraFreeing freeing(camera, found.windows, tracks,
+                                {.num_jobs = options.num_jobs, .cancel = options.cancel});
+    const auto freed = freeing.all();
+    if (!freed ||
+        displacement(camera, freed->camera, seenPixels(found.windows)) < kFailure * options.tolerance_px)
+      break;
+    FootageWindows better =
+        reconstructAll(freed->camera, tracks, {.cancel = options.cancel}, options.num_jobs);
+    for (Reconstruction& window : better.windows) {
+      window.fit->camera = camera;
+      removeOutliers(*window.fit, std::numeric_limits<double>::infinity());
+      window.fit->camera = freed->camera;
+    }
+    constexpr double kMore = 1.02;
+    if (static_cast<double>(numPixels(better)) < kMore * static_cast<double>(numPixels(found))) break;
+    found = std::move(better);
+  }
+  return found;
 }
 
 // Why nothing could be reconstructed.
@@ -262,7 +328,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
                             const FootageCheckOptions& options) {
   FootageCheck check{.tolerance_px = options.tolerance_px};
   check.is_video = tracks.is_video;
-  const FootageWindows found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs);
+  const FootageWindows found = reconstructFor(camera, tracks, options);
   for (const auto* list : {&found.windows, &found.without_fit}) {
     for (const Reconstruction& window : *list)
       check.parallax_px = std::max(check.parallax_px, window.parallax_px);
@@ -294,28 +360,16 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   TriedChanges tried = changesOf(camera, freeing, *given, pixels);
   check.changes = std::move(tried.changes);
 
-  // The best explanation of one kind; of all together if they take away much more.
-  for (std::size_t i = 0; i < check.changes.size(); ++i) {
-    const CameraChange& change = check.changes[i];
-    const bool is_one = change.kind != CameraChangeKind::kSeveral;
-    const bool is_blind = is_one && change.blind_px > kBlind * options.tolerance_px;
-    if (is_blind) check.undetermined.push_back(change.kind);
+  for (const CameraChange& change : check.changes) {
+    if (change.kind == CameraChangeKind::kSeveral) continue;
+    if (change.blind_px > kBlind * options.tolerance_px) check.undetermined.push_back(change.kind);
     const bool is_binding = change.kind == CameraChangeKind::kFocalLength ||
                             change.kind == CameraChangeKind::kDistortion ||
                             change.kind == CameraChangeKind::kFirstRadial;
     if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
-    if (is_blind || !(change.score > kEvidence)) continue;
-    const double best = check.explanation ? check.changes[*check.explanation].score : 0;
-    const double others = check.explanation ? check.changes[*check.explanation].cost_drop : 0;
-    const bool is_better = is_one ? change.score > best : change.cost_drop > std::max(kMuch, 1.25 * others);
-    if (is_better) check.explanation = i;
   }
   bool is_wrong = false;
-  if (check.explanation) {
-    const CameraChange& best = check.changes[*check.explanation];
-    const double limit_px = kFailure * options.tolerance_px;
-    is_wrong = best.effect_px > limit_px && best.sure_px > 0.5 * limit_px;
-  }
+  explain(check, is_wrong);
   constexpr double kMoving = 0.5;
   if (is_wrong) {
     check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;

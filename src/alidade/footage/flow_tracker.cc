@@ -26,12 +26,12 @@ std::vector<cv::Mat> pyramidOf(const cv::Mat& image) {
 
 // Where points of one frame are in another; `to` holds guesses.
 std::vector<bool> flow(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid,
-                       const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>& to, int levels) {
+                       const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>& to) {
   std::vector<bool> is_found(from.size(), false);
   if (from.empty()) return is_found;
   std::vector<unsigned char> status;
   std::vector<float> error;
-  cv::calcOpticalFlowPyrLK(from_pyramid, to_pyramid, from, to, status, error, {kPatch, kPatch}, levels,
+  cv::calcOpticalFlowPyrLK(from_pyramid, to_pyramid, from, to, status, error, {kPatch, kPatch}, kLevels,
                            stopRule(), cv::OPTFLOW_USE_INITIAL_FLOW, 1e-3);
   const cv::Mat& image = to_pyramid.front();
   for (std::size_t i = 0; i < from.size(); ++i) {
@@ -43,8 +43,17 @@ std::vector<bool> flow(const std::vector<cv::Mat>& from_pyramid, const std::vect
   return is_found;
 }
 
-float distance(const cv::Point2f& a, const cv::Point2f& b) {
-  return std::hypot(a.x - b.x, a.y - b.y);
+cv::Point2f pixelIn(const PatchPlace& place) {
+  return {place.pixel.x(), place.pixel.y()};
+}
+
+TrackPixel pixelOf(std::uint32_t track, const PatchPlace& place, const Eigen::Vector2f& velocity) {
+  constexpr float kLeastSigma = 0.1F;  // px: interpolation, and what no affine map explains
+  const float variance = 0.5F * place.covariance.trace() + kLeastSigma * kLeastSigma;
+  return {.track = track,
+          .pixel = place.pixel.cast<double>(),
+          .sigma_px = std::sqrt(static_cast<double>(variance)),
+          .velocity_px = velocity.cast<double>()};
 }
 
 }  // namespace
@@ -55,70 +64,43 @@ std::vector<TrackPixel> FlowTracker::follow(const GrayImage& image) {
   const cv::Mat view(image.size.height, image.size.width, CV_8U,
                      const_cast<std::uint8_t*>(image.pixels.data()));
   const std::vector<cv::Mat> pyramid = pyramidOf(view);
-  if (last_pyramid_.empty()) {
-    moveAnchor(pyramid);
-  } else {
-    advance(pyramid);
-  }
-  if (4 * points_.size() < 3 * options_.num_points) {
-    moveAnchor(pyramid);
-    addPoints(view);
-  } else {
-    std::vector<float> motions;
-    for (const Point& point : points_) motions.push_back(distance(point.anchor, point.previous));
-    std::nth_element(motions.begin(), motions.begin() + static_cast<std::ptrdiff_t>(motions.size() / 2),
-                     motions.end());
-    // Patches change their look on the way; beyond this they match less well than small errors would add up.
-    constexpr float kFar = 0.05F;
-    if (motions[motions.size() / 2] > kFar * static_cast<float>(view.cols)) moveAnchor(pyramid);
-  }
+  if (!last_pyramid_.empty()) advance(pyramid, image);
+  if (4 * points_.size() < 3 * options_.num_points) addPoints(image);
   last_pyramid_ = pyramid;
   std::vector<TrackPixel> result;
   result.reserve(points_.size());
-  for (const Point& point : points_) {
-    TrackPixel at{.track = point.track, .pixel = {point.previous.x, point.previous.y}};
-    if (point.has_velocity) at.velocity_px = {point.velocity.x, point.velocity.y};
-    result.push_back(at);
-  }
+  for (const Point& point : points_) result.push_back(pixelOf(point.track, point.place, point.velocity));
   return result;
 }
 
-void FlowTracker::advance(const std::vector<cv::Mat>& pyramid) {
+void FlowTracker::advance(const std::vector<cv::Mat>& pyramid, const GrayImage& image) {
   std::vector<cv::Point2f> last;
-  std::vector<cv::Point2f> anchors;
   std::vector<cv::Point2f> now;
   for (const Point& point : points_) {
-    last.push_back(point.previous);
-    anchors.push_back(point.anchor);
-    now.push_back(point.has_velocity ? point.previous + point.velocity : point.previous);
+    last.emplace_back(point.place.pixel.x(), point.place.pixel.y());
+    now.push_back(last.back() + cv::Point2f(point.velocity.x(), point.velocity.y()));
   }
-  std::vector<bool> is_kept = flow(last_pyramid_, pyramid, last, now, kLevels);
-  // From the anchor, starting there; and back.
-  std::vector<cv::Point2f> from_anchor = now;
-  const std::vector<bool> is_found = flow(anchor_pyramid_, pyramid, anchors, from_anchor, 1);
-  std::vector<cv::Point2f> back = anchors;
-  const std::vector<bool> is_back = flow(pyramid, anchor_pyramid_, from_anchor, back, 1);
+  const std::vector<bool> is_found = flow(last_pyramid_, pyramid, last, now);
   std::vector<Point> kept;
+  kept.reserve(points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    constexpr float kApart = 1.5F;   // px: the two ways to the new frame
-    constexpr float kReturn = 0.3F;  // px
-    if (!is_kept[i] || !is_found[i] || !is_back[i]) continue;
-    if (distance(from_anchor[i], now[i]) > kApart || distance(back[i], anchors[i]) > kReturn) continue;
-    Point point = points_[i];
-    point.velocity = from_anchor[i] - point.previous;
-    point.has_velocity = true;
-    point.previous = from_anchor[i];
-    kept.push_back(point);
+    if (!is_found[i]) continue;
+    Point& point = points_[i];
+    PatchPlace guess = point.place;
+    guess.pixel = {now[i].x, now[i].y};
+    const auto place = point.patch.findIn(image, guess);
+    constexpr float kAlike = 0.9F;  // correlation
+    if (!place || place->correlation < kAlike) continue;
+    point.velocity = place->pixel - point.place.pixel;
+    point.place = *place;
+    kept.push_back(std::move(point));
   }
   points_ = std::move(kept);
 }
 
-void FlowTracker::moveAnchor(const std::vector<cv::Mat>& pyramid) {
-  anchor_pyramid_ = pyramid;
-  for (Point& point : points_) point.anchor = point.previous;
-}
-
-void FlowTracker::addPoints(const cv::Mat& image) {
+void FlowTracker::addPoints(const GrayImage& picture) {
+  const cv::Mat image(picture.size.height, picture.size.width, CV_8U,
+                      const_cast<std::uint8_t*>(picture.pixels.data()));
   constexpr int kColumns = 8;
   constexpr int kRows = 6;
   cv::Mat quality;
@@ -137,10 +119,11 @@ void FlowTracker::addPoints(const cv::Mat& image) {
       const cv::Rect cell(x0, y0, (column + 1) * image.cols / kColumns - x0,
                           (row + 1) * image.rows / kRows - y0);
       int count = 0;
-      for (const Point& point : points_) count += cell.contains(cv::Point(point.previous)) ? 1 : 0;
+      for (const Point& point : points_) count += cell.contains(cv::Point(pixelIn(point.place))) ? 1 : 0;
       cv::Mat part = quality(cell).clone();
       for (const Point& point : points_) {
-        const cv::Point2f at = point.previous - cv::Point2f(static_cast<float>(x0), static_cast<float>(y0));
+        const cv::Point2f at =
+            pixelIn(point.place) - cv::Point2f(static_cast<float>(x0), static_cast<float>(y0));
         cv::circle(part, at, static_cast<int>(apart), cv::Scalar(0), cv::FILLED);
       }
       while (count < per_cell) {
@@ -150,11 +133,12 @@ void FlowTracker::addPoints(const cv::Mat& image) {
         if (value < kLeast * best) break;
         cv::circle(part, at, static_cast<int>(apart), cv::Scalar(0), cv::FILLED);
         const cv::Point2f pixel(static_cast<float>(at.x + x0), static_cast<float>(at.y + y0));
-        constexpr float kMargin = kPatch / 2.0F;
-        if (pixel.x < kMargin || pixel.y < kMargin || pixel.x > static_cast<float>(image.cols) - kMargin ||
-            pixel.y > static_cast<float>(image.rows) - kMargin)
-          continue;
-        points_.push_back({.track = next_track_++, .anchor = pixel, .previous = pixel, .velocity = {}});
+        PatchPlace place{.pixel = {pixel.x, pixel.y}};
+        auto patch = ImagePatch::at(picture, place.pixel);
+        if (!patch) continue;
+        constexpr float kOwnSigma = 0.05F;  // px: the patch's own noise shows only when it is found again
+        place.covariance *= kOwnSigma * kOwnSigma;
+        points_.push_back({.track = next_track_++, .patch = std::move(*patch), .place = place});
         ++count;
       }
     }

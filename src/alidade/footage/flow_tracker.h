@@ -6,15 +6,14 @@
 #include <opencv2/core/mat.hpp>
 
 #include "alidade/footage/front_end.h"
+#include "alidade/footage/image_patch.h"
 
 namespace alidade {
 
-/// Optical flow: pyramidal Lucas-Kanade (Bouguet 2000) of image patches.
-///
-/// A point is found from the last frame, and then again from an earlier one, the anchor, so that errors do
-/// not add up from frame to frame. It is kept if the way back to the anchor ends where it began. The anchor
-/// moves on when points have moved far, and where cells of the image have too few points, the best corners
-/// of the cell (Shi and Tomasi 1994) are added.
+/// Optical flow: pyramidal Lucas-Kanade (Bouguet 2000) from frame to frame, then alignment with the patch of
+/// the first frame that showed the point, as it is deformed by now: so errors do not add up on the way. A
+/// point is dropped if its patch no longer looks alike. Where cells of the image have too few points, the
+/// best corners of the cell (Shi and Tomasi 1994) are added.
 class FlowTracker final : public FrontEnd {
  public:
   explicit FlowTracker(const FrontEndOptions& options) : options_(options) {}
@@ -23,18 +22,15 @@ class FlowTracker final : public FrontEnd {
  private:
   struct Point {
     std::uint32_t track = 0;
-    cv::Point2f anchor;    // where the anchor frame shows it
-    cv::Point2f previous;  // and the last one
-    cv::Point2f velocity;
-    bool has_velocity = false;
+    ImagePatch patch;  // as first seen
+    PatchPlace place;  // in the last frame
+    Eigen::Vector2f velocity{0, 0};
   };
 
-  void advance(const std::vector<cv::Mat>& pyramid);
-  void addPoints(const cv::Mat& image);
-  void moveAnchor(const std::vector<cv::Mat>& pyramid);
+  void advance(const std::vector<cv::Mat>& pyramid, const GrayImage& image);
+  void addPoints(const GrayImage& image);
 
   FrontEndOptions options_;
-  std::vector<cv::Mat> anchor_pyramid_;
   std::vector<cv::Mat> last_pyramid_;
   std::vector<Point> points_;
   std::uint32_t next_track_ = 0;

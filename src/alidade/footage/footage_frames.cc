@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/footage/footage_frames.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
@@ -128,10 +130,18 @@ FootagePass forEachFrame(std::span<const std::string> inputs,
   return pass;
 }
 
-FootageTracks trackFootage(std::span<const std::string> inputs, const FrontEndOptions& front_end,
-                           FootagePass& pass, const FootagePassOptions& options) {
+FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kind, FootagePass& pass,
+                           const FootagePassOptions& options) {
   FootageTracks tracks;
   tracks.is_video = isVideoFootage(inputs);
+  FrontEndOptions front_end{.kind = kind};
+  if (!tracks.is_video) {
+    // Images are matched in pairs, so that the time grows with the square of all points.
+    constexpr std::size_t kAll = 10000;
+    constexpr std::size_t kMost = 1000;
+    const std::size_t num_images = std::max<std::size_t>(1, listImages(inputs).size());
+    front_end.num_points = std::clamp(kAll / num_images, front_end.num_points, kMost);
+  }
   const std::unique_ptr<FrontEnd> tracker = makeFrontEnd(front_end);
   pass = forEachFrame(
       inputs,

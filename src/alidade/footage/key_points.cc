@@ -5,13 +5,17 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <set>
+#include <utility>
 
+#include <Eigen/Geometry>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "alidade/footage/flow_tracker.h"
+#include "alidade/footage/image_patch.h"
 
 namespace alidade {
 namespace {
@@ -45,16 +49,29 @@ std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
   return matches;
 }
 
+// SIFT takes seconds for more pixels, and its points at fine scales are the least repeatable.
+constexpr double kLongestSide = 2000;
+
+cv::Mat viewOf(const GrayImage& image) {
+  // Not written to.
+  return {image.size.height, image.size.width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data())};
+}
+
+// The pixel of an image, by that of the smaller one.
+Eigen::Vector2d inWhole(const Eigen::Vector2f& pixel, double scale) {
+  return ((pixel.cast<double>().array() + 0.5) / scale - 0.5).matrix();
+}
+
+GrayImage smaller(const GrayImage& image, double scale) {
+  cv::Mat resized;
+  cv::resize(viewOf(image), resized, {}, scale, scale, cv::INTER_AREA);
+  return {{resized.cols, resized.rows}, {resized.begin<std::uint8_t>(), resized.end<std::uint8_t>()}};
+}
+
 }  // namespace
 
-KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& image) const {
-  // SIFT takes seconds for more pixels, and its points at fine scales are the least repeatable.
-  constexpr double kLongestSide = 2000;
-  const cv::Mat whole(image.size.height, image.size.width, CV_8U,
-                      const_cast<std::uint8_t*>(image.pixels.data()));
-  const double scale = std::min(1.0, kLongestSide / std::max(whole.cols, whole.rows));
-  cv::Mat used = whole;
-  if (scale < 1) cv::resize(whole, used, {}, scale, scale, cv::INTER_AREA);
+KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, double scale) const {
+  const cv::Mat used = viewOf(searched);
   const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(0, 3, 0.02);
   std::vector<cv::KeyPoint> found;
   sift->detect(used, found);
@@ -81,65 +98,103 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& image) const {
   }
   Image result;
   sift->compute(used, chosen, result.descriptors);
-  for (const cv::KeyPoint& point : chosen) {
+  for (const cv::KeyPoint& key : chosen) {
     // OpenCV doubles the image first and takes half of the doubled image's pixel number, which leaves a
     // quarter of a pixel.
-    constexpr double kDoubling = 0.25;
-    const double x = (point.pt.x - kDoubling + 0.5) / scale - 0.5;
-    const double y = (point.pt.y - kDoubling + 0.5) / scale - 0.5;
+    constexpr float kDoubling = 0.25F;
     constexpr double kSigmaBySize = 0.12;
-    result.points.push_back({.pixel = {x, y}, .sigma_px = kSigmaBySize * point.size / scale});
+    constexpr float kDegree = std::numbers::pi_v<float> / 180;
+    Point point{.pixel = {key.pt.x - kDoubling, key.pt.y - kDoubling},
+                .size = key.size,
+                .direction = kDegree * key.angle};
+    point.at.pixel = inWhole(point.pixel, scale);
+    point.at.sigma_px = kSigmaBySize * key.size / scale;
+    constexpr int kReach = ImagePatch::kRadius + 4;
+    const int x0 = std::clamp(static_cast<int>(point.pixel.x()) - kReach, 0, used.cols - 1);
+    const int y0 = std::clamp(static_cast<int>(point.pixel.y()) - kReach, 0, used.rows - 1);
+    const cv::Mat piece = used(
+        cv::Rect(x0, y0, std::min(2 * kReach + 2, used.cols - x0), std::min(2 * kReach + 2, used.rows - y0)));
+    point.look = {
+        .around = {{piece.cols, piece.rows}, {piece.begin<std::uint8_t>(), piece.end<std::uint8_t>()}},
+        .centre = point.pixel - Eigen::Vector2f(static_cast<float>(x0), static_cast<float>(y0)),
+        .size = point.size,
+        .direction = point.direction};
+    result.points.push_back(std::move(point));
   }
   return result;
 }
 
+// Moves a point to where its track's first patch agrees with the image.
+void KeyPointMatcher::align(const GrayImage& searched, double scale, Point& point) {
+  const auto patch = ImagePatch::at(point.look.around, point.look.centre);
+  if (!patch) return;
+  PatchPlace guess{.pixel = point.pixel};
+  guess.shape = point.size / point.look.size *
+                Eigen::Rotation2Df(point.direction - point.look.direction).toRotationMatrix();
+  const auto place = patch->findIn(searched, guess);
+  constexpr float kAlike = 0.85F;  // correlation
+  if (!place || place->correlation < kAlike) return;
+  constexpr float kLeastSigma = 0.05F;  // px: patches that are seen from elsewhere are not only deformed
+  const float variance = 0.5F * place->covariance.trace() + kLeastSigma * kLeastSigma;
+  point.pixel = place->pixel;
+  point.at.pixel = inWhole(point.pixel, scale);
+  point.at.sigma_px = std::sqrt(static_cast<double>(variance)) / scale;
+}
+
 std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   cv::setNumThreads(1);
-  Image now = describe(image);
+  const double scale = std::min(1.0, kLongestSide / std::max(image.size.width, image.size.height));
+  const GrayImage resized = scale < 1 ? smaller(image, scale) : GrayImage();
+  const GrayImage& searched = scale < 1 ? resized : image;
+  Image now = describe(searched, scale);
   // The clearest match of each point decides; false ones are rarely as clear. A track has one point in an
   // image.
   struct Claim {
     float ratio = 1;
-    std::uint32_t track = 0;
+    const Point* earlier = nullptr;
   };
-  constexpr std::uint32_t kNone = 0xFFFFFFFF;
-  std::vector<Claim> claims(now.points.size(), {.track = kNone});
+  std::vector<Claim> claims(now.points.size());
   for (const Image& earlier : earlier_) {
     for (const Match& match : matchesBetween(now.descriptors, earlier.descriptors)) {
       Claim& claim = claims[static_cast<std::size_t>(match.from)];
       if (match.ratio < claim.ratio)
-        claim = {match.ratio, earlier.points[static_cast<std::size_t>(match.to)].track};
+        claim = {match.ratio, &earlier.points[static_cast<std::size_t>(match.to)]};
     }
   }
   std::map<std::uint32_t, std::size_t> holder;
   for (std::size_t i = 0; i < now.points.size(); ++i) {
-    now.points[i].track = kNone;
-    if (claims[i].track == kNone) continue;
-    const auto [held, is_new] = holder.emplace(claims[i].track, i);
-    if (!is_new) {
-      if (claims[held->second].ratio <= claims[i].ratio) continue;
-      now.points[held->second].track = kNone;
-      held->second = i;
-    }
-    now.points[i].track = claims[i].track;
+    if (claims[i].earlier == nullptr) continue;
+    const auto [held, is_new] = holder.emplace(claims[i].earlier->at.track, i);
+    if (is_new) continue;
+    std::size_t& best = held->second;
+    const std::size_t worse = claims[best].ratio <= claims[i].ratio ? i : std::exchange(best, i);
+    claims[worse].earlier = nullptr;
   }
-  for (TrackPixel& point : now.points) {
-    if (point.track == kNone) point.track = next_track_++;
+  for (std::size_t i = 0; i < now.points.size(); ++i) {
+    Point& point = now.points[i];
+    if (claims[i].earlier == nullptr) {
+      point.at.track = next_track_++;
+      continue;
+    }
+    point.at.track = claims[i].earlier->at.track;
+    point.look = claims[i].earlier->look;
+    align(searched, scale, point);
   }
   // In rising order of track, the descriptors too.
   std::vector<int> order(now.points.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    return now.points[static_cast<std::size_t>(a)].track < now.points[static_cast<std::size_t>(b)].track;
-  });
+  const auto trackOf = [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return trackOf(a) < trackOf(b); });
   Image sorted;
+  std::vector<TrackPixel> result;
   for (const int i : order) {
-    sorted.points.push_back(now.points[static_cast<std::size_t>(i)]);
+    result.push_back(now.points[static_cast<std::size_t>(i)].at);
+    sorted.points.push_back(std::move(now.points[static_cast<std::size_t>(i)]));
     sorted.descriptors.push_back(now.descriptors.row(i));
   }
-  earlier_.push_back(sorted);
+  earlier_.push_back(std::move(sorted));
   if (earlier_.size() > kImages) earlier_.pop_front();
-  return sorted.points;
+  return result;
 }
 
 std::unique_ptr<FrontEnd> makeFrontEnd(const FrontEndOptions& options) {
