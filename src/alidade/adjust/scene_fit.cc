@@ -462,8 +462,9 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   solver.parameter_tolerance = 1e-10;
   solver.max_num_consecutive_invalid_steps = 50;
   // The scale is free and only damping holds it: it must stay above the rounding of points that the same
-  // damping holds, so its reciprocal well below the root of the reciprocal of double's precision.
-  solver.max_trust_region_radius = 1e6;
+  // damping holds, so its reciprocal no smaller than the root of double's precision. Smaller damping finds the
+  // bottom of long valleys.
+  solver.max_trust_region_radius = 1e8;
   solver.logging_type = ceres::SILENT;
   CancelWatch watch(options.cancel);
   solver.callbacks.push_back(&watch);

@@ -231,6 +231,21 @@ void explain(FootageCheck& check, bool& is_wrong) {
   }
 }
 
+// Poses and points for another camera. @returns whether they were found
+bool fitTo(const AnyCamera& camera, std::vector<Reconstruction>& windows,
+           const FootageCheckOptions& options) {
+  for (Reconstruction& window : windows) {
+    SceneFit fit = *window.fit;
+    fit.camera = camera;
+    fit.loss = kNoLoss;
+    removeOutliers(fit, std::numeric_limits<double>::infinity());
+    window.fit = solveScene(std::move(fit),
+                            {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = options.cancel});
+    if (window.fit->summary.termination != Termination::kConverged) return false;
+  }
+  return true;
+}
+
 // Reconstructs the footage with the camera, and with one that fits it better if there is one that explains
 // more pixels: a wrong camera makes outliers of pixels that would show what is wrong with it.
 FootageWindows reconstructFor(const AnyCamera& camera, const FootageTracks& tracks,
@@ -245,11 +260,7 @@ FootageWindows reconstructFor(const AnyCamera& camera, const FootageTracks& trac
       break;
     FootageWindows better =
         reconstructAll(freed->camera, tracks, {.cancel = options.cancel}, options.num_jobs);
-    for (Reconstruction& window : better.windows) {
-      window.fit->camera = camera;
-      removeOutliers(*window.fit, std::numeric_limits<double>::infinity());
-      window.fit->camera = freed->camera;
-    }
+    if (!fitTo(camera, better.windows, options)) break;
     constexpr double kMore = 1.02;
     if (static_cast<double>(numPixels(better)) < kMore * static_cast<double>(numPixels(found))) break;
     found = std::move(better);
