@@ -34,7 +34,7 @@ multiarch=$(dpkg-architecture -q DEB_HOST_MULTIARCH)
 
 # What each package may hold, as a pattern for the paths of files.
 declare -A allowed=(
-  [alidade]="usr/bin/alidade|usr/share/(doc/alidade|man/man[1-8]|bash-completion/completions|zsh/vendor-completions|fish/vendor_completions.d)/.*"
+  [alidade]="usr/bin/alidade|usr/share/(alidade/workflow|doc/alidade|man/man[1-8]|bash-completion/completions|zsh/vendor-completions|fish/vendor_completions.d)/.*"
   [libalidade-dev]="usr/include/alidade/.*\.h|usr/lib/$multiarch/(libalidade_[a-z]*\.a|cmake/alidade/.*\.cmake|pkgconfig/alidade[a-z-]*\.pc)|usr/share/doc/libalidade-dev/.*"
   [python3-alidade]="usr/lib/python3/dist-packages/alidade/.*|usr/share/doc/python3-alidade/.*"
 )
@@ -49,6 +49,11 @@ for name in alidade libalidade-dev python3-alidade; do
   [ "$owners" = root/root ] || failed "$name: the files belong to $owners, not to root/root"
   if grep -E '^d' "$scratch/contents" | grep -v '^drwxr-xr-x '; then failed "$name: the folders above are not for all users"; fi
   sed -n 's|^-.* \./||p' "$scratch/contents" >"$scratch/$name"
+  if [ "$name" = alidade ]; then  # what Snakemake starts
+    for path in step profiles/slurm/status profiles/slurm/submit; do
+      grep -q "^-rwxr-xr-x .* ./usr/share/alidade/workflow/$path$" "$scratch/contents" || failed "$name has no program workflow/$path"
+    done
+  fi
   if grep -vxE "${allowed[$name]}" "$scratch/$name"; then failed "$name: the files above do not belong there"; fi
   for path in copyright changelog.gz; do
     grep -qx "usr/share/doc/$name/$path" "$scratch/$name" || failed "$name has no $path"
@@ -84,6 +89,7 @@ needs alidade libc6 libstdc++6 libopencv-core406 libopencv-imgcodecs406 libavfor
 needs python3-alidade 'python3 (>= 3.11)' 'python3 (<< 3.12)' python3-numpy libc6 libopencv-core406 libcholmod3
 needs libalidade-dev libeigen3-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev libpugixml-dev libopencv-dev libjpeg-dev \
   libtiff-dev zlib1g-dev libwebp-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libceres-dev libgoogle-glog-dev
+[ "$(field alidade Suggests)" = snakemake ] || failed "alidade suggests '$(field alidade Suggests)', not snakemake"
 for name in alidade python3-alidade; do
   [[ $(field $name Depends) != *-dev* ]] || failed "$name depends on a -dev package: $(field $name Depends)"
 done
