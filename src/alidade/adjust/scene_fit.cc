@@ -106,6 +106,44 @@ class FieldPrior final : public ceres::SizedCostFunction<ErrorField::kSize, Erro
   double scale_;
 };
 
+// Holds the free scale by the distance of a frame from the first one, which costs the pixels nothing.
+class DistanceHold final : public ceres::SizedCostFunction<1, 7> {
+ public:
+  DistanceHold(const Eigen::Vector3d& first, double distance) : first_(first), distance_(distance) {}
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const SE3 pose = fromBlock(blocks[0]);
+    const Eigen::Vector3d at = pose * first_;
+    residuals[0] = kWeight * (at.norm() / distance_ - 1);
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangent_by_block;
+    SE3Manifold().MinusJacobian(blocks[0], tangent_by_block.data());
+    Eigen::Matrix<double, 1, 6> J;
+    J.head<3>() = kWeight / distance_ * at.normalized().transpose() * pose.rotation.matrix();
+    J.tail<3>() = -J.head<3>() * hat(first_);
+    Eigen::Map<Eigen::Matrix<double, 1, 7>>{jacobians[0]} = J * tangent_by_block;
+    return true;
+  }
+
+ private:
+  static constexpr double kWeight = 100;
+  Eigen::Vector3d first_;
+  double distance_;
+};
+
+// The frame that is farthest from the first one, if it is elsewhere.
+std::size_t farthestFrame(const SceneFit& fit, double* distance) {
+  const Eigen::Vector3d first = fit.camera_from_world.front().inverse().translation;
+  std::size_t farthest = 0;
+  *distance = 0;
+  for (std::size_t i = 1; i < fit.camera_from_world.size(); ++i) {
+    const double d = (fit.camera_from_world[i] * first).norm();
+    if (d <= *distance) continue;
+    *distance = d;
+    farthest = i;
+  }
+  return farthest;
+}
+
 Eigen::Vector2d fieldAt(const SceneFit& fit, std::uint32_t frame, const ErrorField::Basis& basis) {
   const ErrorField::Coefficients& field = fit.fields[frame];
   return {field.head<ErrorField::kTerms>().dot(basis), field.tail<ErrorField::kTerms>().dot(basis)};
@@ -444,6 +482,12 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
     problem.AddResidualBlock(new FieldPrior(fit.field_px), nullptr, fit.fields[i].data());
     ordering->AddElementToGroup(fit.fields[i].data(), static_cast<int>(poses.size() + i) + 1);
   }
+  double distance = 0;
+  const std::size_t farthest = farthestFrame(fit, &distance);
+  if (fit.num_held_frames == 1 && distance > 0 && problem.HasParameterBlock(poses[farthest].data())) {
+    const Eigen::Vector3d first = fit.camera_from_world.front().inverse().translation;
+    problem.AddResidualBlock(new DistanceHold(first, distance), nullptr, poses[farthest].data());
+  }
 
   double cost = 0;
   const bool is_evaluable = problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
@@ -461,10 +505,9 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   solver.gradient_tolerance = 1e-10;
   solver.parameter_tolerance = 1e-10;
   solver.max_num_consecutive_invalid_steps = 50;
-  // The scale is free and only damping holds it: it must stay above the rounding of points that the same
-  // damping holds, so its reciprocal no smaller than the root of double's precision. Smaller damping finds the
-  // bottom of long valleys.
-  solver.max_trust_region_radius = 1e8;
+  // Damping holds the points that no parallax places, and must stay above the rounding of their elimination.
+  // With more of it, scenes creep along their long valleys.
+  solver.max_trust_region_radius = 1e7;
   solver.logging_type = ceres::SILENT;
   CancelWatch watch(options.cancel);
   solver.callbacks.push_back(&watch);
