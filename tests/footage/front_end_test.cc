@@ -6,6 +6,7 @@
 #include <map>
 
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 #include "alidade/core/median.h"
 #include "alidade/simulate/footage_simulator.h"
@@ -79,6 +80,58 @@ TEST(FrontEnd, KeyPointsAreMatchedOverLargerMotions) {
   EXPECT_GT(errors.num_close, 0.7 * static_cast<double>(errors.lengths.size()));
   std::printf("key points: median error %.3f px of %zu\n", medianOf(errors.lengths), errors.lengths.size());
   EXPECT_LT(medianOf(errors.lengths), 0.08);
+}
+
+// A photograph turned, scaled and far above the size that is searched.
+TEST(FrontEnd, KeyPointsAreAlignedInTurnedAndScaledImages) {
+  FootageScene scene{
+      .camera = footageCameras()[1], .image_size = kFootageSize, .num_frames = 40, .num_jobs = 1};
+  const GrayImage rendered = FootageSimulator(scene).renderFrame(0);
+  for (const double enlarged : {1.0, 5.0}) {
+    cv::Mat first;
+    cv::resize(cv::Mat(rendered.size.height, rendered.size.width, CV_8U,
+                       const_cast<std::uint8_t*>(rendered.pixels.data())),
+               first, {}, enlarged, enlarged, cv::INTER_CUBIC);
+    const cv::Point2f centre(0.5F * static_cast<float>(first.cols), 0.5F * static_cast<float>(first.rows));
+    const cv::Mat map = cv::getRotationMatrix2D(centre, 35, 0.8);
+    cv::Mat second;
+    cv::warpAffine(first, second, map, first.size(), cv::INTER_CUBIC);
+    const auto imageOf = [](const cv::Mat& mat) {
+      return GrayImage{{mat.cols, mat.rows}, {mat.begin<std::uint8_t>(), mat.end<std::uint8_t>()}};
+    };
+    const auto front_end = makeFrontEnd({.kind = FrontEndKind::kKeyPoints});
+    const auto before = front_end->follow(imageOf(first));
+    const auto after = front_end->follow(imageOf(second));
+    std::vector<double> errors;
+    for (const auto& [i, j] : commonTracks(before, after)) {
+      const Eigen::Vector2d& p = before[i].pixel;
+      const Eigen::Vector2d truth(
+          map.at<double>(0, 0) * p.x() + map.at<double>(0, 1) * p.y() + map.at<double>(0, 2),
+          map.at<double>(1, 0) * p.x() + map.at<double>(1, 1) * p.y() + map.at<double>(1, 2));
+      errors.push_back((after[j].pixel - truth).norm() / enlarged);
+    }
+    ASSERT_GT(errors.size(), 150U);
+    std::printf("key points, turned and scaled: median error %.3f px of %zu\n", medianOf(errors),
+                errors.size());
+    EXPECT_LT(medianOf(errors), 0.05);
+  }
+}
+
+// Too small for any point, and of any shape.
+TEST(FrontEnd, SmallImagesHaveNoPoints) {
+  int num_checked = 0;
+  for (const FrontEndKind kind : {FrontEndKind::kFlow, FrontEndKind::kKeyPoints}) {
+    for (const ImageSize& size :
+         {ImageSize{1, 1}, ImageSize{4001, 1}, ImageSize{5001, 2}, ImageSize{15, 15}}) {
+      GrayImage image{size, std::vector<std::uint8_t>(static_cast<std::size_t>(size.width * size.height))};
+      for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        image.pixels[i] = static_cast<std::uint8_t>(37 * i);
+      const auto front_end = makeFrontEnd({.kind = kind});
+      for (int again = 0; again < 2; ++again) EXPECT_TRUE(front_end->follow(image).empty());
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 8);
 }
 
 // A symmetric spot lies where it was drawn: OpenCV's own numbers are a quarter of a pixel off.

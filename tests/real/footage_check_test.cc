@@ -60,7 +60,7 @@ TEST(Footage, TellsWrongCamerasFromCalibratedOnes) {
                                      {"consistent", "inconsistent", "inconsistent", "inconsistent"}},
                                     {"tum_fr2_desk_stills/ch12/",
                                      {520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172},
-                                     {"cannot_tell", "inconsistent", "inconsistent", "cannot_tell"}},
+                                     {"cannot_tell", "inconsistent", "cannot_tell", "cannot_tell"}},
                                     {"boofcv_sony_wall_jar/mono_wall_",
                                      {701.0116882676376, 698.6537946928421, 308.4551818095542,
                                       246.84300560315452, -0.25559248570886445, 0.09997127476560613, 0, 0, 0},

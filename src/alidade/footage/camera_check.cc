@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "alidade/core/parallel.h"
 #include "alidade/core/statistics.h"
 
 namespace alidade {
@@ -199,73 +201,97 @@ std::size_t longestWindow(const std::vector<Reconstruction>& windows) {
   return most;
 }
 
-// Chooses the explanation: of those changes that show the camera to be wrong, the one of one kind that takes
-// away most, or all together if they take away clearly more. If none does, the best of those that are
-// significant.
-void explain(FootageCheck& check, bool& is_wrong) {
+// Chooses the explanation: of the significant changes of one kind, the one that takes away most; or all
+// together, if they take away clearly more, and what they find is an error that counts.
+// @returns whether the explanation makes the camera wrong
+bool explain(FootageCheck& check) {
   const double limit_px = kFailure * check.tolerance_px;
   const auto isWrongBy = [&](const CameraChange& change) {
     return change.effect_px > limit_px && change.sure_px > 0.5 * limit_px;
   };
-  const auto isCandidate = [&](const CameraChange& change) {
-    return change.kind != CameraChangeKind::kSeveral && change.score > kEvidence &&
-           change.blind_px <= kBlind * check.tolerance_px;
-  };
-  is_wrong = std::any_of(check.changes.begin(), check.changes.end(), [&](const CameraChange& change) {
-    return isCandidate(change) && isWrongBy(change);
-  });
-  const auto found = [&](std::size_t i) -> const CameraChange& { return check.changes[i]; };
+  double most = 0;
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
-    if (!isCandidate(found(i)) || (is_wrong && !isWrongBy(found(i)))) continue;
-    if (!check.explanation || found(i).cost_drop > found(*check.explanation).cost_drop) check.explanation = i;
+    const CameraChange& change = check.changes[i];
+    const bool is_blind = change.blind_px > kBlind * check.tolerance_px;
+    if (change.kind == CameraChangeKind::kSeveral || is_blind || !(change.score > kEvidence)) continue;
+    if (change.cost_drop <= most) continue;
+    most = change.cost_drop;
+    check.explanation = i;
   }
+  bool is_wrong = check.explanation && isWrongBy(check.changes[*check.explanation]);
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
-    const CameraChange& change = found(i);
+    const CameraChange& change = check.changes[i];
     if (change.kind != CameraChangeKind::kSeveral || !(change.score > kEvidence) || !isWrongBy(change))
       continue;
     constexpr double kMore = 1.25;
-    const double one = check.explanation ? found(*check.explanation).cost_drop : 0;
-    if (change.cost_drop < kMore * one || (!is_wrong && change.cost_drop < kAllTogether)) continue;
+    if (change.cost_drop < kMore * most || (!is_wrong && change.cost_drop < kAllTogether)) continue;
     check.explanation = i;
     is_wrong = true;
   }
+  return is_wrong;
 }
 
 // Poses and points for another camera. @returns whether they were found
 bool fitTo(const AnyCamera& camera, std::vector<Reconstruction>& windows,
            const FootageCheckOptions& options) {
-  for (Reconstruction& window : windows) {
-    SceneFit fit = *window.fit;
-    fit.camera = camera;
-    fit.loss = kNoLoss;
-    removeOutliers(fit, std::numeric_limits<double>::infinity());
-    window.fit = solveScene(std::move(fit),
-                            {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = options.cancel});
-    if (window.fit->summary.termination != Termination::kConverged) return false;
-  }
-  return true;
+  std::vector<char> is_fitted(windows.size(), 0);
+  parallelFor(
+      windows.size(), options.num_jobs,
+      [&](std::size_t i) {
+        SceneFit fit = *windows[i].fit;
+        const double noise_before = noiseOf(fit);
+        fit.camera = camera;
+        fit.loss = kNoLoss;
+        // Those that have no pixel with these poses: the solver could not start.
+        removeOutliers(fit, std::numeric_limits<double>::infinity());
+        fit = solveScene(std::move(fit),
+                         {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = options.cancel});
+        is_fitted[i] = fit.summary.termination == Termination::kConverged ? 1 : 0;
+        windows[i].noise_px *= noiseOf(fit) / noise_before;
+        windows[i].fit = std::move(fit);
+      },
+      options.cancel);
+  return std::all_of(is_fitted.begin(), is_fitted.end(), [](char ok) { return ok != 0; });
 }
 
-// Reconstructs the footage with the camera, and with one that fits it better if there is one that explains
-// more pixels: a wrong camera makes outliers of pixels that would show what is wrong with it.
-FootageWindows reconstructFor(const AnyCamera& camera, const FootageTracks& tracks,
-                              const FootageCheckOptions& options) {
-  FootageWindows found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs);
-  for (int round = 0; round < 2 && !found.windows.empty(); ++round) {
-    const CameraFreeing freeing(camera, found.windows, tracks,
-                                {.num_jobs = options.num_jobs, .cancel = options.cancel});
-    const auto freed = freeing.all();
-    if (!freed ||
-        displacement(camera, freed->camera, seenPixels(found.windows)) < kFailure * options.tolerance_px)
+double meanOutliers(const FootageWindows& found) {
+  double sum = 0;
+  for (const Reconstruction& window : found.windows) sum += window.outlier_share;
+  return found.windows.empty() ? 0 : sum / static_cast<double>(found.windows.size());
+}
+
+struct SolvedFootage {
+  FootageWindows found;
+  std::unique_ptr<CameraFreeing> freeing;  // nothing without windows
+  double outlier_share = 0;                // with the camera as it is
+};
+
+// Reconstructs the footage with the camera, and starts again from what a camera shows that fits it better if
+// there is one: a wrong camera makes outliers of the pixels that would show what is wrong with it, and leads
+// windows astray.
+SolvedFootage solveFor(const AnyCamera& camera, const FootageTracks& tracks,
+                       const FootageCheckOptions& options) {
+  SolvedFootage solved{.found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs),
+                       .freeing = nullptr};
+  solved.outlier_share = meanOutliers(solved.found);
+  constexpr int kRounds = 2;
+  for (int round = 0; !solved.found.windows.empty(); ++round) {
+    solved.freeing = std::make_unique<CameraFreeing>(
+        camera, solved.found.windows, tracks,
+        FreeingOptions{.num_jobs = options.num_jobs, .cancel = options.cancel});
+    const auto freed = solved.freeing->all();
+    if (round == kRounds || !freed ||
+        displacement(camera, freed->camera, seenPixels(solved.found.windows)) <
+            kFailure * options.tolerance_px)
       break;
     FootageWindows better =
         reconstructAll(freed->camera, tracks, {.cancel = options.cancel}, options.num_jobs);
+    constexpr double kMore = 1.01;
+    if (static_cast<double>(numPixels(better)) < kMore * static_cast<double>(numPixels(solved.found))) break;
     if (!fitTo(camera, better.windows, options)) break;
-    constexpr double kMore = 1.02;
-    if (static_cast<double>(numPixels(better)) < kMore * static_cast<double>(numPixels(found))) break;
-    found = std::move(better);
+    solved.found = std::move(better);
   }
-  return found;
+  return solved;
 }
 
 // Why nothing could be reconstructed.
@@ -339,7 +365,8 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
                             const FootageCheckOptions& options) {
   FootageCheck check{.tolerance_px = options.tolerance_px};
   check.is_video = tracks.is_video;
-  const FootageWindows found = reconstructFor(camera, tracks, options);
+  const SolvedFootage solved = solveFor(camera, tracks, options);
+  const FootageWindows& found = solved.found;
   for (const auto* list : {&found.windows, &found.without_fit}) {
     for (const Reconstruction& window : *list)
       check.parallax_px = std::max(check.parallax_px, window.parallax_px);
@@ -348,17 +375,15 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
     check.gap = gapOf(tracks, found);
     return check;
   }
-  double outliers = 0;
+  const double outliers = solved.outlier_share;
   for (const Reconstruction& window : found.windows) {
-    outliers += window.outlier_share / static_cast<double>(found.windows.size());
     check.num_frames += static_cast<int>(window.frames.size());
     check.num_pixels += static_cast<int>(window.fit->sightings.size());
     check.num_points += static_cast<int>(window.fit->points.size());
   }
   check.num_windows = static_cast<int>(found.windows.size());
 
-  const CameraFreeing freeing(camera, found.windows, tracks,
-                              {.num_jobs = options.num_jobs, .cancel = options.cancel});
+  const CameraFreeing& freeing = *solved.freeing;
   check.noise_px = freeing.noisePx();
   addErrors(check, freeing.windows(), tracks.size);
   const auto given = freeing.given();
@@ -379,8 +404,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
                             change.kind == CameraChangeKind::kFirstRadial;
     if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
   }
-  bool is_wrong = false;
-  explain(check, is_wrong);
+  const bool is_wrong = explain(check);
   constexpr double kMoving = 0.5;
   if (is_wrong) {
     check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;

@@ -108,12 +108,14 @@ struct FootageCheckOptions {
 };
 
 /// Tests a camera on footage of a rigid scene. Poses and points are found with the camera as it is, and then
-/// again with one of its properties changed at a time. The best of these explanations counts if it is
-/// significant (1 in 1000), if a change of ten times the tolerance would not go unnoticed, and if it
-/// displaces pixels by more than five times the tolerance, surely by more than half of that. All parameters
-/// at once count only if they take away a third of the squared errors: small errors of tracks that all images
-/// share would otherwise be taken for a lens.
-/// A camera is called consistent only if five frames or more were reconstructed together.
+/// again with one of its properties changed at a time. Where all parameters together find a camera that is
+/// far from it and explains more pixels, these pixels are used. The change that takes away most of the
+/// squared errors is the explanation, if it is significant (1 in 1000) and if a change of ten times the
+/// tolerance would not go unnoticed. The camera is inconsistent if the explanation displaces pixels by more
+/// than five times the tolerance, surely by more than half of that. All parameters at once need a quarter
+/// more than that change; if it alone does not make the camera wrong, half of the squared errors: small
+/// errors of tracks that all images share would otherwise be taken for a lens. A camera is called consistent
+/// only if five frames or more were reconstructed together.
 /// @param tracks  of keyframes
 [[nodiscard]] FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks,
                                           const FootageCheckOptions& options = {});

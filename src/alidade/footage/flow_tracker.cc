@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/footage/flow_tracker.h"
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+
+#include "alidade/footage/image_view.h"
 
 namespace alidade {
 namespace {
@@ -60,10 +62,7 @@ TrackPixel pixelOf(std::uint32_t track, const PatchPlace& place, const Eigen::Ve
 
 std::vector<TrackPixel> FlowTracker::follow(const GrayImage& image) {
   cv::setNumThreads(1);
-  // Not written to.
-  const cv::Mat view(image.size.height, image.size.width, CV_8U,
-                     const_cast<std::uint8_t*>(image.pixels.data()));
-  const std::vector<cv::Mat> pyramid = pyramidOf(view);
+  const std::vector<cv::Mat> pyramid = pyramidOf(viewOf(image));
   if (!last_pyramid_.empty()) advance(pyramid, image);
   if (4 * points_.size() < 3 * options_.num_points) addPoints(image);
   last_pyramid_ = pyramid;
@@ -99,8 +98,7 @@ void FlowTracker::advance(const std::vector<cv::Mat>& pyramid, const GrayImage& 
 }
 
 void FlowTracker::addPoints(const GrayImage& picture) {
-  const cv::Mat image(picture.size.height, picture.size.width, CV_8U,
-                      const_cast<std::uint8_t*>(picture.pixels.data()));
+  const cv::Mat image = viewOf(picture);
   constexpr int kColumns = 8;
   constexpr int kRows = 6;
   cv::Mat quality;
@@ -109,6 +107,12 @@ void FlowTracker::addPoints(const GrayImage& picture) {
   cv::minMaxLoc(quality, nullptr, &best);
   if (!(best > 0)) return;
   constexpr double kLeast = 0.003;  // of the best corner
+  // Patches reach beyond the edge there.
+  constexpr int kEdge = ImagePatch::kRadius + 3;
+  const cv::Rect inner(kEdge, kEdge, image.cols - 2 * kEdge, image.rows - 2 * kEdge);
+  if (inner.width <= 0 || inner.height <= 0) return;
+  cv::Mat usable = cv::Mat::zeros(quality.size(), quality.type());
+  quality(inner).copyTo(usable(inner));
   const auto per_cell = static_cast<int>(options_.num_points / (kColumns * kRows)) + 1;
   const float apart = 0.4F * std::sqrt(static_cast<float>(image.cols) * static_cast<float>(image.rows) /
                                        static_cast<float>(options_.num_points));
@@ -120,7 +124,7 @@ void FlowTracker::addPoints(const GrayImage& picture) {
                           (row + 1) * image.rows / kRows - y0);
       int count = 0;
       for (const Point& point : points_) count += cell.contains(cv::Point(pixelIn(point.place))) ? 1 : 0;
-      cv::Mat part = quality(cell).clone();
+      cv::Mat part = usable(cell).clone();
       for (const Point& point : points_) {
         const cv::Point2f at =
             pixelIn(point.place) - cv::Point2f(static_cast<float>(x0), static_cast<float>(y0));

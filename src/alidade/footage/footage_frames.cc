@@ -135,8 +135,8 @@ FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kin
   FootageTracks tracks;
   tracks.is_video = isVideoFootage(inputs);
   FrontEndOptions front_end{.kind = kind};
-  if (!tracks.is_video) {
-    // Images are matched in pairs, so that the time grows with the square of all points.
+  if (kind == FrontEndKind::kKeyPoints && !tracks.is_video) {
+    // Each image is matched with those before it, which takes a few seconds with so many points in all.
     constexpr std::size_t kAll = 10000;
     constexpr std::size_t kMost = 1000;
     const std::size_t num_images = std::max<std::size_t>(1, listImages(inputs).size());

@@ -49,8 +49,8 @@ FootagePass forEachFrame(std::span<const std::string> inputs,
                          const std::function<void(const FootageImage&)>& show,
                          const FootagePassOptions& options = {});
 
-/// Follows points through footage. Of a video, only keyframes are kept. Of few photographs, more points are
-/// matched: some 10000 in all, 400 to 1000 each.
+/// Follows points through footage. Of a video, only keyframes are kept. In photographs, more key points are
+/// looked for the fewer there are: FrontEndOptions::num_points is 10000 over their number, 400 to 1000.
 /// @param pass  set to what was met
 [[nodiscard]] FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kind,
                                          FootagePass& pass, const FootagePassOptions& options = {});

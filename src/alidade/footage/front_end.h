@@ -21,7 +21,8 @@ enum class FrontEndKind : std::uint8_t {
 
 struct FrontEndOptions {
   FrontEndKind kind = FrontEndKind::kFlow;
-  std::size_t num_points = 400;  ///< to follow at a time, spread over the image
+  std::size_t num_points =
+      400;  ///< to follow at a time, spread over the image; of key points, up to twice as many are described
 };
 
 /// Follows points through the images that it is given one after the other.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/footage/image_patch.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -36,7 +38,8 @@ inline float cubicAt(const GrayImage& image, float x, float y) {
 }
 
 bool isInside(const GrayImage& image, const Eigen::Vector2f& pixel, float reach) {
-  return pixel.x() >= reach + 1 && pixel.y() >= reach + 1 &&
+  // One pixel for the interpolation, and one for rounding.
+  return pixel.x() >= reach + 2 && pixel.y() >= reach + 2 &&
          pixel.x() < static_cast<float>(image.size.width) - reach - 3 &&
          pixel.y() < static_cast<float>(image.size.height) - reach - 3;
 }
@@ -53,6 +56,7 @@ std::optional<ImagePatch> ImagePatch::at(const GrayImage& image, const Eigen::Ve
       wide(y, x) = cubicAt(image, pixel.x() + static_cast<float>(x - kRadius - 1),
                            pixel.y() + static_cast<float>(y - kRadius - 1));
   }
+  const float mean = wide.mean();  // without it, contrast and brightness would be all but one unknown
   int i = 0;
   for (int y = 1; y <= kSide; ++y) {
     for (int x = 1; x <= kSide; ++x, ++i) {
@@ -61,11 +65,10 @@ std::optional<ImagePatch> ImagePatch::at(const GrayImage& image, const Eigen::Ve
       const float dx = 0.5F * (wide(y, x + 1) - wide(y, x - 1));
       const float dy = 0.5F * (wide(y + 1, x) - wide(y - 1, x));
       patch.samples_[i] = wide(y, x);
-      patch.derivatives_.row(i) << dx * u, dy * u, dx * v, dy * v, dx, dy, wide(y, x), 1;
+      patch.derivatives_.row(i) << dx * u, dy * u, dx * v, dy * v, dx, dy, wide(y, x) - mean, 1;
     }
   }
-  const float mean = patch.samples_.mean();
-  patch.spread_ = std::sqrt((patch.samples_.array() - mean).square().mean());
+  patch.spread_ = std::sqrt((patch.samples_.array() - patch.samples_.mean()).square().mean());
   Eigen::Matrix<float, kUnknowns, kUnknowns> normal = patch.derivatives_.transpose() * patch.derivatives_;
   constexpr float kLeastTexture = 0.5F * kPixels;  // sum of squared grey values per pixel squared
   Eigen::Matrix2f place = normal.block<2, 2>(4, 4);
@@ -81,7 +84,7 @@ std::optional<ImagePatch> ImagePatch::at(const GrayImage& image, const Eigen::Ve
 }
 
 std::optional<PatchPlace> ImagePatch::findIn(const GrayImage& image, const PatchPlace& guess) const {
-  constexpr int kMostSteps = 12;
+  constexpr int kMostSteps = 15;
   constexpr float kSettled = 0.01F;  // px
   constexpr float kFar = 3;          // px
   PatchPlace place = guess;
@@ -115,7 +118,9 @@ std::optional<PatchPlace> ImagePatch::findIn(const GrayImage& image, const Patch
     const Eigen::Vector2f shift = -place.shape * moved;
     place.pixel += shift;
     if (!((place.pixel - guess.pixel).squaredNorm() < kFar * kFar)) return std::nullopt;
-    if (shift.norm() > kSettled) continue;
+    const float turned =
+        kRadius * (stretch - Eigen::Matrix2f::Identity()).cwiseAbs().rowwise().sum().maxCoeff();
+    if (shift.norm() > kSettled || turned > 10 * kSettled) continue;
     const Samples left = residuals - derivatives_ * delta;
     const float sum = left.squaredNorm();
     const float variance = sum / (kPixels - kUnknowns);

@@ -16,6 +16,7 @@
 
 #include "alidade/footage/flow_tracker.h"
 #include "alidade/footage/image_patch.h"
+#include "alidade/footage/image_view.h"
 
 namespace alidade {
 namespace {
@@ -51,11 +52,12 @@ std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
 
 // SIFT takes seconds for more pixels, and its points at fine scales are the least repeatable.
 constexpr double kLongestSide = 2000;
+constexpr double kShortestSide = 16;  // below, SIFT has no octave
 
-cv::Mat viewOf(const GrayImage& image) {
-  // Not written to.
-  return {image.size.height, image.size.width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data())};
-}
+// What a point's place in a patch is worth, px: patches that are seen from elsewhere are not only deformed.
+constexpr double kPatchSigma = 0.1;
+// And what the place of a descriptor is worth, by its size.
+constexpr double kSigmaBySize = 0.12;
 
 // The pixel of an image, by that of the smaller one.
 Eigen::Vector2d inWhole(const Eigen::Vector2f& pixel, double scale) {
@@ -102,13 +104,11 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, doub
     // OpenCV doubles the image first and takes half of the doubled image's pixel number, which leaves a
     // quarter of a pixel.
     constexpr float kDoubling = 0.25F;
-    constexpr double kSigmaBySize = 0.12;
     constexpr float kDegree = std::numbers::pi_v<float> / 180;
     Point point{.pixel = {key.pt.x - kDoubling, key.pt.y - kDoubling},
                 .size = key.size,
                 .direction = kDegree * key.angle};
     point.at.pixel = inWhole(point.pixel, scale);
-    point.at.sigma_px = kSigmaBySize * key.size / scale;
     constexpr int kReach = ImagePatch::kRadius + 4;
     const int x0 = std::clamp(static_cast<int>(point.pixel.x()) - kReach, 0, used.cols - 1);
     const int y0 = std::clamp(static_cast<int>(point.pixel.y()) - kReach, 0, used.rows - 1);
@@ -124,8 +124,10 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, doub
   return result;
 }
 
-// Moves a point to where its track's first patch agrees with the image.
+// Moves a point to where its track's first patch agrees with the image. Where none does, its place and the
+// first one are those of descriptors.
 void KeyPointMatcher::align(const GrayImage& searched, double scale, Point& point) {
+  point.at.sigma_px = std::numbers::sqrt2 * kSigmaBySize * point.size / scale;
   const auto patch = ImagePatch::at(point.look.around, point.look.centre);
   if (!patch) return;
   PatchPlace guess{.pixel = point.pixel};
@@ -134,16 +136,16 @@ void KeyPointMatcher::align(const GrayImage& searched, double scale, Point& poin
   const auto place = patch->findIn(searched, guess);
   constexpr float kAlike = 0.85F;  // correlation
   if (!place || place->correlation < kAlike) return;
-  constexpr float kLeastSigma = 0.05F;  // px: patches that are seen from elsewhere are not only deformed
-  const float variance = 0.5F * place->covariance.trace() + kLeastSigma * kLeastSigma;
+  const double variance = 0.5 * static_cast<double>(place->covariance.trace()) + kPatchSigma * kPatchSigma;
   point.pixel = place->pixel;
   point.at.pixel = inWhole(point.pixel, scale);
-  point.at.sigma_px = std::sqrt(static_cast<double>(variance)) / scale;
+  point.at.sigma_px = std::sqrt(variance) / scale;
 }
 
 std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   cv::setNumThreads(1);
   const double scale = std::min(1.0, kLongestSide / std::max(image.size.width, image.size.height));
+  if (scale * std::min(image.size.width, image.size.height) < kShortestSide) return {};
   const GrayImage resized = scale < 1 ? smaller(image, scale) : GrayImage();
   const GrayImage& searched = scale < 1 ? resized : image;
   Image now = describe(searched, scale);
