@@ -37,7 +37,7 @@ constexpr std::array<CommandEntry, 18> kCommands = {{
     {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
     {"detect", "Detect the corners of a board in images", makeDetectCommand},
     {"rig calibrate", "Calibrate the cameras of a rig in one joint fit", makeRigCalibrateCommand},
-    {"rig validate", "Test a rig on images of boards", makeRigValidateCommand},
+    {"rig validate", "Test a rig on images of boards, or on ordinary ones", makeRigValidateCommand},
     {"rig rectify", "Rectify the images of two cameras, so that a point has one row in both",
      makeRigRectifyCommand},
     {"rig triangulate", "Find 3D points from their pixels in several cameras", makeRigTriangulateCommand},

@@ -111,6 +111,7 @@ std::vector<TwinCase> twinCases() {
        {{"names", {"right", "left"}}, {"match", {"frames.csv"}}, {"tolerance", {"0.25"}}, {"json"}},
        3},
       {"validate", rig_images, {board, {"frames", {"3"}}, cache, {"quiet"}, {"jobs", {"1"}}}, 3},
+      {"validate", rig_images, {{"footage"}, {"tolerance", {"0.25"}}, {"json"}, {"jobs", {"1"}}}},
       {"triangulate",
        {"rig.yaml", "pixels.csv"},
        {{"sigma", {"2px"}}, {"covariance"}, {"output", {"made/points.csv"}}}},
@@ -159,7 +160,7 @@ TEST_F(RigConfig, DoesWhatTheCommandLineDoes) {
         << what;
     ++num_checked;
   }
-  EXPECT_EQ(num_checked, 10);
+  EXPECT_EQ(num_checked, 11);
 }
 
 // A new flag has to be added above.
@@ -179,7 +180,7 @@ TEST_F(RigConfig, IsTestedForEveryFlag) {
     EXPECT_EQ(tested, known) << command;
     num_flags += known.size();
   }
-  EXPECT_EQ(num_flags, 19U + 11U + 8U + 21U);
+  EXPECT_EQ(num_flags, 19U + 12U + 8U + 21U);
 }
 
 }  // namespace

@@ -356,7 +356,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 29);
+  EXPECT_EQ(num_examples, 30);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

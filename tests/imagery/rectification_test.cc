@@ -338,8 +338,8 @@ TEST(Rectification, MeasuresEpipolarErrors) {
   int num_checked = 0;
   for (const PairCase& c : pairCases()) {
     const Rectification r = rectify(c.rig, 0, 1, {.projection = c.projection});
-    std::vector<PixelMatch> exact;
-    std::vector<PixelMatch> noisy;
+    std::vector<EpipolarPair> exact;
+    std::vector<EpipolarPair> noisy;
     while (exact.size() < 4000) {
       const Vector3d point(random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(1, 3));
       const auto pixels = c.rig.project(point);
@@ -369,8 +369,9 @@ TEST(Rectification, MeasuresEpipolarErrors) {
   const AnyRig plain({mounted("left", "pinhole", pinhole, {640, 480}, {0, 0, 0}, {0, 0, 0}),
                       mounted("right", "pinhole", pinhole, {640, 480}, {0, 0, 0}, {0.1, 0, 0})});
   const Rectification r = rectify(plain, 0, 1, {});
-  const EpipolarErrors errors = epipolarErrors(
-      r, plain.camera(0), plain.camera(1), std::vector{PixelMatch{Vector2d(300, 200), Vector2d(280, 200.5)}});
+  const EpipolarErrors errors =
+      epipolarErrors(r, plain.camera(0), plain.camera(1),
+                     std::vector{EpipolarPair{Vector2d(300, 200), Vector2d(280, 200.5)}});
   EXPECT_NEAR(errors.curve_rms_px, 0.5, 1e-6);
   EXPECT_NEAR(errors.row_mean_px, -0.5, 1e-9);
 }

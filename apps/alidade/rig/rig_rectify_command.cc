@@ -61,10 +61,10 @@ std::vector<SharedBoard> sharedBoards(const std::vector<RigViews>& cameras, cons
 }
 
 // Pixels of the same corners, if the second view is numbered by a turn of the board.
-std::vector<PixelMatch> pairsOf(const SharedBoard& board, const BoardTurn& turn) {
+std::vector<EpipolarPair> pairsOf(const SharedBoard& board, const BoardTurn& turn) {
   std::map<int, Eigen::Vector2d> first;
   for (const Corner& corner : board.first->corners) first[corner.id] = corner.pixel;
-  std::vector<PixelMatch> pairs;
+  std::vector<EpipolarPair> pairs;
   for (const Corner& corner : board.second->corners) {
     const auto at = first.find(turn.id_of.at(static_cast<std::size_t>(corner.id)));
     if (at != first.end()) pairs.push_back({at->second, corner.pixel});
@@ -82,14 +82,14 @@ struct MeasuredErrors {
 MeasuredErrors measured(const Rectification& r, const MountedCamera& first, const MountedCamera& second,
                         const RigInputViews& given) {
   MeasuredErrors result;
-  std::vector<PixelMatch> all;
+  std::vector<EpipolarPair> all;
   std::vector<std::vector<BoardTurn>> turns;
   for (const Board& board : given.boards) turns.push_back(boardTurns(board));
   for (const SharedBoard& shared : sharedBoards(given.cameras, given.frames)) {
-    std::vector<PixelMatch> best;
+    std::vector<EpipolarPair> best;
     double least = std::numeric_limits<double>::infinity();
     for (const BoardTurn& turn : turns.at(shared.first->board)) {
-      std::vector<PixelMatch> pairs = pairsOf(shared, turn);
+      std::vector<EpipolarPair> pairs = pairsOf(shared, turn);
       const EpipolarErrors errors = epipolarErrors(r, first, second, pairs);
       if (errors.num_pairs == 0 || errors.curve_rms_px >= least) continue;
       least = errors.curve_rms_px;

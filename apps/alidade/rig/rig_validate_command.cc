@@ -13,6 +13,7 @@
 #include "alidade/rig/rig_validation.h"
 #include "console.h"
 #include "options.h"
+#include "rig/rig_footage.h"
 #include "rig/rig_inputs.h"
 #include "summary_lines.h"
 
@@ -91,7 +92,10 @@ class RigValidateCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\n"
+        "Example: alidade rig validate rig.yaml left/ right/ --footage\n"
         "Inputs are in the order of the rig's cameras, unless --names or their own names say otherwise.\n"
+        "--footage needs no board: points that two cameras see at the same time show whether a camera was "
+        "turned or its lens is\nanother one (docs/footage.md). It may be unable to tell.\n"
         "Exit code 3: the images contradict the rig.");
     app.add_option("rig", rig_path_, "Rig file of any format that states where its cameras are")
         ->type_name(kFileValue);
@@ -99,9 +103,16 @@ class RigValidateCommand final : public Command {
                    "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)")
         ->type_name(kFileValue);
     views_.addOptions(app);
-    app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
-        ->check(pixelComplaint, "")
-        ->capture_default_str();
+    app.add_flag(
+           "--footage", is_footage_,
+           "The images are ordinary pictures, taken at the same time by all cameras; no board is needed")
+        ->group(kFootageGroup);
+    tolerance_flag_ =
+        app.add_option("--tolerance", tolerance_,
+                       "Error of a projected point that you accept (95 %). For --footage, whose "
+                       "default is 0.2px, a fifth of the error of rows that surely fails")
+            ->check(pixelComplaint, "")
+            ->capture_default_str();
     addCommonOptions(app, common_, true);
   }
 
@@ -119,6 +130,7 @@ class RigValidateCommand final : public Command {
     } else {
       sortByNames(rig);
     }
+    if (is_footage_) return testOnFootage(rig);
     RigOptions options;
     options.camera.tolerance_px = *parsePixels(tolerance_);
     options.camera.jobs = common_.jobs;
@@ -135,6 +147,20 @@ class RigValidateCommand final : public Command {
 
  private:
   static std::string nameOf(const RigCameraRecord& camera) { return camera.camera.name.name; }
+
+  [[nodiscard]] int testOnFootage(const RigRecord& record) const {
+    RigCheckOptions options{.num_jobs = common_.jobs, .cancel = catchInterrupts()};
+    if (tolerance_flag_->count() > 0) options.tolerance_px = *parsePixels(tolerance_);
+    const RigFootage footage = matchRigFootage(record, views_, common_, options.cancel);
+    const AnyRig rig = rigOf(record);
+    const RigCheck check = checkRigOnFootage(rig, footage.pairs, options);
+    printResult(common_.json    ? rigFootageJson(check, footage, rig)
+                : common_.quiet ? ""
+                                : rigFootageText(check, rig));
+    if (check.verdict != FootageVerdict::kInconsistent) return 0;
+    printMessage("error: the images contradict the rig: " + rigContradiction(check, rig));
+    return kUntrustworthyExit;
+  }
 
   // In the order of --names. A rig's frame need not be that of a camera.
   void sortByNames(RigRecord& rig) const {
@@ -155,7 +181,9 @@ class RigValidateCommand final : public Command {
 
   std::string rig_path_;
   RigInputs views_;
+  bool is_footage_ = false;
   std::string tolerance_ = "1px";
+  CLI::Option* tolerance_flag_ = nullptr;
 };
 
 }  // namespace

@@ -357,14 +357,14 @@ RemapTable makeRemapTable(const Rectification& rectification, std::size_t i, con
 }
 
 EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedCamera& first,
-                              const MountedCamera& second, std::span<const PixelMatch> pairs) {
+                              const MountedCamera& second, std::span<const EpipolarPair> pairs) {
   const std::array<const MountedCamera*, 2> cameras = {&first, &second};
   const Eigen::Index across = 1 - rectification.alongIndex();
   const Vector3d baseline = Vector3d::Unit(rectification.alongIndex());
   EpipolarErrors errors;
   double curve_sum = 0;
   double row_sum = 0;
-  for (const PixelMatch& pair : pairs) {
+  for (const EpipolarPair& pair : pairs) {
     std::array<Vector3d, 2> rays;
     int num_rays = 0;
     for (std::size_t i = 0; i < 2; ++i) {

@@ -110,9 +110,9 @@ struct EpipolarErrors {
 };
 
 /// Pixels of one point in the original images of both cameras.
-using PixelMatch = std::array<Eigen::Vector2d, 2>;
+using EpipolarPair = std::array<Eigen::Vector2d, 2>;
 [[nodiscard]] EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedCamera& first,
-                                            const MountedCamera& second, std::span<const PixelMatch> pairs);
+                                            const MountedCamera& second, std::span<const EpipolarPair> pairs);
 
 /// Text for cv::FileStorage (YAML): R1, R2, P1, P2, Q as cv::stereoRectify() returns them (the last three
 /// only for rectilinear views), and projection, direction, image_width, image_height, scale_px, axis1, axis2,
