@@ -59,7 +59,8 @@ def cameras_path(output: str) -> str:
 def write_cameras(output: str, cameras: list[camera_table.Camera], tolerance: str) -> bool:
     """Writes the rows that this run works on, for its jobs and its end; returns whether they have changed."""
     rows = ",\n".join(json.dumps(dataclasses.asdict(camera)) for camera in cameras)
-    return camera_table.write_if_changed(cameras_path(output), f'{{"tolerance": {json.dumps(tolerance)}, "cameras": [\n{rows}\n]}}\n')
+    text = f'{{"tolerance": {json.dumps(tolerance)}, "cameras": [\n{rows}\n]}}\n'
+    return camera_table.write_if_changed(cameras_path(output), text)
 
 
 def read_cameras(output: str) -> tuple[list[camera_table.Camera], str]:
@@ -96,7 +97,9 @@ def forget_outdated(output: str, camera: camera_table.Camera) -> bool:
     """
     folder = os.path.join(output, "steps", camera.id)
     expected_hash = hash_of_inputs(output, camera.id)
-    names = [name for name in os.listdir(folder) if name != "inputs" and not name.startswith(".") and not name.endswith(".new")]
+    # Commands of a killed run may still write to the temporary files.
+    names = [name for name in os.listdir(folder)
+             if name != "inputs" and not name.startswith(".") and not name.endswith(".new")]
     outdated = {name for name in names if not read_record(output, camera.id, name, expected_hash)[0]}
     steps = steps_of(camera)
     for i, step in enumerate(steps):
@@ -233,7 +236,8 @@ def summarise(output: str, program: str, jobs: str) -> int:
             subprocess.run(
                 [program, "fleet", *(camera.id + ".yaml" for camera in cameras if camera.id in usable),
                  *(["--previous", *previous] if previous else []), "--tolerance", tolerance, "--jobs", jobs, "--quiet",
-                 "-o", os.path.join("..", page)], cwd=os.path.join(output, "calibrations"), check=True, pass_fds=[lock.fileno()])
+                 "-o", os.path.join("..", page)],
+                cwd=os.path.join(output, "calibrations"), check=True, pass_fds=[lock.fileno()])
     except subprocess.CalledProcessError as error:
         print(f"{error.cmd[0]} {error.cmd[1]} ended with code {error.returncode}; run the workflow again", file=sys.stderr)
         return 1

@@ -255,8 +255,8 @@ class ChangedAndKilled(unittest.TestCase):
     """Results of old settings and photographs are never taken for new ones, whatever ends on the way."""
 
     def model_of(self, work, camera):
-        found = [line.split(": ")[1] for line in content(work.path("fleet/calibrations", camera + ".yaml")).decode().splitlines()
-                 if line.strip().startswith("model: ")]
+        text = content(work.path("fleet/calibrations", camera + ".yaml")).decode()
+        found = [line.split(": ")[1] for line in text.splitlines() if line.strip().startswith("model: ")]
         self.assertEqual(len(found), 1)
         return found[0]
 
@@ -270,8 +270,10 @@ class ChangedAndKilled(unittest.TestCase):
         os.remove(work.path("photos"))
         shutil.copytree(FLEET.photos("cam02"), work.path("photos/cam02"))
         chunks = {"config": ["chunk=3"]}
-        code, printed = work.run("--dry-run", **chunks)
+        code, printed = work.run("--dry-run", config=["chunk=0"])
         self.assertEqual(code, 0, printed)
+        self.assertIn("rule detect:", printed)
+        self.assertNotIn("detect_chunk", printed)
         self.assertFalse(os.path.exists(work.path("fleet")))
         code, printed = work.run(**chunks)
         self.assertEqual(code, 0, printed)
@@ -291,15 +293,14 @@ class ChangedAndKilled(unittest.TestCase):
             self.assertFalse(os.path.exists(work.path("fleet/cameras.csv")))
             self.assertEqual(sorted(os.listdir(work.path("fleet/steps/cam02"))), [".lock", "inputs"])
         work.set_trap()
-        # A cache that cannot be written, at all or for single images: then the chunks are of no use.
+        # A cache that takes no results: then the chunks are of no use.
         os.mkdir(work.path("blocked"))
         for i in range(256):
             open(work.path("blocked", f"{i:02x}"), "w", encoding="utf-8").close()
-        for cache, message in (("cameras.csv/none", "error: --cache cameras.csv/none: "), ("blocked", "results are not in the cache")):
-            code, printed = work.run(config=["chunk=3", f"cache={cache}"])
-            self.assertEqual(code, 1, printed)
-            self.assertIn(message, printed)
-            self.assertEqual(work.records(), set())
+        code, printed = work.run(config=["chunk=3", "cache=blocked"])
+        self.assertEqual(code, 1, printed)
+        self.assertIn("results are not in the cache", printed)
+        self.assertEqual(work.records(), set())
         code, printed = work.run("--until", "detect", **chunks)
         self.assertEqual(code, 0, printed)
         self.assertEqual(work.records(), {("detect", "cam02")})
@@ -341,8 +342,8 @@ class ChangedAndKilled(unittest.TestCase):
     def test_a_command_that_outlives_its_run(self):
         work = FLEET.work("orphan", ["steady"])
         # The previous file is one camera of a file.
-        subprocess.run([PROGRAM, "convert", "last/steady.yaml", "--to", "kalibr", "--model", "kannala_brandt", "-o", "chain.yaml", "--quiet"],
-                       cwd=work.folder, check=True, capture_output=True)
+        subprocess.run([PROGRAM, "convert", "last/steady.yaml", "--to", "kalibr", "--model", "kannala_brandt", "--quiet",
+                        "-o", "chain.yaml"], cwd=work.folder, check=True, capture_output=True)
         work.set_row("steady", model="radtan", previous="chain.yaml#cam0")
         open(work.path("hold"), "w", encoding="utf-8").close()
         work.set_trap("hold", "calibrate")
@@ -394,6 +395,7 @@ class ChangedAndKilled(unittest.TestCase):
             (hash_of_inputs, "", [], "echo 'error: out of memory' >&2; exit 1", None, "out of memory"),
             (hash_of_inputs, "", [], "echo 'error: out of memory' >&2; exit 123", None, "out of memory"),
             (hash_of_inputs, "", [], "echo 'error: a.csv: cannot be written: full' >&2; exit 1", None, "cannot be written"),
+            (hash_of_inputs, "", [], "echo 'error: --cache a: Not a directory' >&2; exit 1", None, "--cache a: Not a"),
             (hash_of_inputs, "", [], "echo 'a.png: cannot be read: Input/output error' >&2", None, "Input/output error"),
             (hash_of_inputs, "", [], "echo 'a.png: cannot be read: Stale file handle' >&2; exit 1", None, "Stale file handle"),
             (hash_of_inputs, "", ["--beside", "--unless", "no cache"], "echo 'note: no cache' >&2", None, "no cache"),
@@ -412,7 +414,7 @@ class ChangedAndKilled(unittest.TestCase):
                 self.assertEqual(left, {"detect"} if expected else set())
                 if expected:
                     self.assertEqual(content(os.path.join(folder, record)).decode(), expected)
-        self.assertEqual(len(cases), 17)
+        self.assertEqual(len(cases), 18)
 
 
 class Refused(unittest.TestCase):
