@@ -116,12 +116,14 @@ class Bench:
     def calibrate(self, cores):
         """All steps from the corners on."""
         shutil.rmtree(self.path("fleet"), ignore_errors=True)
-        self.snakemake("none", "--dry-run")  # notes what the cameras depend on, which must be older than their corners
-        os.mkdir(self.path("fleet", "corners"))
+        self.snakemake("none", "--until", "detect")  # finds no photographs
         for camera in range(self.num_cameras):
+            record = self.path("fleet", "steps", f"cam{camera}", "detect")
+            with open(record, encoding="utf-8") as file:
+                inputs = file.read().splitlines()[1]
             shutil.copy(self.path(f"cam{camera}", "corners.csv"), self.path("fleet", "corners", f"cam{camera}.csv"))
-            with open(self.path("fleet", "steps", f"cam{camera}", "detect"), "w", encoding="utf-8") as file:
-                file.write("0\n")
+            with open(record, "w", encoding="utf-8") as file:
+                file.write(f"0\n{inputs}\n")
         taken = self.timed(cores, "none")
         with open(self.path("fleet", "cameras.csv"), encoding="utf-8") as file:
             num_calibrated = file.read().count(",calibrated,")

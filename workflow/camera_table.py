@@ -12,6 +12,7 @@ import difflib
 import glob
 import os
 import re
+import unicodedata
 
 REQUIRED = ("id", "images", "board")
 OPTIONAL = ("model", "tolerance", "previous")
@@ -25,7 +26,7 @@ class TableError(Exception):
     """What is wrong with the table: file, line, column, found, expected."""
 
     def __init__(self, path: str, line: int, column: str, found: str, expected: str) -> None:
-        place = f"{path}:{line}: {column}" if column else f"{path}:{line}"
+        place = path + (f":{line}" if line else "") + (f": {column}" if column else "")
         super().__init__(f"{place}: found {found}; expected {expected}")
 
 
@@ -85,7 +86,7 @@ def _camera(path: str, line: int, header: list[str], fields: list[str], lines: d
         if not row[name]:
             raise TableError(path, line, name, "an empty field", "a value")
     for name, field in row.items():
-        if not field.isprintable():
+        if any(unicodedata.category(character) == "Cc" for character in field):
             raise TableError(path, line, name, "a control character", "one line of text")
     key = row["id"]
     if not re.fullmatch(ID_PATTERN, key) or len(key) > MAX_ID_LENGTH:
@@ -131,15 +132,28 @@ def image_files(images: str) -> list[str]:
         return []  # the program says why
 
 
+def settings_of(camera: Camera, settings: list[str]) -> list[str]:
+    """The first lines of dependencies(): what does not depend on files."""
+    return [*settings, f"images {camera.images}", f"board {camera.board}", f"model {camera.model}",
+            f"tolerance {camera.tolerance}", f"previous {camera.previous}"]
+
+
 def dependencies(camera: Camera, settings: list[str]) -> str:
-    """All that the result of a camera depends on, as text: settings, and size and time of each file."""
-    lines = [*settings, f"images {camera.images}", f"board {camera.board}", f"model {camera.model}",
-             f"tolerance {camera.tolerance}", f"previous {camera.previous}"]
+    """All that the result of a camera depends on, as text: settings, and size and time of each file.
+
+    Raises TableError for the name of an image that has a line break: each line is a file.
+    """
+    lines = settings_of(camera, settings)
     given = (camera.board, camera.previous, camera.previous.partition("#")[0])  # FILE#NAME is a camera of a file
     existing = [path for path in dict.fromkeys(given) if path and os.path.exists(path)]
     for kind, paths in (("setting", existing), ("image", image_files(camera.images))):
         for path in paths:
+            if "\n" in path:
+                raise TableError(camera.images, 0, "", f"the file name {path!r}", "a name without line breaks; rename it")
             try:
+                # A file that becomes readable keeps size and time, and must change this text.
+                if not os.access(path, os.R_OK):
+                    raise PermissionError
                 status = os.stat(path)
                 lines.append(f"{kind} {status.st_size} {status.st_mtime_ns} {path}")
             except OSError:
@@ -149,19 +163,19 @@ def dependencies(camera: Camera, settings: list[str]) -> str:
 
 def image_paths(text: str) -> list[str]:
     """The images in what dependencies() returned."""
-    return [line.split(" ", 3)[3] for line in text.splitlines() if line.startswith("image ")]
+    return [line.split(" ", 3)[3] for line in text.split("\n") if line.startswith("image ")]
 
 
 def write_if_changed(path: str, text: str) -> bool:
     """Replaces a file at once, and only if its content differs: its time is that of the last change."""
     try:
-        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+        with open(path, encoding="utf-8", errors="surrogateescape", newline="") as file:
             if file.read() == text:
                 return False
     except FileNotFoundError:
         os.makedirs(os.path.dirname(path), exist_ok=True)
     new = f"{path}.{os.getpid()}.new"
-    with open(new, "w", encoding="utf-8", errors="surrogateescape") as file:
+    with open(new, "w", encoding="utf-8", errors="surrogateescape", newline="") as file:
         file.write(text)
     os.replace(new, path)
     return True

@@ -6,6 +6,7 @@ The results must be those of the single commands, for any number of processors, 
 """
 import csv
 import fcntl
+import hashlib
 import os
 import random
 import shutil
@@ -15,6 +16,7 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import simulated_fleet
 from simulated_fleet import ALL, NUM_VIEWS, WORKFLOW, SimulatedFleet, content
@@ -235,19 +237,184 @@ class Killed(unittest.TestCase):
     def test_a_killed_step_is_no_result(self):
         work = FLEET.work("traps", ["cam01", "cam02"])
         for trap, step in (("kill calibrate fleet/corners/cam02", "calibrate"), ("memory validate fleet/calibrations/cam02", "validate")):
-            with open(work.path("trap"), "w", encoding="utf-8") as file:
-                file.write(trap + "\n")
+            work.set_trap(*trap.split(" ", 1))
             code, printed = work.run()
             self.assertEqual(code, 1)
             self.assertIn("2 cameras: 1 calibrated, 1 unfinished", printed)
             self.assertIn(f"unfinished  cam02: the step {step} has no answer; run the workflow again", printed)
             self.assertFalse(os.path.exists(work.path("fleet/cameras.csv")))
             self.assertTrue(os.path.exists(work.path("fleet/reports/cam01.html")))
-        os.remove(work.path("trap"))
+        work.set_trap()
         work.take_log()
         code, printed = work.run()
         self.assertEqual(code, 0, printed)
         self.assertEqual(work.take_log(), [("validate", "cam02"), ("report", "cam02"), ("fleet", ""), ("fleet", "")])
+
+
+class ChangedAndKilled(unittest.TestCase):
+    """Results of old settings and photographs are never taken for new ones, whatever ends on the way."""
+
+    def model_of(self, work, camera):
+        text = content(work.path("fleet/calibrations", camera + ".yaml")).decode()
+        found = [line.split(": ")[1] for line in text.splitlines() if line.strip().startswith("model: ")]
+        self.assertEqual(len(found), 1)
+        return found[0]
+
+    def assert_nothing_to_do(self, work, **options):
+        work.take_log()
+        code, printed = work.run(**options)
+        self.assertEqual((code, work.take_log()), (0, []), printed)
+
+    def test_a_redo_that_ends_between_two_steps(self):
+        work = FLEET.work("redo", ["cam02"])
+        os.remove(work.path("photos"))
+        shutil.copytree(FLEET.photos("cam02"), work.path("photos/cam02"))
+        chunks = {"config": ["chunk=3"]}
+        code, printed = work.run("--dry-run", config=["chunk=0"])
+        self.assertEqual(code, 0, printed)
+        self.assertIn("rule detect:", printed)
+        self.assertNotIn("detect_chunk", printed)
+        self.assertFalse(os.path.exists(work.path("fleet")))
+        code, printed = work.run(**chunks)
+        self.assertEqual(code, 0, printed)
+        shutil.copy(os.path.join(FLEET.folder, "new.png"), work.path("photos/cam02"))
+        before = self.all_files(work)
+        code, printed = work.run("--dry-run", **chunks)
+        self.assertEqual(code, 0, printed)
+        self.assertIn("rule calibrate:", printed)
+        self.assertEqual(self.all_files(work), before, "a dry run has changed the output")
+        # A search of a chunk is killed, or fails without an answer. xargs gives the same code for all errors.
+        for kind in ("kill", "memory"):
+            work.set_trap(kind, "detect --board")
+            code, printed = work.run(**chunks)
+            self.assertEqual(code, 1, printed)
+            self.assertIn("1 camera: 1 unfinished", printed)
+            self.assertNotIn("cameras.csv", printed.splitlines()[-1])
+            self.assertFalse(os.path.exists(work.path("fleet/cameras.csv")))
+            self.assertEqual(sorted(os.listdir(work.path("fleet/steps/cam02"))), [".lock", "inputs"])
+        work.set_trap()
+        # A cache that takes no results: then the chunks are of no use.
+        os.mkdir(work.path("blocked"))
+        for i in range(256):
+            open(work.path("blocked", f"{i:02x}"), "w", encoding="utf-8").close()
+        code, printed = work.run(config=["chunk=3", "cache=blocked"])
+        self.assertEqual(code, 1, printed)
+        self.assertIn("results are not in the cache", printed)
+        self.assertEqual(work.records(), set())
+        code, printed = work.run("--until", "detect", **chunks)
+        self.assertEqual(code, 0, printed)
+        self.assertEqual(work.records(), {("detect", "cam02")})
+        work.take_log()
+        code, printed = work.run(**chunks)
+        self.assertEqual(code, 0, printed)
+        self.assertIn(("calibrate", "cam02"), work.take_log())
+        self.assertIn(b"new.png", content(work.path("fleet/evidence/cam02.json")))
+        self.assert_killed_after_detect(work)
+
+    def assert_killed_after_detect(self, work):
+        work.set_row("cam02", model="kannala_brandt")
+        record = work.path("fleet/steps/cam02/detect")
+        before = os.stat(record).st_mtime_ns
+
+        def has_new_record():
+            return os.path.exists(record) and os.stat(record).st_mtime_ns != before
+
+        run = work.start()
+        while run.poll() is None and not has_new_record():
+            time.sleep(0.001)
+        os.killpg(run.pid, signal.SIGKILL)
+        run.wait()
+        self.assertTrue(has_new_record(), work.printed())
+        for name in ("cameras.csv.1.new", "previous/cam02.yaml.1.new", "steps/.cameras.1.new", "steps/cam02/calibrate.1.new"):
+            os.makedirs(os.path.dirname(work.path("fleet", name)), exist_ok=True)
+            open(work.path("fleet", name), "w", encoding="utf-8").close()
+        code, printed = work.run()
+        self.assertEqual(code, 0, printed)
+        self.assertEqual(self.model_of(work, "cam02"), "kannala_brandt")
+        self.assertEqual(work.leftovers(), [])
+        self.assert_nothing_to_do(work)
+
+    @staticmethod
+    def all_files(work):
+        return {path: (os.stat(path).st_mtime_ns, content(path)) for folder, _, names in os.walk(work.path("fleet"))
+                for path in (os.path.join(folder, name) for name in names)}
+
+    def test_a_command_that_outlives_its_run(self):
+        work = FLEET.work("orphan", ["steady"])
+        # The previous file is one camera of a file.
+        subprocess.run([PROGRAM, "convert", "last/steady.yaml", "--to", "kalibr", "--model", "kannala_brandt", "--quiet",
+                        "-o", "chain.yaml"], cwd=work.folder, check=True, capture_output=True)
+        work.set_row("steady", model="radtan", previous="chain.yaml#cam0")
+        open(work.path("hold"), "w", encoding="utf-8").close()
+        work.set_trap("hold", "calibrate")
+        run = work.start()
+        while run.poll() is None and ("calibrate", "steady") not in work.calls():
+            time.sleep(0.02)
+        run.kill()  # the command goes on
+        run.wait()
+        work.set_trap()
+        work.set_row("steady", model="kannala_brandt")
+        run = work.start()
+        while run.poll() is None and "waiting for a step of this camera" not in work.printed():
+            time.sleep(0.02)
+        self.assertIsNone(run.poll(), work.printed())
+        # What somebody writes to the table during a run is for the next one.
+        table = content(work.path("cameras.csv"))
+        with open(work.path("cameras.csv"), "ab") as file:
+            file.write(b"other,photos/cam01\n")
+        os.remove(work.path("hold"))
+        self.assertEqual(run.wait(300), 0, work.printed())
+        self.assertIn("1 camera: 1 ", work.printed())
+        self.assertEqual(self.model_of(work, "steady"), "kannala_brandt")
+        self.assertEqual(len(content(work.path("fleet/cameras.csv")).splitlines()), 2)
+        with open(work.path("fleet/fleet.csv"), encoding="utf-8", newline="") as file:
+            rows = [(row["name"], row["drift_status"]) for row in csv.DictReader(file)]
+        self.assertEqual([(name, bool(status)) for name, status in rows], [("steady", True)])
+        with open(work.path("cameras.csv"), "wb") as file:
+            file.write(table)
+        self.assert_nothing_to_do(work)
+
+    def test_what_a_step_records(self):
+        inputs = b"image 1 2 a.png\n"
+        hash_of_inputs = hashlib.sha256(inputs).hexdigest()
+        of_inputs, of_others = f"inputs {hash_of_inputs}\n", f"inputs {'0' * 64}\n"
+        record, earlier = "steps/cam/detect", "steps/cam/earlier"
+        cases = [  # hash, earlier record, options, command; expected record, or what is printed without one
+            (hash_of_inputs, "", [], "echo text >&2", f"0\n{of_inputs}text\n", ""),
+            (hash_of_inputs, "", [], "exit 2", f"2\n{of_inputs}", ""),
+            (hash_of_inputs, "", [], "exit 123", f"1\n{of_inputs}", ""),
+            (hash_of_inputs, "0\n" + of_inputs, ["--after", earlier], "true", f"0\n{of_inputs}", ""),
+            (hash_of_inputs, "3\n" + of_inputs, ["--after-answer", earlier], "true", f"0\n{of_inputs}", ""),
+            (hash_of_inputs, "3\n" + of_inputs, ["--after", earlier], "true",
+             f"skipped\n{of_inputs}no answer of the step earlier\n", ""),
+            (hash_of_inputs, "0\n" + of_others, ["--after", earlier], "true", None, "earlier is of other inputs"),
+            ("0" * 64, "", [], "true", None, "inputs has changed since"),
+            (hash_of_inputs, "", [], "echo >>steps/cam/inputs", None, "inputs has changed since"),
+            (hash_of_inputs, "", [], "exit 4", None, "ended with code 4"),
+            (hash_of_inputs, "", [], "kill -KILL $$", None, "ended with code 137"),
+            (hash_of_inputs, "", [], "echo 'error: out of memory' >&2; exit 1", None, "out of memory"),
+            (hash_of_inputs, "", [], "echo 'error: out of memory' >&2; exit 123", None, "out of memory"),
+            (hash_of_inputs, "", [], "echo 'error: a.csv: cannot be written: full' >&2; exit 1", None, "cannot be written"),
+            (hash_of_inputs, "", [], "echo 'error: --cache a: Not a directory' >&2; exit 1", None, "--cache a: Not a"),
+            (hash_of_inputs, "", [], "echo 'a.png: cannot be read: Input/output error' >&2", None, "Input/output error"),
+            (hash_of_inputs, "", [], "echo 'a.png: cannot be read: Stale file handle' >&2; exit 1", None, "Stale file handle"),
+            (hash_of_inputs, "", ["--beside", "--unless", "no cache"], "echo 'note: no cache' >&2", None, "no cache"),
+        ]
+        for given, before, options, command, expected, message in cases:
+            with self.subTest(command=command, options=options), tempfile.TemporaryDirectory() as folder:
+                os.makedirs(os.path.join(folder, "steps/cam"))
+                for name, text in (("inputs", inputs), ("earlier", before.encode())):
+                    with open(os.path.join(folder, "steps/cam", name), "wb") as file:
+                        file.write(text)
+                run = subprocess.run([os.path.join(WORKFLOW, "step"), record, given, *options, "--", "sh", "-c", command],
+                                     cwd=folder, capture_output=True, text=True, check=False)
+                self.assertEqual(run.returncode, 0 if expected else 1, run.stderr)
+                self.assertIn(message, run.stderr)
+                left = set(os.listdir(os.path.join(folder, "steps/cam"))) - {"inputs", "earlier", ".lock"}
+                self.assertEqual(left, {"detect"} if expected else set())
+                if expected:
+                    self.assertEqual(content(os.path.join(folder, record)).decode(), expected)
+        self.assertEqual(len(cases), 18)
 
 
 class Refused(unittest.TestCase):
@@ -274,6 +441,7 @@ class Refused(unittest.TestCase):
         work = FLEET.work("settings", ["cam01"])
         cases = [
             (["tabel=x.csv"], "--config: found 'tabel'; expected one of: table, "),
+            (["chunk=-1"], "--config chunk: found '-1'; expected a number of at least 0"),
             (["chunk=many"], "--config chunk: found 'many'; expected a number of at least 0"),
             (["strict=perhaps"], "--config strict: found 'perhaps'; expected true or false"),
             (["alidade=./nowhere"], "--config alidade: found no program './nowhere'"),
@@ -315,6 +483,33 @@ class Queue(unittest.TestCase):
             [("detect", "broken")] + [(step, "cam06") for step in ("detect", "calibrate", "validate", "report")] + 2 * [("fleet", "")]))
 
 
+    def test_what_is_submitted_to_slurm(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in (("sbatch", 'echo "$*" >>submitted; echo 7'), ("squeue", "exit $(cat squeue_code)")):
+                with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                    file.write(f"#!/bin/sh\n{text}\n")
+                os.chmod(os.path.join(folder, name), 0o755)
+            os.makedirs(os.path.join(folder, "steps/cam"))
+
+            def submit(inputs, squeue_code):
+                for name, text in (("steps/cam/inputs", inputs), ("squeue_code", str(squeue_code)), ("submitted", "")):
+                    with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                        file.write(text)
+                run = subprocess.run([os.path.join(WORKFLOW, "profiles/slurm/submit"), "1", "300", "2", "steps/cam/detect", "x.sh"],
+                                     env=dict(os.environ, PATH=folder + ":" + os.environ["PATH"]), cwd=folder,
+                                     capture_output=True, text=True, check=False)
+                return run.returncode, run.stdout, content(os.path.join(folder, "submitted")).decode()
+
+            first, again, other = submit("radtan", 0), submit("radtan", 0), submit("kannala_brandt", 0)
+            self.assertEqual(first[:2], (0, "7\n"))
+            self.assertEqual(first, again)
+            self.assertEqual(other[:2], (0, "7\n"))
+            self.assertNotEqual(first[2], other[2], "jobs of other settings have the same name")
+            code, printed, submitted = submit("radtan", 1)  # the controller does not answer
+            self.assertNotEqual(code, 0)
+            self.assertEqual((printed, submitted), ("", ""))
+
+
 class Table(unittest.TestCase):
     HEADER = "id,images,board\n"
 
@@ -332,6 +527,7 @@ class Table(unittest.TestCase):
             (self.HEADER + "a" * 101 + ",c,d\n", ":2: id: found 'aaa"),
             (self.HEADER + "a,c,d\nA,c,d\n", ":3: id: found 'A', as in line 2; expected a different id for each camera"),
             (self.HEADER + 'a,"c\nd",e\n', ":3: images: found a control character; expected one line of text"),
+            (self.HEADER + "a,b\x85c,d\n", ":2: images: found a control character"),
             (self.HEADER + 'a,"b"c,d\n', ":2: found a row that is no CSV"),
             (self.HEADER + "a,\udcff,d\n", "found bytes that are no UTF-8; expected a table in UTF-8"),
         ]
@@ -346,7 +542,7 @@ class Table(unittest.TestCase):
                 self.assertIn(message, str(caught.exception))
                 self.assertTrue(str(caught.exception).startswith(path + ":"))
                 num_checked += 1
-        self.assertEqual(num_checked, 14)
+        self.assertEqual(num_checked, 15)
 
     def test_paths_are_relative_to_the_table(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -358,6 +554,34 @@ class Table(unittest.TestCase):
         self.assertEqual(first, camera_table.Camera("a", os.path.join(folder, "b c"), "checkerboard:9x6:25mm"))
         self.assertEqual(second, camera_table.Camera("d", "/e", os.path.join(folder, "target.yaml"), "radtan", "2px",
                                                      os.path.join(folder, "f.yaml#left")))
+
+    def test_names_with_unusual_characters(self):
+        names = ["a\u2028b.png", "a\x85b.png", "a\x0cb.png", "a\u00a0b.png", "a b  c.png", "a\udcff.png", "a\rb.png"]
+        with tempfile.TemporaryDirectory() as folder:
+            images = os.path.join(folder, "une\u202ffois\u00a0deux")
+            os.mkdir(images)
+            for name in names:
+                open(os.path.join(images, name), "w", encoding="utf-8").close()
+            with open(os.path.join(folder, "cameras.csv"), "w", encoding="utf-8") as file:
+                file.write(f"{self.HEADER}a,{os.path.basename(images)},c\n")
+            camera, = camera_table.read_table(os.path.join(folder, "cameras.csv"))
+            text = camera_table.dependencies(camera, [])
+            self.assertEqual(camera_table.image_paths(text), sorted(os.path.join(images, name) for name in names))
+            inputs = os.path.join(folder, "inputs")
+            self.assertTrue(camera_table.write_if_changed(inputs, text))
+            self.assertFalse(camera_table.write_if_changed(inputs, text))
+            open(os.path.join(images, "a\nb.png"), "w", encoding="utf-8").close()
+            with self.assertRaisesRegex(camera_table.TableError, "expected a name without line breaks"):
+                camera_table.dependencies(camera, [])
+
+    def test_a_photograph_that_becomes_readable_is_a_change(self):
+        with tempfile.TemporaryDirectory() as folder:
+            open(os.path.join(folder, "a.png"), "w", encoding="utf-8").close()
+            camera = camera_table.Camera("a", folder, "c")
+            readable = camera_table.dependencies(camera, [])
+            with unittest.mock.patch("os.access", return_value=False):  # the test may run as root
+                self.assertNotEqual(camera_table.dependencies(camera, []), readable)
+            self.assertEqual(camera_table.dependencies(camera, []), readable)
 
     def test_image_files(self):
         with tempfile.TemporaryDirectory() as folder:

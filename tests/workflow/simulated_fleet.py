@@ -5,6 +5,7 @@ Ten cameras are rendered. Two of them have a previous file: that of "steady" is 
 focal length. "mixed" has the photographs of two cameras, and those of "broken" cannot be read.
 """
 import concurrent.futures
+import csv
 import ctypes
 import os
 import re
@@ -38,7 +39,8 @@ render: {{blur_px: 0.8, read_noise: 1.5, full_well_electrons: 10000, dark_level:
 corner_noise_px: 0
 """
 
-# Logs each command. "trap" holds a part of a command that is not run but ended as "trap" says: killed, or without memory.
+# Logs each command. "trap" holds a part of a command that does not simply run: it is killed, has no memory, or waits until
+# the file "hold" is removed.
 WRAPPER = """\
 #!/bin/sh
 echo "$*" >>{folder}/log
@@ -49,6 +51,7 @@ if [ -s {folder}/trap ]; then
       case $kind in
         kill) kill -KILL $$ ;;
         memory) echo 'error: out of memory' >&2; exit 1 ;;
+        hold) while [ -e {folder}/hold ]; do sleep 0.05; done ;;
       esac
       ;;
   esac
@@ -181,8 +184,8 @@ class Work:
     def printed(self):
         return content(self.path("printed")).decode(errors="replace")
 
-    def take_log(self):
-        """The (step, camera) of each command since the last call, in order."""
+    def calls(self):
+        """The (step, camera) of each command since the last take_log(), in order. A search of a chunk has no camera."""
         calls = []
         if os.path.exists(self.path("log")):
             for line in content(self.path("log")).decode().splitlines():
@@ -192,8 +195,31 @@ class Work:
                     calls.append((word, camera[1] if camera else "?"))
                 elif word == "fleet":
                     calls.append((word, ""))
+        return calls
+
+    def take_log(self):
+        """The same, and forgets them."""
+        calls = self.calls()
+        if os.path.exists(self.path("log")):
             os.remove(self.path("log"))
         return calls
+
+    def set_trap(self, kind="", text=""):
+        """Of all commands with this text from now on; without arguments: of none."""
+        with open(self.path("trap"), "w", encoding="utf-8") as file:
+            file.write(f"{kind} {text}\n" if kind else "")
+
+    def set_row(self, name, **fields):
+        """Replaces fields of the row of a camera in the table."""
+        with open(self.path("cameras.csv"), encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        for row in rows:
+            if row["id"] == name:
+                row.update(fields)
+        with open(self.path("cameras.csv"), "w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
 
     def records(self):
         """The (step, camera) of each step that has ended."""
