@@ -446,6 +446,33 @@ Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting
   return error;
 }
 
+namespace {
+
+void holdScale(ceres::Problem& problem, const SceneFit& fit, std::vector<PoseBlock>& poses) {
+  double distance = 0;
+  const std::size_t farthest = farthestFrame(fit, &distance);
+  if (fit.num_held_frames > 1 || distance == 0 || !problem.HasParameterBlock(poses[farthest].data())) return;
+  const Eigen::Vector3d first = fit.camera_from_world.front().inverse().translation;
+  problem.AddResidualBlock(new DistanceHold(first, distance), nullptr, poses[farthest].data());
+}
+
+ceres::Solver::Options sceneSolverOptions(const SolveOptions& options) {
+  ceres::Solver::Options solver;
+  solver.num_threads = 1;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.function_tolerance;
+  solver.gradient_tolerance = 1e-10;
+  solver.parameter_tolerance = 1e-10;
+  solver.max_num_consecutive_invalid_steps = 50;
+  // Damping holds the points that no parallax places, and must stay above the rounding of their elimination.
+  // With more of it, scenes creep along their long valleys.
+  solver.max_trust_region_radius = 1e7;
+  solver.logging_type = ceres::SILENT;
+  return solver;
+}
+
+}  // namespace
+
 SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   ceres::Problem::Options problem_options;
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -482,12 +509,7 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
     problem.AddResidualBlock(new FieldPrior(fit.field_px), nullptr, fit.fields[i].data());
     ordering->AddElementToGroup(fit.fields[i].data(), static_cast<int>(poses.size() + i) + 1);
   }
-  double distance = 0;
-  const std::size_t farthest = farthestFrame(fit, &distance);
-  if (fit.num_held_frames == 1 && distance > 0 && problem.HasParameterBlock(poses[farthest].data())) {
-    const Eigen::Vector3d first = fit.camera_from_world.front().inverse().translation;
-    problem.AddResidualBlock(new DistanceHold(first, distance), nullptr, poses[farthest].data());
-  }
+  holdScale(problem, fit, poses);
 
   double cost = 0;
   const bool is_evaluable = problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
@@ -495,20 +517,10 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
     fit.summary = {.reason = "a point cannot be projected at the start", .cost = kNoNumber};
     return fit;
   }
-  ceres::Solver::Options solver;
+  ceres::Solver::Options solver = sceneSolverOptions(options);
   // As in solve(): the dense factorisation fails where rounding leaves the scale's free direction singular.
   solver.linear_solver_type = has_free_pose ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
   if (has_free_pose) solver.linear_solver_ordering = ordering;
-  solver.num_threads = 1;
-  solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = options.function_tolerance;
-  solver.gradient_tolerance = 1e-10;
-  solver.parameter_tolerance = 1e-10;
-  solver.max_num_consecutive_invalid_steps = 50;
-  // Damping holds the points that no parallax places, and must stay above the rounding of their elimination.
-  // With more of it, scenes creep along their long valleys.
-  solver.max_trust_region_radius = 1e7;
-  solver.logging_type = ceres::SILENT;
   CancelWatch watch(options.cancel);
   solver.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
