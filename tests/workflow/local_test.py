@@ -189,6 +189,7 @@ class AgainAndAgain(unittest.TestCase):
 
 class Killed(unittest.TestCase):
     MIN_KILLS = 4
+    MOST_COMMANDS = 10  # before a kill
     MAX_KILLS = max(8, int(os.environ.get("ALIDADE_PROOF_KILLS", "80")) // 10)
 
     def test_resumes_after_kills_at_random_moments(self):
@@ -202,10 +203,13 @@ class Killed(unittest.TestCase):
             work.take_log()
             run = work.start("--cores", "2")
             try:
-                # Most moments are counted from the first command, so that a slow start of Snakemake does not matter.
+                # Most moments are some commands after the start, so that the speed of the machine does not matter.
                 if draw.random() < 0.8:
-                    self.wait_for_log(work, run)
-                code = run.wait(draw.uniform(0.0, 1.0) if num_kills < self.MAX_KILLS else 300)
+                    self.wait_for_commands(work, run, draw.randrange(1, self.MOST_COMMANDS))
+                    wait = draw.uniform(0.0, 0.05)
+                else:
+                    wait = draw.uniform(0.0, 1.0)
+                code = run.wait(wait if num_kills < self.MAX_KILLS else 300)
             except subprocess.TimeoutExpired:
                 os.killpg(run.pid, signal.SIGKILL)
                 run.wait()
@@ -229,10 +233,17 @@ class Killed(unittest.TestCase):
         print(f"{num_kills} kills, {num_partial} of them during the work", file=sys.stderr)
 
     @staticmethod
-    def wait_for_log(work, run):
-        """Until the run has started a command, or ended."""
-        while run.poll() is None and not os.path.exists(work.path("log")):
-            time.sleep(0.02)
+    def wait_for_commands(work, run, count):
+        """Until the run has started so many commands, or ended."""
+
+        def started():
+            try:
+                return len(content(work.path("log")).splitlines())
+            except FileNotFoundError:
+                return 0
+
+        while run.poll() is None and started() < count:
+            time.sleep(0.01)
 
     def test_a_killed_step_is_no_result(self):
         work = FLEET.work("traps", ["cam01", "cam02"])
