@@ -135,6 +135,9 @@ TEST(RigCheck, TurnedCamerasAreFound) {
     ++num_named;
     const Eigen::Vector3d w(change.amounts[0], change.amounts[1], change.amounts[2]);
     EXPECT_NEAR(w.norm(), turn.norm(), 0.05 * kDeg) << kind;
+    // The file has turned the points by `turn`, so the camera itself is turned by as much against the file;
+    // or the other one the other way.
+    EXPECT_GT(w.dot(turn) * (change.side == PairSide::kFirst ? -1 : 1), 0) << kind;
   }
   EXPECT_EQ(num_checked, 7);
   EXPECT_GE(num_wrong, 3);

@@ -106,7 +106,7 @@ std::string pixelWords(double px) {
 }
 
 std::string nextStepOf(const RigPairCheck& pair) {
-  if (pair.is_behind) return "exchange the folders, or correct the camera names in the rig file";
+  if (pair.is_behind) return "check that each folder belongs to its camera; if so, calibrate the rig again";
   const RigChange& change = pair.changes.at(pair.explanation.value());
   switch (change.kind) {
     case RigChangeKind::kRotation:
@@ -153,6 +153,8 @@ std::string gapText(const RigPairCheck& pair) {
     case FootageGap::kWeak:
       break;
   }
+  if (!pair.changes.empty() && !std::isfinite(pair.blind_px))
+    return "an error of any size could go unnoticed; take more images, with detail in all parts of both";
   return pair.changes.empty() ? "the two cameras are at one place, so that their images show no parallax"
                               : "an error of " + pixelWords(pair.blind_px) +
                                     " would go unnoticed; take more images, with detail in all parts of both";
@@ -160,7 +162,9 @@ std::string gapText(const RigPairCheck& pair) {
 
 std::string foundText(const RigPairCheck& pair, std::string_view first, std::string_view second) {
   if (pair.is_behind)
-    return "most points lie behind the cameras: the images are those of each other's camera";
+    return "most points lie behind the cameras: the images were exchanged, or a camera was turned or its "
+           "image "
+           "shifted along the rows";
   const RigChange& change = pair.changes.at(pair.explanation.value());
   std::string text = fmt::format("{} explains the images; rows differ by {}", describe(change, first, second),
                                  pixelWords(change.effect_px));

@@ -93,7 +93,8 @@ SE3 changedPose(const SE3& second_from_first, const PairFreedom& freedom, const 
   Eigen::Index at = 0;
   for (const auto& [kind, side] : freedom.parts) {
     if (kind == RigChangeKind::kRotation) {
-      const SE3 turn{SO3::exp(amounts.segment<3>(at)), Eigen::Vector3d::Zero()};
+      // A camera that turns one way sees points turn the other way.
+      const SE3 turn{SO3::exp(-amounts.segment<3>(at)), Eigen::Vector3d::Zero()};
       pose = side == PairSide::kFirst ? pose * turn.inverse() : turn * pose;
     } else if (kind == RigChangeKind::kPosition) {
       const Eigen::Vector3d sideways = acrossBaseline(pose.translation) * amounts.segment<2>(at);

@@ -123,7 +123,9 @@ class PairTest {
       : second_size_(second.image_size),
         stated_{first.camera, second.camera, second.camera_from_rig * first.camera_from_rig.inverse()},
         options_(options) {
-    const double diagonal = std::hypot(second.image_size.width, second.image_size.height);
+    // The errors are about those of the coarser camera.
+    const double diagonal = std::min(std::hypot(first.image_size.width, first.image_size.height),
+                                     std::hypot(second.image_size.width, second.image_size.height));
     threshold_px_ = std::max(2.0, 0.002 * diagonal);
     stated_.second_from_first.translation.normalize();
     freedoms_ = pairFreedoms(stated_, {first.image_size.width, second.image_size.width});
@@ -244,7 +246,9 @@ class PairTest {
     }
     if (!parallaxes.empty()) check_.parallax_px = medianOf(std::move(parallaxes));
     constexpr double kMost = 0.8;
-    if (num_near < kFewest || static_cast<double>(num_behind) < kMost * static_cast<double>(num_near))
+    constexpr double kLeast = 0.25;  // of all matches: fewer may be false ones
+    if (num_near < kFewest || static_cast<double>(num_near) < kLeast * static_cast<double>(used_.size()) ||
+        static_cast<double>(num_behind) < kMost * static_cast<double>(num_near))
       return false;
     check_.is_behind = true;
     check_.verdict = FootageVerdict::kInconsistent;
@@ -484,7 +488,8 @@ RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> ma
     const MountedCamera& second = rig.camera(pair.second);
     RigPairCheck result;
     const SE3 second_from_first = second.camera_from_rig * first.camera_from_rig.inverse();
-    if (second_from_first.translation.norm() > 0) {
+    constexpr double kLeastBaseline = 1e-6;  // m
+    if (second_from_first.translation.norm() > kLeastBaseline) {
       result = PairTest(first, second, options).run(pair.instants);
     } else {
       result.gap = FootageGap::kWeak;  // without a baseline there are no epipolar curves
@@ -526,11 +531,13 @@ std::string describe(const RigChange& change, std::string_view first, std::strin
                          (is_first ? change.pair.first : change.pair.second).parameterNames()[4], of, by[0],
                          digitsFor(change.std[0], 3), change.std[0], digitsFor(change.std[0], 3));
     case RigChangeKind::kPosition:
-      return fmt::format("the direction from {} to {} turned by {:.2f} deg +- {:.2f} deg", first, second,
-                         kDegrees * std::hypot(by[0], by[1]), kDegrees * change.angle_std);
+      return fmt::format("the direction from {} to {} turned by {:.{}f} deg +- {:.{}f} deg", first, second,
+                         kDegrees * std::hypot(by[0], by[1]), digitsFor(kDegrees * change.angle_std, 2),
+                         kDegrees * change.angle_std, digitsFor(kDegrees * change.angle_std, 2));
     case RigChangeKind::kPrincipalPoint:
-      return fmt::format("principal point of {} {:+.1f} +- {:.1f} px in x and {:+.1f} +- {:.1f} px in y", of,
-                         by[0], change.std[0], by[1], change.std[1]);
+      return fmt::format("principal point of {} {:+.{}f} +- {:.{}f} px in x and {:+.{}f} +- {:.{}f} px in y",
+                         of, by[0], digitsFor(change.std[0], 1), change.std[0], digitsFor(change.std[0], 1),
+                         by[1], digitsFor(change.std[1], 1), change.std[1], digitsFor(change.std[1], 1));
     case RigChangeKind::kPose:
       return fmt::format("{}, and the direction between them by {:.2f} deg", turnWords(change, one, other),
                          kDegrees * std::hypot(by[3], by[4]));

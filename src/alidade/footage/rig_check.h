@@ -77,9 +77,11 @@ struct RigPairCheck {
   std::vector<RigChange> changes;      ///< those that were tried
   std::optional<std::size_t> explanation;
   std::vector<std::size_t> alternatives;  ///< other changes that explain nine tenths as much
-  bool is_behind = false;                 ///< most points lie behind the cameras: images exchanged
+  bool is_behind =
+      false;  ///< most points lie behind the cameras: images exchanged, or turned or shifted along rows
   double tolerance_px = 0;
-  double blind_px = 0;       ///< the largest error of rows that would go unnoticed
+  double blind_px = 0;  ///< of rows: the largest error of rotation, baseline, focal length or distortion that
+                        ///< would go unnoticed
   int num_instants = 0;      ///< with 12 matches or more that were used
   int num_matches = 0;       ///< with rays
   int num_used = 0;          ///< without outliers
@@ -117,9 +119,9 @@ struct RigPairMatches {
 
 /// Tests the lenses and relative poses of a rig on matched points, pair by pair. The Sampson error of all
 /// matches of a pair, in pixels of both images (Sampson 1982), is minimised over one group of unknowns at a
-/// time: all else stays as stated. A change counts if it is significant (1 in 1000; the scatter of matches
+/// time: all else stays as stated. A change counts if it is far beyond chance (the scatter of matches
 /// and of instants counts, whichever is larger), if its effect exceeds five times the tolerance, and surely
-/// half of that. All unknowns at once count only if the effect is twice as large: they also take up what lens
+/// half of that. All unknowns at once count only if the effect is twice as large: they also absorb what lens
 /// models leave. Matches that the stated rig does not explain, but a changed one does, are judged too.
 /// A pair is called consistent only if three instants or more have matches, and a rig if consistent pairs
 /// connect all its cameras.
