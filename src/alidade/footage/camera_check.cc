@@ -18,7 +18,7 @@ namespace {
 constexpr double kPenalty = 6;  // of the score, for each unknown: 1 in 1000 and a choice of six kinds
 // Of the score: tracks have errors in common that their scatter does not show.
 constexpr double kEvidence = 10;
-// Of the squared errors. All parameters together also take up errors that the images share: a third of them
+// Of the squared errors. All parameters together also absorb errors that the images share: a third of them
 // on photographs by a camera that was calibrated with a board.
 constexpr double kAllTogether = 0.5;
 constexpr double kFailure = 5;  // times the tolerance, as for findings of boards
@@ -247,7 +247,7 @@ bool fitTo(const AnyCamera& camera, std::vector<Reconstruction>& windows,
         fit = solveScene(std::move(fit),
                          {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = options.cancel});
         is_fitted[i] = fit.summary.termination == Termination::kConverged ? 1 : 0;
-        windows[i].noise_px *= noiseOf(fit) / noise_before;
+        if (noise_before > 0) windows[i].noise_px *= noiseOf(fit) / noise_before;
         windows[i].fit = std::move(fit);
       },
       options.cancel);
