@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/footage/two_view.h"
 
+#include <cmath>
+#include <cstdio>
+
 #include <gtest/gtest.h>
 
 #include "footage/points_scene.h"
@@ -85,6 +88,10 @@ MotionErrors motionErrors(double false_share, int cases_each) {
 }
 
 void expectAccurate(const MotionErrors& errors) {
+  std::printf("%d pairs: rotation %.3f deg, direction %.3f deg, %.1f %% within 1.96 standard deviations\n",
+              errors.num_cases, std::sqrt(errors.turn_square / errors.num_cases),
+              std::sqrt(errors.direction_square / errors.num_cases),
+              100.0 * errors.num_covered / errors.num_values);
   EXPECT_EQ(errors.num_general, errors.num_cases);
   EXPECT_LT(std::sqrt(errors.turn_square / errors.num_cases), 0.05);
   EXPECT_LT(std::sqrt(errors.direction_square / errors.num_cases), 0.5);
