@@ -61,8 +61,8 @@ class BoardCommand final : public Command {
     app.add_option("-o,--output", output_, "File to write: .pdf, .svg or .png")->type_name(kFileValue);
     app.add_option(
         "--paper", paper_,
-        "A4, A3, A2, A1, A0, letter or WIDTHxHEIGHT, for example 300x400mm (default: the smallest of "
-        "A4 to A0 that holds the board). A larger board is cut into pages");
+        "A4, A3, A2, A1, A0, letter or WIDTHxHEIGHT, for example 300x400mm (default: the smallest of A4 to "
+        "A0 that holds the board). A larger board is cut into pages");
     app.add_option("--dpi", dpi_, "Resolution of a PNG file, pixels per inch")
         ->capture_default_str()
         ->check(positiveNumber);
@@ -88,8 +88,8 @@ class BoardCommand final : public Command {
     if (sheet.numPages() > 1 && !common_.quiet) {
       printMessage(fmt::format(
           "warning: the board takes {:.0f}x{:.0f} mm, more than {}: it was cut into {} pages, and boards "
-          "that "
-          "are joined are rarely flat\n  next: have it printed on larger paper, or make the squares smaller",
+          "that are joined are rarely flat\n  next: have it printed on larger paper, or make the squares "
+          "smaller",
           sheet.drawing_mm.x(), sheet.drawing_mm.y(), sheet.paper.name, sheet.numPages()));
     }
     if (common_.json) {

@@ -123,8 +123,8 @@ void checkLengths(const CornersFile& file, bool is_quiet, std::vector<std::strin
     for (std::size_t a = 0; a < b; ++a) {
       if (!file.boards[a].differsInLengthsFrom(file.boards[b])) continue;
       notes.push_back(
-          fmt::format("{} and {} differ in lengths alone; if they are one board, give it the "
-                      "measured lengths in all files: distances now have two scales",
+          fmt::format("{} and {} differ in lengths alone; if they are one board, give it the measured "
+                      "lengths in all files: distances now have two scales",
                       file.boards[a].spec(), file.boards[b].spec()));
       if (!is_quiet) printMessage("warning: " + notes.back());
     }

@@ -474,8 +474,8 @@ class ConvertCommand final : public Command {
     for (const Converted& c : cameras) {
       if (format.id != kOwnFormat && c.source.calibration) {
         notes.push_back(c.where +
-                        ": uncertainty, verdict and boards of the calibration cannot be stored in "
-                        "the format " +
+                        ": uncertainty, verdict and boards of the calibration cannot be stored in the "
+                        "format " +
                         std::string(format.title));
       }
     }

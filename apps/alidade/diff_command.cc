@@ -219,14 +219,12 @@ class DiffCommand final : public Command {
         "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
         "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
         "inverse rotation and the same differences.\nTwo rigs are compared camera by camera, then the poses "
-        "from "
-        "the first camera, then what both together do: a pixel of\none camera, as a point at --distance "
+        "from the first camera, then what both together do: a pixel of\none camera, as a point at --distance "
         "(default: 10 times the largest baseline), projected into another.\nExit code 3: the cameras see too "
         "little in common, or they differ significantly and by more than the tolerance.");
     app.add_option("files", files_,
                    "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a "
-                   "file with "
-                   "several")
+                   "file with several")
         ->type_name(kFileValue);
     takeLength(*app.add_option("--distance", distance_m_,
                                "Compare points at this distance, for example 2m, and align by the best pose "

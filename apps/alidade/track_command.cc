@@ -96,17 +96,17 @@ class TrackCommand final : public Command {
   void setUp(CLI::App& app) override {
     app.footer(
         "Example: alidade track walk.mp4 --camera camera.yaml -o trajectory.txt\nVisual odometry: errors add "
-        "up along "
-        "the way, and places that are seen again are not recognised. The scale is arbitrary.\nWrites a TUM "
-        "trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera (docs/tracking.md).");
+        "up along the way, and places that are seen again are not recognised. The scale is "
+        "arbitrary.\nWrites a TUM trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera "
+        "(docs/tracking.md).");
     app.add_option("input", inputs_, "Video, folder of images, or pattern (*.jpg, frame%04d.png)")
         ->type_name(kFileValue);
     app.add_option("--camera", camera_path_, "Camera file of any format (docs/formats.md)")
         ->type_name(kFileValue);
     app.add_option(
            "--front-end", front_end_,
-           "How points are followed: flow (small motions) or keypoints (any); default: flow for videos "
-           "and numbered images, keypoints for others")
+           "How points are followed: flow (small motions) or keypoints (any); default: flow for videos and "
+           "numbered images, keypoints for others")
         ->check(CLI::IsMember({"flow", "keypoints"}));
     app.add_option("-o,--output", output_, "Trajectory file to write; - for standard output")
         ->type_name(kFileValue);
@@ -147,8 +147,8 @@ class TrackCommand final : public Command {
     if (path.segments.size() == 1) return 0;
     printMessage(
         fmt::format("error: {}: the path is in {} pieces that nothing connects; each has a world and a scale "
-                    "of its own\n  next: "
-                    "film without interruption, dark frames and quick turns, or cut the video there",
+                    "of its own\n  next: film without interruption, dark frames and quick turns, or cut the "
+                    "video there",
                     inputs_.front(), path.segments.size()));
     return kUntrustworthyExit;
   }

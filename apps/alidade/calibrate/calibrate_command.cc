@@ -79,9 +79,8 @@ class CalibrateCommand final : public Command {
     app.add_flag("--same-focal", same_focal_, "Force fx = fy")->group(kFitGroup);
     app.add_option("--board-shape", board_shape_,
                    "Shape of the board. flat: assume a flat board; warp: estimate its bend; uneven: estimate "
-                   "the place of every "
-                   "point; auto: "
-                   "estimate the bend if it is significant, and the points if they explain other views")
+                   "the place of every point; auto: estimate the bend if it is significant, and the points "
+                   "if they explain other views")
         ->group(kFitGroup)
         ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
         ->capture_default_str();

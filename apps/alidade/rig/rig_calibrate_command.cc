@@ -54,8 +54,7 @@ class RigCalibrateCommand final : public Command {
         ->delimiter(',');
     app.add_option("--board-shape", shape_,
                    "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
-                   "place of every point; "
-                   "auto: what is seen")
+                   "place of every point; auto: what is seen")
         ->group(kFitGroup)
         ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
         ->capture_default_str();

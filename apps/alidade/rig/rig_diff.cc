@@ -167,8 +167,8 @@ std::optional<std::string> rigComplaint(const std::vector<LensComparison>& pairs
   for (const LensComparison& pair : pairs) {
     if (!isComparable(pair.difference)) {
       return pair.name +
-             ": the lenses cannot be compared, because they see too little in common\n  next: check "
-             "both files with alidade validate";
+             ": the lenses cannot be compared, because they see too little in common\n  next: check both "
+             "files with alidade validate";
     }
     if (tolerance_px &&
         agreementOf(pair.difference, pair.significance, *tolerance_px) == Agreement::kBeyond) {
@@ -182,8 +182,7 @@ std::optional<std::string> rigComplaint(const std::vector<LensComparison>& pairs
     if (!transfer) {
       return fmt::format(
           "{}: the pose cannot be judged, because no other camera sees enough of the same points at {:.4g} "
-          "m\n  "
-          "next: add --distance with one at which the cameras' images overlap",
+          "m\n  next: add --distance with one at which the cameras' images overlap",
           pairs[i].name, difference.distance_m);
     }
     if (transfer->p95_px > *tolerance_px) {

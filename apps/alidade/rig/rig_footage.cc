@@ -67,8 +67,8 @@ std::vector<Instant> instantsOf(const RigRecord& rig, const RigInputs& inputs, b
   if (!frames.unmatched.empty() && !is_quiet) {
     const RigImage& first = frames.unmatched.front();
     printMessage(
-        fmt::format("note: {} image{} without one of the same instant by another camera, for example "
-                    "{} of {}: not used",
+        fmt::format("note: {} image{} without one of the same instant by another camera, for example {} of "
+                    "{}: not used",
                     frames.unmatched.size(), frames.unmatched.size() == 1 ? "" : "s", first.image,
                     cameras[first.camera].name));
   }
@@ -137,8 +137,8 @@ std::string gapText(const RigPairCheck& pair) {
                          pair.num_matches);
     case FootageGap::kMovingScene:
       return fmt::format(
-          "only {:.0f} % of {} matches agree with one pose; give images of the same instant, "
-          "full of detail. (A rig file that is far off may do this too.)",
+          "only {:.0f} % of {} matches agree with one pose; give images of the same instant, full of detail. "
+          "(A rig file that is far off may do this too.)",
           100 * (1 - pair.outlier_share), pair.num_matches);
     case FootageGap::kNoParallax:
       return "all points are far away, so the direction of the baseline is open; show things nearer than 10 "
@@ -163,8 +163,7 @@ std::string gapText(const RigPairCheck& pair) {
 std::string foundText(const RigPairCheck& pair, std::string_view first, std::string_view second) {
   if (pair.is_behind)
     return "most points lie behind the cameras: the images were exchanged, or a camera was turned or its "
-           "image "
-           "shifted along the rows";
+           "image shifted along the rows";
   const RigChange& change = pair.changes.at(pair.explanation.value());
   std::string text = fmt::format("{} explains the images; rows differ by {}", describe(change, first, second),
                                  pixelWords(change.effect_px));
@@ -203,8 +202,8 @@ Lines pairLines(const RigPairCheck& pair, std::string_view first, std::string_vi
   if (pair.verdict != FootageVerdict::kInconsistent && pair.explanation) {
     const RigChange& change = pair.changes[*pair.explanation];
     append(lines,
-           wrapped("Note", fmt::format("{} fits better; rows differ by {}, which is not enough to call "
-                                       "the file wrong",
+           wrapped("Note", fmt::format("{} fits better; rows differ by {}, which is not enough to call the "
+                                       "file wrong",
                                        describe(change, first, second), pixelWords(change.effect_px))));
   }
   if (pair.verdict != FootageVerdict::kConsistent) return lines;

@@ -129,8 +129,8 @@ class RigRectifyCommand final : public Command {
         ->type_name(kFileValue);
     app.add_option(
            "input", views_.inputs,
-           "For the first and the second camera: a folder of images, a pattern in quotes, or a corners "
-           "file (.csv)")
+           "For the first and the second camera: a folder of images, a pattern in quotes, or a corners file "
+           "(.csv)")
         ->type_name(kFileValue);
     app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
     app.add_option("--cameras", names_,

@@ -93,8 +93,8 @@ std::string nextStepText(const RigCalibration& rig) {
 std::string poseText(const RigCamera& camera, const SE3& camera_from_rig) {
   const Eigen::Vector3d origin = camera_from_rig.inverse().translation * kMillimetres;
   return fmt::format(
-      "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; "
-      "standard deviation {:.2f} mm, {:.3f} degrees",
+      "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; standard "
+      "deviation {:.2f} mm, {:.3f} degrees",
       origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegPerRad,
       camera.position_std_m.norm() * kMillimetres, camera.rotation_std_rad.norm() * kDegPerRad);
 }

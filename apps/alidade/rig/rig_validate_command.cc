@@ -109,8 +109,8 @@ class RigValidateCommand final : public Command {
         ->group(kFootageGroup);
     tolerance_flag_ =
         app.add_option("--tolerance", tolerance_,
-                       "Error of a projected point that you accept (95 %). For --footage, whose "
-                       "default is 0.2px, a fifth of the error of rows that surely fails")
+                       "Error of a projected point that you accept (95 %). For --footage, whose default is "
+                       "0.2px, a fifth of the error of rows that surely fails")
             ->check(pixelComplaint, "")
             ->capture_default_str();
     addCommonOptions(app, common_, true);

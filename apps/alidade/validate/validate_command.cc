@@ -80,16 +80,16 @@ class ValidateCommand final : public Command {
     app.add_option(
            "--front-end", front_end_,
            "How points are followed from picture to picture. flow: small motions, as in a video; keypoints: "
-           "by "
-           "what they look like, as in photographs. Not given: flow for a video or sequence, else keypoints")
+           "by what they look like, as in photographs. Not given: flow for a video or sequence, else "
+           "keypoints")
         ->group(kFootageGroup)
         ->check(CLI::IsMember({"flow", "keypoints"}));
     app.add_option("--against", against_, "Camera file (any format) to compare with")->type_name(kFileValue);
     tolerance_flag_ =
         app.add_option("--tolerance", tolerance_px_,
-                       "Largest accepted error in pixels (95th percentile; --images: where boards "
-                       "were seen), for --images and --against. For --footage, whose default is 1, a "
-                       "fifth of the error that surely fails")
+                       "Largest accepted error in pixels (95th percentile; --images: where boards were "
+                       "seen), for --images and --against. For --footage, whose default is 1, a fifth of the "
+                       "error that surely fails")
             ->check(positiveNumber, "above 0")
             ->capture_default_str();
     takePixels(*tolerance_flag_);

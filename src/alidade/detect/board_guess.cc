@@ -68,8 +68,7 @@ class CircleGuess {
     const CircleCounts& grid = most.grid;
     const std::string counts = fmt::format("{}x{}", grid.columns, grid.rows);
     return fmt::format(
-        "the images show {0} of {1} circles: --board {2}:{1}:SPACING:DIAMETER, with lengths "
-        "such as 25mm{3}",
+        "the images show {0} of {1} circles: --board {2}:{1}:SPACING:DIAMETER, with lengths such as 25mm{3}",
         grid.is_asymmetric ? "an asymmetric grid" : "a grid", counts,
         grid.is_asymmetric ? AsymmetricCircleGrid::kName : CircleGrid::kName,
         most.diameters.empty()

@@ -198,10 +198,10 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   // The last two lines: of the first edition, which are not used any more, but for stated_covariance.
   node.allowKeys(
       detail::words("verdict accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
-                    "num_corners board "
-                    "board_warp findings parameter_std covariance covariance_by view_centers trustworthy "
-                    "stated_covariance model_choice num_outliers parameter_std_by_view projection_std_px "
-                    "projection_std_grid termination views settings"));
+                    "num_corners board board_warp findings parameter_std covariance covariance_by "
+                    "view_centers trustworthy stated_covariance model_choice num_outliers "
+                    "parameter_std_by_view projection_std_px projection_std_grid termination views "
+                    "settings"));
   CalibrationRecord record;
   const std::size_t num_params = parameter_names.size();
   // What files had before they had a verdict.

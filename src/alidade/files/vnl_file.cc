@@ -179,8 +179,7 @@ class VnlParser {
           fmt::format("image '{}' with {} row{}", view_.image, num_rows_, num_rows_ == 1 ? "" : "s"),
           fmt::format("{}, one per corner of {} ({} columns x {} rows)", board().numCorners(), board().spec(),
                       board().columns(), board().rows()),
-          "check --board: mrcal's --object-width-n is the number of columns, --object-height-n "
-          "that of rows");
+          "check --board: mrcal's --object-width-n is the number of columns, --object-height-n that of rows");
     }
     if (!view_.corners.empty()) file_.views.push_back(std::move(view_));
     view_ = {};

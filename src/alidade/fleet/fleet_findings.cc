@@ -191,8 +191,7 @@ std::string fleetCsv(const Fleet& fleet) {
     drifts[drift.unit].insert(drifts[drift.unit].begin(), drift.previous);
   }
   std::string text =
-      "file,name,serial,model,width,height,verdict,accuracy_px,distance_px,distance_max_px,sigmas,status,"
-      "previous,drift_px,drift_max_px,drift_sigmas,drift_status\n";
+      "file,name,serial,model,width,height,verdict,accuracy_px,distance_px,distance_max_px,sigmas,status,previous,drift_px,drift_max_px,drift_sigmas,drift_status\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (const auto* more : {&places[i], &drifts[i]})
       rows[i].insert(rows[i].end(), more->begin(), more->end());

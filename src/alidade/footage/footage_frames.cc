@@ -97,9 +97,8 @@ FootagePass showVideo(const std::string& path, const std::function<void(const Fo
   }
   if (num_interlaced > 0) {
     pass.notes.push_back(
-        fmt::format("{}: {} frames are interlaced: each holds two moments, which makes points "
-                    "inexact",
-                    path, num_interlaced));
+        fmt::format("{}: {} frames are interlaced: each holds two moments, which makes points inexact", path,
+                    num_interlaced));
   }
   return pass;
 }

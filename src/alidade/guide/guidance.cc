@@ -415,8 +415,8 @@ std::string nextViewText(const Guidance& guidance, ImageSize size) {
   const NextView& next = *guidance.next;
   const BoardSighting& at = next.sighting;
   std::string text = fmt::format(
-      "{}{} {} of the image, its centre at pixel ({:.0f}, {:.0f}), {:.2g} m away so that it fills "
-      "{:.0f} % of the image{}, {}\n",
+      "{}{} {} of the image, its centre at pixel ({:.0f}, {:.0f}), {:.2g} m away so that it fills {:.0f} % "
+      "of the image{}, {}\n",
       boardName(guidance), next.is_on_end ? ", upright (portrait)," : "",
       placeName(regionAt(at.middle_px, size)), at.middle_px.x(), at.middle_px.y(), at.distance_m,
       100 * next.fill, next.is_whole ? "" : " and extends beyond it", tiltText(at.tilt));

@@ -27,8 +27,7 @@ Codecs loadCodecs() {
     codecs.decode = reinterpret_cast<Decode>(::dlsym(library, "_ZN2cv8imdecodeERKNS_11_InputArrayEi"));
     codecs.encode = reinterpret_cast<Encode>(::dlsym(
         library,
-        "_ZN2cv8imencodeERKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEERKNS_11_InputArrayERSt6vect"
-        "orIhSaIhEERKSB_IiSaIiEE"));
+        "_ZN2cv8imencodeERKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEERKNS_11_InputArrayERSt6vectorIhSaIhEERKSB_IiSaIiEE"));
   }
   if (codecs.decode == nullptr || codecs.encode == nullptr) {
     const char* const reason = ::dlerror();

@@ -358,14 +358,13 @@ class Opening {
     }
     if (2 * choice.num_interlaced > choice.num_frames) {
       notes_.push_back(path +
-                       ": the video is interlaced: a frame shows two moments. If the board moved, "
-                       "convert it first: ffmpeg -i IN -vf bwdif -crf 10 OUT.mp4");
+                       ": the video is interlaced: a frame shows two moments. If the board moved, convert it "
+                       "first: ffmpeg -i IN -vf bwdif -crf 10 OUT.mp4");
     }
     if (choice.is_cut) {
       notes_.push_back(
           path +
-          ": the file ends early, or its end cannot be read; copy or record it again if frames are "
-          "missing");
+          ": the file ends early, or its end cannot be read; copy or record it again if frames are missing");
     }
     addItems(path, identity, choice.numbers, num_sequences_, options_.cancel, items_);
     ++num_sequences_;

@@ -291,8 +291,7 @@ void FigureCanvas::addLegend(const Vector2d& at,
 
 std::string FigureCanvas::svg(std::string_view alt, std::string_view attributes) const {
   return fmt::format(
-      "<svg class=\"drawing\" viewBox=\"0 0 {} {}\" role=\"img\" "
-      "aria-label=\"{}\"{}{}>\n{}</svg>\n",
+      "<svg class=\"drawing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\"{}{}>\n{}</svg>\n",
       coordinate(width_), coordinate(height_), escapedMarkup(alt), attributes.empty() ? "" : " ", attributes,
       svg_);
 }

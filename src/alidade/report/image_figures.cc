@@ -199,8 +199,7 @@ Figure coverageFigure(const ReportData& data) {
   Figure figure{.id = "coverage", .title = "Where corners were seen"};
   figure.reading =
       "Each dot is a corner that was used; parts of the image without dots are extrapolated, so put the "
-      "board there "
-      "in further photographs.";
+      "board there in further photographs.";
   figure.alt =
       fmt::format("{} corners in {} of {} cells of the image.", data.num_corners, num_seen, num_with_ray);
   figure.svg = canvas.svg(figure.alt);

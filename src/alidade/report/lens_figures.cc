@@ -216,8 +216,7 @@ Figure wideDistortionFigure(const ReportData& data, double end) {
   Figure figure{.id = "distortion-grid", .title = "Distortion"};
   figure.reading =
       "The rings show directions 10, 20, 30 degrees and so on from the optical axis; they should be smooth, "
-      "evenly "
-      "changing circles up to the corners of the image.";
+      "evenly changing circles up to the corners of the image.";
   figure.alt = fmt::format("Rings of equal angle of the {} lens, up to {:.0f} degrees from the axis.",
                            data.camera.modelId(), end / kRadPerDegree);
   figure.svg = canvas.svg(figure.alt);
@@ -251,8 +250,7 @@ Figure distortionGridFigure(const ReportData& data) {
   Figure figure{.id = "distortion-grid", .title = "Distortion"};
   figure.reading =
       "These curves are straight lines in the scene; the more they bend, the stronger the distortion, and "
-      "they should "
-      "bend smoothly up to the corners of the image.";
+      "they should bend smoothly up to the corners of the image.";
   figure.alt = fmt::format(
       "Straight lines of the scene as the {} lens shows them, up to {:.0f} degrees from the axis.",
       data.camera.modelId(), end / kRadPerDegree);
@@ -382,8 +380,7 @@ Figure correlationFigure(const ReportData& data) {
   figure.reading =
       "Strong colours are pairs whose errors go together: near 1 or -1 the photographs do not separate the "
       "two. fx with fy, and k1, k2, k3 with each other, are always strongly related. Look at cx or cy with "
-      "p1 "
-      "or p2: if strong, tilt the board more.";
+      "p1 or p2: if strong, tilt the board more.";
   figure.alt = fmt::format("Correlations of {} parameters; the strongest is {:.3f}, between {}.",
                            estimated.size(), strongest, pair);
   figure.svg = canvas.svg(figure.alt);

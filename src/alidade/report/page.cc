@@ -90,8 +90,8 @@ std::string parametersHtml(const ReportData& data) {
   }
   return tableFigure(
       "parameters", "Parameters", {{"Parameter"}, {"Value"}, {"Standard deviation"}}, rows,
-      "The true value lies within two standard deviations in 95 of 100 cases. These photographs "
-      "do not determine a parameter whose standard deviation exceeds it.");
+      "The true value lies within two standard deviations in 95 of 100 cases. These photographs do not "
+      "determine a parameter whose standard deviation exceeds it.");
 }
 
 // Why the chosen model has other errors in the table than the camera.
@@ -102,8 +102,7 @@ std::string choiceFootnote(const ReportData& data) {
                        shortNumber(chosen->holdout_rms_px) == shortNumber(data.holdout_rms_px);
   return is_same ? ""
                  : " The errors of the camera above differ: here each corner counts by its weight, and only "
-                   "corners "
-                   "that all models share are compared.";
+                   "corners that all models share are compared.";
 }
 
 std::string modelsHtml(const ReportData& data) {

@@ -225,8 +225,8 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
         num_others - kMostShown, num_others == kMostShown + 1 ? "" : "s", others);
   if (num_notes > 0) {
     html += fmt::format(
-        "<details><summary>{} note{} without effect on the verdict</summary>\n<ul class=\"findings\">\n{}"
-        "</ul></details>\n",
+        "<details><summary>{} note{} without effect on the verdict</summary>\n<ul "
+        "class=\"findings\">\n{}</ul></details>\n",
         num_notes, num_notes == 1 ? "" : "s", notes);
   }
   return html;

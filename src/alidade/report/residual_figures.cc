@@ -233,11 +233,10 @@ Figure histogramFigure(const ReportData& data) {
   Figure figure{.id = "histogram", .title = "Distribution of the errors"};
   figure.reading =
       "The bars should follow the curve: a sharper peak with long tails means that some corners or images "
-      "are much worse "
-      "than the others.";
+      "are much worse than the others.";
   figure.alt = fmt::format(
-      "Histogram of {} errors with a standard deviation of {} px; {:.2f} percent lie beyond three "
-      "standard deviations, where a normal distribution has 0.27 percent.",
+      "Histogram of {} errors with a standard deviation of {} px; {:.2f} percent lie beyond three standard "
+      "deviations, where a normal distribution has 0.27 percent.",
       components.size(), shortNumber(sigma), 100 * num_beyond3 / total);
   figure.svg = canvas.svg(figure.alt);
   return figure;
@@ -281,8 +280,7 @@ Figure normalPlotFigure(const ReportData& data) {
   Figure figure{.id = "normal-plot", .title = "Are the errors normal?"};
   figure.reading =
       "The dots should lie on the line; ends that turn away from it, upwards on the right and downwards on "
-      "the left, are "
-      "more large errors than noise explains.";
+      "the left, are more large errors than noise explains.";
   figure.alt = fmt::format(
       "Normal plot of {} errors; the largest drawn is {} px, and three standard deviations are {} px.", count,
       shortNumber(last), shortNumber(3 * sigma));

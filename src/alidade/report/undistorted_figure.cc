@@ -141,12 +141,12 @@ std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfVie
       {{"line ruler", fmt::format("largest distance of a corner from its line: {} px", twoDigits(largest))}});
   Figure figure{.id = "undistorted", .title = "An image without distortion"};
   figure.reading = fmt::format(
-      "This is {}. The edges of the board should lie on the straight lines over their whole "
-      "length; if they bow, the distortion is wrong there.",
+      "This is {}. The edges of the board should lie on the straight lines over their whole length; if they "
+      "bow, the distortion is wrong there.",
       view.image);
   figure.alt = fmt::format(
-      "{} without distortion: its corners lie up to {} px from straight lines through rows and "
-      "columns of the board.",
+      "{} without distortion: its corners lie up to {} px from straight lines through rows and columns of "
+      "the board.",
       view.image, twoDigits(largest));
   figure.svg = canvas.svg(figure.alt);
   return figure;

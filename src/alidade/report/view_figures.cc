@@ -344,8 +344,8 @@ Figure nextViewFigure(const ReportData& data) {
   canvas.addPath(dark, "class=\"print\"");
   canvas.close();
   canvas.addRaw(
-      "</defs>\n<use href=\"#next-board\" class=\"ghost\" clip-path=\"url(#next-ghost-clip)\"/>"
-      "<use href=\"#next-board\" clip-path=\"url(#next-clip)\"/>\n");
+      "</defs>\n<use href=\"#next-board\" class=\"ghost\" clip-path=\"url(#next-ghost-clip)\"/><use "
+      "href=\"#next-board\" clip-path=\"url(#next-clip)\"/>\n");
   canvas.addPath(projectedOutline(data, next.camera_from_board, sheet, 24, area),
                  "class=\"ghost-outline\" clip-path=\"url(#next-ghost-clip)\"");
   canvas.addRect(image_low, image_high, "class=\"frame strong-frame\"");

@@ -26,9 +26,8 @@ constexpr std::string_view kViewer =
     "view\">←</button><button class=\"plain\" id=\"viewer-after\" type=\"button\" aria-label=\"Next "
     "view\">→</button><button class=\"plain\" id=\"viewer-close\" autofocus "
     "type=\"button\">Close</button></span></header><svg id=\"viewer-drawing\" role=\"img\" "
-    "aria-labelledby=\"viewer-words\"></svg><footer><span "
-    "id=\"viewer-words\"></span><span id=\"viewer-key\">circle: detected; cross: "
-    "projected</span></footer></div></dialog>\n";
+    "aria-labelledby=\"viewer-words\"></svg><footer><span id=\"viewer-words\"></span><span "
+    "id=\"viewer-key\">circle: detected; cross: projected</span></footer></div></dialog>\n";
 
 }  // namespace
 
@@ -40,8 +39,7 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
   std::string html =
       "<figure id=\"view-sheet\" class=\"wide\"><h3>Views, the largest error first</h3><figcaption "
       "class=\"reading\">Open a view to see its detected corners (circles) and where the camera projects "
-      "them "
-      "(crosses).</figcaption><div class=\"sheet-of-views\">\n";
+      "them (crosses).</figcaption><div class=\"sheet-of-views\">\n";
   constexpr std::size_t kFew = 18;  // are all shown
   const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
   constexpr std::size_t kLong = 12;  // a beginning of which little else could be seen

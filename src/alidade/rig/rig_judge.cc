@@ -192,8 +192,7 @@ void judgeSameImages(const RigCalibration& rig, std::vector<Diagnosis>& diagnose
     diagnoses.push_back(
         {.severity = Severity::kFailure,
          .id = "same_images",
-         .cause = fmt::format("{} and {} have the same images: {} of {} common views agree to the "
-                              "last digit",
+         .cause = fmt::format("{} and {} have the same images: {} of {} common views agree to the last digit",
                               rig.cameras[cameras.first].name, rig.cameras[cameras.second].name, count.first,
                               count.second),
          .next_step = "give each camera its own images"});
@@ -205,8 +204,8 @@ void judgeBoards(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
   diagnoses.push_back(
       {.severity = Severity::kNote,
        .id = "points_lost",
-       .cause = "a camera alone finds a board uneven, but no places of its points fit all cameras; "
-                "the boards are taken as even",
+       .cause = "a camera alone finds a board uneven, but no places of its points fit all cameras; the "
+                "boards are taken as even",
        .next_step = "hold the board still while the cameras take a frame"});
 }
 
@@ -238,8 +237,8 @@ void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vecto
       diagnoses.push_back(
           {.severity = Severity::kNote,
            .id = "given_lens_untested",
-           .cause = fmt::format("these images do not tell whether the lens of {} is right: by "
-                                "themselves they give no rig",
+           .cause = fmt::format("these images do not tell whether the lens of {} is right: by themselves "
+                                "they give no rig",
                                 camera.name),
            .next_step = "take more frames"});
     }

@@ -264,8 +264,8 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
           {.severity = severityOf(camera.effect_px, tolerance_px),
            .id = "pose_contradicted",
            .cause =
-               fmt::format("{} stands elsewhere than the file says: by {:.2f} mm and {:.3f} degrees, "
-                           "which moves points at the boards' distance by {:.2f} px",
+               fmt::format("{} stands elsewhere than the file says: by {:.2f} mm and {:.3f} degrees, which "
+                           "moves points at the boards' distance by {:.2f} px",
                            camera.name, camera.freed_from_stated.translation.norm() * kMmPerM,
                            camera.freed_from_stated.rotation.log().norm() * kDegPerRad, camera.effect_px),
            .evidence = fmt::format("{:.1f} sigma", camera.sigmas),

@@ -66,8 +66,7 @@ void checkView(std::span<const Board> boards, const View& view, ImageSize size) 
                   ", " + numberText("%.1f", corner.pixel.y()) + "), outside the image of " +
                   sizeText(view.size),
          .expected = "a corner inside the image",
-         .next_step = "check the image size: width and height may be swapped, or those of another "
-                      "image"});
+         .next_step = "check the image size: width and height may be swapped, or those of another image"});
   }
 }
 

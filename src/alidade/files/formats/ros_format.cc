@@ -182,8 +182,8 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
   if (!is_cut && !above(root, key, 1)) return;
   camera.remarks.push_back(
       {"not_carried", root.whereKey(key) +
-                          ": binning and roi are ignored, because this is the camera of the whole image; "
-                          "use alidade convert --crop and --bin for the camera of the part"});
+                          ": binning and roi are ignored, because this is the camera of the whole image; use "
+                          "alidade convert --crop and --bin for the camera of the part"});
 }
 
 // Ours of the distortion model that a file names, and as many coefficients as it has.

@@ -147,8 +147,8 @@ Figure fleetMapFigure(const FleetGroup& group, double tolerance_px) {
   canvas.addLegend({plot.area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "fleet-map", .title = "Where the units differ"};
   figure.reading =
-      "Each colour is a distance from the typical camera that 95 % of the units do not exceed "
-      "there, the best rotation removed. " +
+      "Each colour is a distance from the typical camera that 95 % of the units do not exceed there, the "
+      "best rotation removed. " +
       sentence;
   double worst = 0;
   for (const double px : values.p95_px)
@@ -166,9 +166,7 @@ Figure fleetDistancesFigure(const FleetGroup& group, double tolerance_px) {
   Figure figure{.id = "fleet-distances", .title = "Distances from the typical camera"};
   figure.reading =
       "Each bar counts units by how far 95 % of their image is from the typical camera at most. Units right "
-      "of "
-      "the "
-      "tolerance need files of their own.";
+      "of the tolerance need files of their own.";
   figure.alt =
       fmt::format("{} of {} units are within {} px of the typical camera; {} deviate.", group.num_within,
                   group.units.size(), shortNumber(tolerance_px), group.numDeviating());

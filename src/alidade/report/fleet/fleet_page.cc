@@ -45,8 +45,8 @@ std::string parametersTable(const FleetGroup& group, const std::string& prefix) 
   return tableFigure(
       prefix + "fleet-typical", "The typical camera",
       {{"Parameter"}, {"Mean"}, {"Standard deviation of the mean"}, {"Between units"}}, rows,
-      "The last column is the standard deviation between units, without the uncertainty of the "
-      "single files.");
+      "The last column is the standard deviation between units, without the uncertainty of the single "
+      "files.");
 }
 
 std::string deviantsTable(const Fleet& fleet, const FleetGroup& group, const std::string& prefix) {
@@ -63,8 +63,8 @@ std::string deviantsTable(const Fleet& fleet, const FleetGroup& group, const std
   return tableFigure(
       prefix + "fleet-deviants", "Units that deviate",
       {{"File", "words"}, {"Model", "words"}, {"95 % within, px"}, {"At most, px"}, {"Sigmas"}}, rows,
-      "Sigmas say how improbable the difference is for a unit of this population, in standard "
-      "deviations of a normal variable." +
+      "Sigmas say how improbable the difference is for a unit of this population, in standard deviations of "
+      "a normal variable." +
           moreRows(deviating.size()));
 }
 

@@ -33,8 +33,7 @@ Figure rigSceneFigure(const ReportedRig& rig) {
   SceneContent content{.title = "Cameras and boards in space", .reading = {}};
   content.reading =
       "Drag the drawing, or select it and use the arrow keys, to turn it; the cameras should stand as they "
-      "do on your "
-      "rig, and boards between two cameras link them.";
+      "do on your rig, and boards between two cameras link them.";
   content.camera_share = 0.1;
   for (const ReportedPlacement& placement : rig.placements)
     content.boards.push_back({.target = &rig.boards[placement.board],
@@ -74,8 +73,7 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
   Figure figure{.id = "epipolar", .title = "Epipolar error by pair"};
   figure.reading =
       "Each bar is the RMS distance of corners from the epipolar lines of the same corners in the other "
-      "camera; a pair "
-      "that stands out is not synchronised, or one of its lenses is wrong.";
+      "camera; a pair that stands out is not synchronised, or one of its lenses is wrong.";
   figure.alt = fmt::format("Epipolar errors of {} pairs of cameras; the largest is {} px, of {}.",
                            pairs.size(), shortNumber(worst.rms_px), pairName(rig, worst));
   figure.svg = canvas.svg(figure.alt);

@@ -67,10 +67,9 @@ std::string camerasTable(const ReportedRig& rig) {
        {"Alone, px"},
        {"From its neighbour, px"}},
       rows,
-      "Positions, distances and rotations are those from the first camera, with standard "
-      "deviations. The last column is the error (95 %) with which a pixel of the neighbouring "
-      "camera becomes a pixel of this one; an RMS far above that of the camera alone means that "
-      "the cameras contradict each other.");
+      "Positions, distances and rotations are those from the first camera, with standard deviations. The "
+      "last column is the error (95 %) with which a pixel of the neighbouring camera becomes a pixel of this "
+      "one; an RMS far above that of the camera alone means that the cameras contradict each other.");
 }
 
 // Of the errors from camera to camera; 0 if none is known.

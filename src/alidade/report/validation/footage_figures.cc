@@ -43,9 +43,8 @@ std::string tableOf(const ReportedFootageCheck& check, const std::string& id) {
        {"", "words"}},
       rows,
       verdict +
-          " Each change is fitted alone, with the motion and the points of the scene. A file is "
-          "wrong where the best one displaces points by more than five times the tolerance, and surely by "
-          "half of that.");
+          " Each change is fitted alone, with the motion and the points of the scene. A file is wrong where "
+          "the best one displaces points by more than five times the tolerance, and surely by half of that.");
 }
 
 }  // namespace
@@ -93,8 +92,8 @@ std::optional<Figure> footageErrorsFigure(const ReportedFootage& footage) {
   Figure figure{.id = "footage-errors", .title = "Errors on the footage over the image"};
   figure.reading = fmt::format(
       "Errors of pixels that had no part in finding their point{}. Noise makes all cells alike and the "
-      "arrows point "
-      "in all directions; arrows that form a pattern show what the camera file does not describe.",
+      "arrows point in all directions; arrows that form a pattern show what the camera file does not "
+      "describe.",
       check.edit.empty() ? "" : ", with the camera after " + check.edit);
   figure.alt = fmt::format(
       "Errors of {} pixels in {} of {} cells of the image, with an RMS of {} px; the largest RMS of a cell "

@@ -52,8 +52,7 @@ Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
   figure.reading =
       "Each pair of bars is a view: its error with the camera of the file, and with the camera that these "
       "images give by themselves. Where the first bars are clearly higher, the file is not of the camera "
-      "that "
-      "took the images.";
+      "that took the images.";
   figure.alt = fmt::format(
       "RMS of {} views: {} px with the camera of the file, and {} px with the camera that the images give; "
       "{} views are better with that one.",

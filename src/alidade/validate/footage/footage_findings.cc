@@ -106,15 +106,13 @@ std::string gapWords(const FootageJudgement& judgement) {
       return "no parallax; film while moving sideways past near and far things";
     case FootageGap::kMovingScene:
       return "too few points agree with one motion of the camera; film a scene in which nothing moves. (A "
-             "camera "
-             "file that is far off may do this too.)";
+             "camera file that is far off may do this too.)";
     case FootageGap::kNone:
     case FootageGap::kFewFrames:
       return "fewer than five images show a scene together; take more of it, from different places";
     case FootageGap::kUnsolved:
       return "another value that may explain the footage could not be computed; use other footage, or test "
-             "with "
-             "a board (--images)";
+             "with a board (--images)";
     case FootageGap::kWeak:
       break;
   }
@@ -129,16 +127,13 @@ std::string likelyCause(const CameraChange& change, const AnyCamera& file) {
   switch (change.kind) {
     case CameraChangeKind::kFocalLength:
       return "the zoom or the focus is another one, or the images were cropped and scaled, as stabilised "
-             "videos "
-             "are; calibrate again with these settings";
+             "videos are; calibrate again with these settings";
     case CameraChangeKind::kAspect:
       return "the images were stretched in one direction; calibrate again with such images, or make them "
-             "without "
-             "stretching";
+             "without stretching";
     case CameraChangeKind::kPrincipalPoint:
       return "the images were cropped off the centre, or stabilised; calibrate with images as they are, or "
-             "adapt "
-             "the file (alidade convert --crop)";
+             "adapt the file (alidade convert --crop)";
     case CameraChangeKind::kDistortion:
       if (std::abs(1 + change.amounts.at(0)) <= kNormal95 * change.std.at(0))
         return "the images are already undistorted; use the camera file that undistort wrote beside them";
@@ -162,8 +157,8 @@ std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement, const 
     findings.push_back(
         {.severity = Severity::kNote,
          .id = "footage_fit",
-         .cause = fmt::format("{} fits better; displaces points by {}, surely by {}; not enough to "
-                              "call the file wrong",
+         .cause = fmt::format("{} fits better; displaces points by {}, surely by {}; not enough to call the "
+                              "file wrong",
                               describe(change), pixelsOf(change.effect_px), pixelsOf(change.sure_px)),
          .effect_px = change.effect_px});
   }
@@ -173,8 +168,8 @@ std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement, const 
     findings.push_back(
         {.severity = Severity::kNote,
          .id = "footage_shutter",
-         .cause = fmt::format("rolling shutter: from the first row to the last in {:.2f} of the time "
-                              "between frames; taken into account",
+         .cause = fmt::format("rolling shutter: from the first row to the last in {:.2f} of the time between "
+                              "frames; taken into account",
                               check.readout)});
   }
   return findings;
